@@ -1,0 +1,89 @@
+//! What is wrong with an input, and where.
+//!
+//! Every reader of outside input (URDF, JSON, archives, scenarios, jobs) answers with an
+//! [`InputError`], so that the command line and the HTTP service can name the place the same way.
+
+mod json;
+
+use std::fmt;
+
+pub use json::{Parts, from_json};
+
+/// One thing wrong with an input.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Fault {
+    /// Where: a JSON pointer (`/links/3/mass`), or line and element of a URDF
+    /// (`line 12, joint "FL_knee"`). Empty when the fault is about the whole input.
+    pub pointer: String,
+    /// What is wrong there, in one sentence without a final stop.
+    pub reason: String,
+}
+
+impl Fault {
+    /// A fault at `pointer` for `reason`.
+    pub fn new(pointer: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self { pointer: pointer.into(), reason: reason.into() }
+    }
+
+    /// The same fault seen from the document that holds the faulty one at `prefix`.
+    #[must_use]
+    pub fn under(mut self, prefix: &str) -> Self {
+        self.pointer = format!("{prefix}{}", self.pointer);
+        self
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.pointer.is_empty() {
+            f.write_str(&self.reason)
+        } else {
+            write!(f, "{}: {}", self.pointer, self.reason)
+        }
+    }
+}
+
+/// An input that cannot be used, with everything found wrong with it.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum InputError {
+    /// It cannot be parsed at all (HTTP 400).
+    #[error("malformed: {0}")]
+    Malformed(Fault),
+    /// It exceeds a bound on size, depth or count (HTTP 413).
+    #[error("too large: {0}")]
+    TooLarge(Fault),
+    /// It is well-formed, but describes something impossible or unknown; every fault found (HTTP 422).
+    #[error("{}", join(.0))]
+    Impossible(Vec<Fault>),
+}
+
+impl InputError {
+    /// A well-formed input with a single fault.
+    pub fn impossible(pointer: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::Impossible(vec![Fault::new(pointer, reason)])
+    }
+
+    /// Every fault, in the order in which they were found.
+    pub fn faults(&self) -> &[Fault] {
+        match self {
+            Self::Malformed(fault) | Self::TooLarge(fault) => std::slice::from_ref(fault),
+            Self::Impossible(faults) => faults,
+        }
+    }
+
+    /// The same error seen from the document that holds the faulty one at `prefix`.
+    #[must_use]
+    pub fn under(self, prefix: &str) -> Self {
+        match self {
+            Self::Malformed(fault) => Self::Malformed(fault.under(prefix)),
+            Self::TooLarge(fault) => Self::TooLarge(fault.under(prefix)),
+            Self::Impossible(faults) => {
+                Self::Impossible(faults.into_iter().map(|fault| fault.under(prefix)).collect())
+            }
+        }
+    }
+}
+
+fn join(faults: &[Fault]) -> String {
+    faults.iter().map(Fault::to_string).collect::<Vec<_>>().join("; ")
+}
