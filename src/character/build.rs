@@ -1,0 +1,356 @@
+//! From a draft to a character: the one place where the tree and the numbers are checked, whatever the
+//! document was.
+
+use std::collections::HashMap;
+
+use nalgebra::{Matrix3, Unit, Vector3};
+
+use super::draft::{At, Draft, DraftInertial, DraftJoint, DraftLink, Report};
+use super::{
+    About, Character, Inertial, Joint, JointKind, Limits, Link, Note, NoteKind, Options, Placed, Reading,
+    Shape, inertia, stand_in,
+};
+use crate::fault::{Fault, InputError};
+
+/// Greatest length and distance, m. Volumes and inertias of such shapes are still far from overflow.
+pub const LENGTH: f64 = 1e6;
+/// Greatest mass, kg.
+const MASS: f64 = 1e12;
+/// Greatest entry of an inertia, kg m².
+const INERTIA: f64 = MASS * LENGTH * LENGTH;
+
+/// Checks `draft` and makes it a character.
+pub fn build(mut draft: Draft, digest: String, options: Options) -> Result<Reading, InputError> {
+    let report = &mut draft.report;
+    for link in &draft.links {
+        check_link(link, report);
+    }
+    for joint in &draft.joints {
+        check_joint(joint, report);
+    }
+    let order = order(&draft.links, &draft.joints, draft.complete, report);
+    check_standing(draft.standing.as_deref(), &draft.joints, report);
+    let masses = draft.links.iter().filter_map(|link| link.inertial.as_ref()).map(|it| it.value.mass);
+    let total: f64 = masses.sum();
+    if report.faults.is_empty() && total <= 0.0 {
+        report.fault("", "no link has a mass");
+    }
+    if !report.faults.is_empty() {
+        return Err(InputError::Impossible(std::mem::take(&mut report.faults)));
+    }
+    let mut report = std::mem::take(&mut draft.report);
+    let (name, standing) = (std::mem::take(&mut draft.name), draft.standing.take());
+    let Assembled { mut links, places, missing } = assemble(draft, &order, &mut report);
+    inertia::settle(&mut links, &places, &mut report);
+    stand_in::add(&mut links, &missing, &mut report);
+    if options.strict {
+        let doubts = report.notes.iter().filter(|note| note.value.kind != NoteKind::Ignored);
+        let faults: Vec<_> = doubts.map(doubt).collect();
+        if !faults.is_empty() {
+            return Err(InputError::Impossible(faults));
+        }
+    }
+    let standing = standing.map(|mut angles| {
+        let rank =
+            |name: &str| links.iter().position(|link| link.joint.as_ref().is_some_and(|it| it.name == name));
+        angles.sort_by_key(|(name, _)| rank(&name.value));
+        angles.into_iter().map(|(name, angle)| (name.value, angle)).collect()
+    });
+    Ok(Reading {
+        character: Character { name, links, standing, digest },
+        notes: report.notes.into_iter().map(|note| note.value).collect(),
+    })
+}
+
+/// A note as the fault it is to a strict reader.
+fn doubt(note: &At<Note>) -> Fault {
+    let name = match &note.value.about {
+        About::Link(name) => format!("link {name:?}: "),
+        About::Joint(name) => format!("joint {name:?}: "),
+        About::Character(_) => String::new(),
+    };
+    Fault::new(note.place.as_str(), format!("{name}{}", note.value.message))
+}
+
+/// The links in depth-first order of the joints, parents before children, each with the joint that
+/// carries it; faults when they do not form one tree.
+fn order(
+    links: &[DraftLink],
+    joints: &[DraftJoint],
+    complete: bool,
+    report: &mut Report,
+) -> Vec<(usize, Option<usize>)> {
+    let before = report.faults.len();
+    let mut index = HashMap::new();
+    for (number, link) in links.iter().enumerate() {
+        if index.insert(link.name.value.as_str(), number).is_some() {
+            report.fault(link.name.place.as_str(), format!("there is another link {:?}", link.name.value));
+        }
+    }
+    let mut names = HashMap::new();
+    let mut carrier: Vec<Option<usize>> = vec![None; links.len()];
+    let mut children: Vec<Vec<usize>> = vec![Vec::new(); links.len()];
+    for (number, joint) in joints.iter().enumerate() {
+        if names.insert(joint.name.value.as_str(), number).is_some() {
+            report.fault(joint.name.place.as_str(), format!("there is another joint {:?}", joint.name.value));
+        }
+        let mut find = |end: &At<String>, what: &str| {
+            let found = index.get(end.value.as_str()).copied();
+            if found.is_none() {
+                report.fault(end.place.as_str(), format!("the {what} link {:?} does not exist", end.value));
+            }
+            found
+        };
+        let (parent, child) = (find(&joint.parent, "parent"), find(&joint.child, "child"));
+        let (Some(parent), Some(child)) = (parent, child) else { continue };
+        if let Some(other) = carrier[child] {
+            let other = &joints[other].name.value;
+            let reason = format!("the link {:?} is the child of joint {other:?} already", joint.child.value);
+            report.fault(joint.child.place.as_str(), reason);
+            continue;
+        }
+        carrier[child] = Some(number);
+        children[parent].push(child);
+    }
+    if links.is_empty() {
+        report.fault("", "there is no link");
+    }
+    // With a part of the tree missing, further faults would only be its consequences.
+    if report.faults.len() > before || !complete {
+        return Vec::new();
+    }
+    let roots: Vec<usize> = (0..links.len()).filter(|link| carrier[*link].is_none()).collect();
+    for extra in roots.iter().skip(1) {
+        let names = (&links[roots[0]].name.value, &links[*extra].name);
+        let reason = format!(
+            "the links {:?} and {:?} both have no parent; one root is needed",
+            names.0, names.1.value
+        );
+        report.fault(names.1.place.as_str(), reason);
+    }
+    let mut order = Vec::with_capacity(links.len());
+    let mut reached = vec![false; links.len()];
+    let mut stack = roots;
+    while let Some(link) = stack.pop() {
+        reached[link] = true;
+        order.push((link, carrier[link]));
+        stack.extend(children[link].iter().rev());
+    }
+    for link in 0..links.len() {
+        if !reached[link] {
+            // Every link without a way to a root hangs on a cycle; it is reported once.
+            let mut cycle = Vec::new();
+            let mut at = link;
+            while !reached[at] {
+                reached[at] = true;
+                cycle.push(links[at].name.value.as_str());
+                let parent = carrier[at].and_then(|joint| index.get(joints[joint].parent.value.as_str()));
+                at = parent.copied().unwrap_or(at);
+            }
+            if let Some(start) = cycle.iter().position(|name| *name == links[at].name.value) {
+                let names = cycle[start..].join("\", \"");
+                let reason = format!("the links \"{names}\" are joined in a cycle; only trees can be read");
+                report.fault(links[at].name.place.as_str(), reason);
+            }
+        }
+    }
+    order
+}
+
+fn check_link(link: &DraftLink, report: &mut Report) {
+    if link.name.value.trim().is_empty() {
+        report.fault(link.name.place.as_str(), "the link's name is empty");
+    }
+    if let Some(At { value, place }) = &link.inertial {
+        let DraftInertial { mass, center_of_mass, inertia } = value;
+        if !(0.0..=MASS).contains(mass) {
+            report.fault(place.as_str(), format!("the mass is {mass} kg; it must be from 0 to {MASS:e} kg"));
+        }
+        check_lengths(&center_of_mass.coords, "the centre of mass", place, report);
+        let inertia = inertia.unwrap_or_default();
+        if !inertia.iter().all(|entry| entry.abs() <= INERTIA) {
+            report.fault(place.as_str(), format!("the inertia must be at most {INERTIA:e} kg m²"));
+        }
+    }
+    for At { value, place } in &link.collisions {
+        check_lengths(&value.pose.translation.vector, "the position", place, report);
+        if let Some(reason) = shape_fault(&value.shape) {
+            report.fault(place.as_str(), reason);
+        }
+    }
+    for At { value, place } in &link.visuals {
+        check_lengths(&value.pose.translation.vector, "the position", place, report);
+    }
+}
+
+fn check_lengths(lengths: &Vector3<f64>, what: &str, place: &str, report: &mut Report) {
+    if !lengths.iter().all(|length| length.abs() <= LENGTH) {
+        report.fault(place, format!("{what} must be finite and within {LENGTH:e} m"));
+    }
+}
+
+/// Why a shape is impossible.
+fn shape_fault(shape: &Shape) -> Option<String> {
+    let positive = |name: &str, length: f64| {
+        let good = length > 0.0 && length <= LENGTH;
+        (!good).then(|| format!("the {name} is {length} m; it must be positive and at most {LENGTH:e} m"))
+    };
+    match shape {
+        Shape::Sphere { radius } => positive("radius", *radius),
+        Shape::Box { half_extents } => {
+            half_extents.iter().find_map(|half| positive("size of the box along an edge", half * 2.0))
+        }
+        Shape::Cylinder { radius, half_length } => {
+            positive("radius", *radius).or_else(|| positive("length", half_length * 2.0))
+        }
+        Shape::Capsule { radius, half_length } => positive("radius", *radius).or_else(|| {
+            // Without a straight part a capsule is a ball.
+            (*half_length != 0.0).then(|| positive("length", half_length * 2.0)).flatten()
+        }),
+        Shape::Hull { vertices, .. } => {
+            let far =
+                vertices.iter().flat_map(|vertex| vertex.iter()).any(|x| x.is_nan() || x.abs() > LENGTH);
+            far.then(|| format!("every corner must be finite and within {LENGTH:e} m"))
+        }
+    }
+}
+
+fn check_joint(joint: &DraftJoint, report: &mut Report) {
+    if joint.name.value.trim().is_empty() {
+        report.fault(joint.name.place.as_str(), "the joint's name is empty");
+    }
+    check_lengths(&joint.origin.value.translation.vector, "the origin", &joint.origin.place, report);
+    if joint.kind == JointKind::Fixed {
+        return;
+    }
+    let length = joint.axis.value.norm();
+    if !(1e-6..=LENGTH).contains(&length) {
+        let reason = if length == 0.0 { "the axis is zero" } else { "the axis must have a length near 1" };
+        report.fault(joint.axis.place.as_str(), reason);
+    }
+    if let Some(At { value: [lower, upper], place }) = &joint.limits
+        && !(lower.is_finite() && upper.is_finite() && lower < upper)
+    {
+        let reason = format!("the lower limit {lower} must be less than the upper limit {upper}");
+        report.fault(place.as_str(), reason);
+    }
+    for (bound, what) in [(&joint.effort, "effort"), (&joint.velocity, "velocity")] {
+        if let Some(At { value, place }) = bound
+            && !(value.is_finite() && *value > 0.0)
+        {
+            report.fault(place.as_str(), format!("the greatest {what} is {value}; it must be positive"));
+        }
+    }
+    let losses = [(&joint.damping, "damping"), (&joint.friction, "friction"), (&joint.armature, "armature")];
+    for (At { value, place }, what) in losses {
+        if !(value.is_finite() && *value >= 0.0) {
+            report.fault(place.as_str(), format!("the {what} is {value}; it must not be negative"));
+        }
+    }
+}
+
+fn check_standing(standing: Option<&[(At<String>, f64)]>, joints: &[DraftJoint], report: &mut Report) {
+    for (At { value: name, place }, angle) in standing.unwrap_or_default() {
+        let Some(joint) = joints.iter().find(|joint| joint.name.value == *name) else {
+            report.fault(place.as_str(), format!("there is no joint {name:?}"));
+            continue;
+        };
+        if joint.kind == JointKind::Fixed {
+            report.fault(place.as_str(), format!("the joint {name:?} is fixed"));
+        }
+        let [lower, upper] = joint.limits.as_ref().map_or([f64::NEG_INFINITY, f64::INFINITY], |it| it.value);
+        if !(angle.is_finite() && (lower..=upper).contains(angle)) {
+            report.fault(
+                place.as_str(),
+                format!("{angle} is outside of the joint's range, {lower} to {upper}"),
+            );
+        }
+    }
+}
+
+/// Links in their final order, with what the later steps need to know of each.
+struct Assembled {
+    links: Vec<Link>,
+    places: Vec<String>,
+    missing: Vec<Vec<At<String>>>,
+}
+
+fn assemble(draft: Draft, order: &[(usize, Option<usize>)], report: &mut Report) -> Assembled {
+    let mut position = HashMap::new();
+    for (place, (link, _)) in order.iter().enumerate() {
+        position.insert(draft.links[*link].name.value.clone(), place);
+    }
+    let mut drafts: Vec<Option<DraftLink>> = draft.links.into_iter().map(Some).collect();
+    let mut joints: Vec<Option<DraftJoint>> = draft.joints.into_iter().map(Some).collect();
+    let mut assembled = Assembled { links: Vec::new(), places: Vec::new(), missing: Vec::new() };
+    for (link, joint) in order {
+        let Some(link) = drafts[*link].take() else { continue };
+        let joint = joint.and_then(|joint| joints[joint].take()).map(|joint| {
+            let parent = position.get(&joint.parent.value).copied().unwrap_or_default();
+            finished_joint(joint, parent)
+        });
+        let visuals = visuals(&link, report);
+        assembled.missing.push(link.missing_collisions);
+        assembled.places.push(link.name.place);
+        assembled.links.push(Link {
+            name: link.name.value,
+            joint,
+            inertial: link.inertial.and_then(|it| finished_inertial(it.value)),
+            collisions: link.collisions.into_iter().map(|shape| shape.value).collect(),
+            visuals,
+        });
+    }
+    assembled
+}
+
+/// The visuals that can be shown; none where one is missing and collision shapes can be shown instead.
+fn visuals(link: &DraftLink, report: &mut Report) -> Vec<Placed> {
+    let about = About::Link(link.name.value.clone());
+    let solid = !link.collisions.is_empty() || !link.missing_collisions.is_empty();
+    if let Some(At { place, .. }) = link.missing_visuals.first() {
+        let why =
+            link.missing_visuals.iter().map(|missing| missing.value.as_str()).collect::<Vec<_>>().join(", ");
+        let instead =
+            if solid { "the collision shapes are shown instead" } else { "nothing is shown for it" };
+        report.note(place.as_str(), about.clone(), NoteKind::Ignored, format!("{why}; {instead}"));
+        if solid {
+            return Vec::new();
+        }
+    }
+    let mut shown = Vec::new();
+    for At { value, place } in &link.visuals {
+        match shape_fault(&value.shape) {
+            Some(reason) => {
+                let message = format!("a visual is left out: {reason}");
+                report.note(place.as_str(), about.clone(), NoteKind::Ignored, message);
+            }
+            None => shown.push(value.clone()),
+        }
+    }
+    shown
+}
+
+/// `None` for a link without mass. A mass without an inertia is taken as a point.
+fn finished_inertial(draft: DraftInertial) -> Option<Inertial> {
+    (draft.mass > 0.0).then(|| Inertial {
+        mass: draft.mass,
+        center_of_mass: draft.center_of_mass,
+        inertia: draft.inertia.map_or_else(Matrix3::zeros, |given| (given + given.transpose()) / 2.0),
+    })
+}
+
+fn finished_joint(joint: DraftJoint, parent: usize) -> Joint {
+    Joint {
+        name: joint.name.value,
+        parent,
+        kind: joint.kind,
+        origin: joint.origin.value,
+        axis: Unit::try_new(joint.axis.value, 1e-6).unwrap_or(Vector3::x_axis()),
+        limits: joint.limits.map(|At { value: [lower, upper], .. }| Limits { lower, upper }),
+        effort: joint.effort.map(|effort| effort.value),
+        velocity: joint.velocity.map(|velocity| velocity.value),
+        damping: joint.damping.value,
+        friction: joint.friction.value,
+        armature: joint.armature.value,
+    }
+}

@@ -1,0 +1,93 @@
+//! What a reader understood, before the tree and the numbers are checked: parts in the document's own
+//! order, each with its place in the document.
+
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+
+use super::{About, JointKind, Note, NoteKind, Placed};
+use crate::fault::Fault;
+
+/// Something and its place in the document (what becomes [`Fault::pointer`]).
+#[derive(Debug, Clone, PartialEq)]
+pub struct At<T> {
+    pub value: T,
+    pub place: String,
+}
+
+impl<T> At<T> {
+    pub fn new(value: T, place: impl Into<String>) -> Self {
+        Self { value, place: place.into() }
+    }
+}
+
+/// A character as its document describes it.
+#[derive(Debug, Default)]
+pub struct Draft {
+    pub name: String,
+    pub links: Vec<DraftLink>,
+    pub joints: Vec<DraftJoint>,
+    pub standing: Option<Vec<(At<String>, f64)>>,
+    /// Whether every link and joint of the document is here: none was left out for a fault of its own.
+    pub complete: bool,
+    pub report: Report,
+}
+
+/// Faults and notes as they are found, each note with its place.
+#[derive(Debug, Default)]
+pub struct Report {
+    pub faults: Vec<Fault>,
+    pub notes: Vec<At<Note>>,
+}
+
+impl Report {
+    pub fn fault(&mut self, place: impl Into<String>, reason: impl Into<String>) {
+        self.faults.push(Fault::new(place, reason));
+    }
+
+    pub fn note(
+        &mut self,
+        place: impl Into<String>,
+        about: About,
+        kind: NoteKind,
+        message: impl Into<String>,
+    ) {
+        self.notes.push(At::new(Note { about, kind, message: message.into() }, place));
+    }
+}
+
+#[derive(Debug)]
+pub struct DraftLink {
+    pub name: At<String>,
+    pub inertial: Option<At<DraftInertial>>,
+    pub collisions: Vec<At<Placed>>,
+    pub visuals: Vec<At<Placed>>,
+    /// Collision meshes that cannot be had, and why.
+    pub missing_collisions: Vec<At<String>>,
+    /// Visual meshes that cannot be had, and why.
+    pub missing_visuals: Vec<At<String>>,
+}
+
+/// Mass (any number), centre of mass in the link frame, and rotational inertia about it along the
+/// axes of the link frame, where the document gives one.
+#[derive(Debug)]
+pub struct DraftInertial {
+    pub mass: f64,
+    pub center_of_mass: Point3<f64>,
+    pub inertia: Option<Matrix3<f64>>,
+}
+
+#[derive(Debug)]
+pub struct DraftJoint {
+    pub name: At<String>,
+    pub kind: JointKind,
+    pub parent: At<String>,
+    pub child: At<String>,
+    pub origin: At<Isometry3<f64>>,
+    pub axis: At<Vector3<f64>>,
+    /// Lower and upper end; `None` is unlimited.
+    pub limits: Option<At<[f64; 2]>>,
+    pub effort: Option<At<f64>>,
+    pub velocity: Option<At<f64>>,
+    pub damping: At<f64>,
+    pub friction: At<f64>,
+    pub armature: At<f64>,
+}

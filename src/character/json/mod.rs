@@ -1,0 +1,248 @@
+//! Reads `gaitwright/character@1`, the project's own description of a character.
+
+mod wire;
+
+use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+
+use super::draft::{At, Draft, DraftInertial, DraftJoint, DraftLink, Report};
+use super::solid::Solid;
+use super::{About, JointKind, NoteKind, Placed, Shape, mesh};
+use crate::fault::{Fault, InputError};
+
+const FORMAT: &str = "gaitwright/character@1";
+/// Greatest number of points of one hull.
+const POINTS: usize = 100_000;
+
+/// The JSON Schema of `gaitwright/character@1` documents.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(wire::Document).to_value()
+}
+
+/// What the document in `bytes` describes.
+pub fn draft(bytes: &[u8]) -> Result<Draft, InputError> {
+    let text = super::text(bytes)?;
+    let mut deserializer = serde_json::Deserializer::from_str(text);
+    let document: wire::Document = serde_path_to_error::deserialize(&mut deserializer).map_err(refusal)?;
+    deserializer.end().map_err(malformed)?;
+    for (what, count) in [("links", document.links.len()), ("joints", document.joints.len())] {
+        if count > super::LINKS {
+            let reason = format!("the character has {count} {what}; at most {} are read", super::LINKS);
+            return Err(InputError::TooLarge(Fault::new(format!("/{what}"), reason)));
+        }
+    }
+    let mut report = Report::default();
+    if document.format != FORMAT {
+        report.fault("/format", format!("the format is {:?}, not {FORMAT:?}", document.format));
+    }
+    let links = document
+        .links
+        .into_iter()
+        .enumerate()
+        .map(|(index, link)| read_link(&mut report, index, link))
+        .collect();
+    let joints = document
+        .joints
+        .into_iter()
+        .enumerate()
+        .map(|(index, joint)| read_joint(&mut report, index, joint))
+        .collect();
+    let standing = document.standing.map(|angles| {
+        angles
+            .into_iter()
+            .map(|(name, angle)| {
+                let place = format!("/standing/{}", escape(&name));
+                (At::new(name, place), angle)
+            })
+            .collect()
+    });
+    Ok(Draft { name: document.name, links, joints, standing, complete: true, report })
+}
+
+fn malformed(error: serde_json::Error) -> InputError {
+    let pointer = format!("line {}, column {}", error.line(), error.column());
+    InputError::Malformed(Fault::new(pointer, format!("not well-formed JSON: {error}")))
+}
+
+/// A document that is no JSON, or JSON of another shape.
+fn refusal(error: serde_path_to_error::Error<serde_json::Error>) -> InputError {
+    use serde_path_to_error::Segment;
+    if !error.inner().is_data() {
+        return malformed(error.into_inner());
+    }
+    let pointer: String = error
+        .path()
+        .iter()
+        .map(|segment| match segment {
+            Segment::Seq { index } => format!("/{index}"),
+            Segment::Map { key } => format!("/{}", escape(key)),
+            Segment::Enum { variant } => format!("/{}", escape(variant)),
+            Segment::Unknown => String::new(),
+        })
+        .collect();
+    InputError::impossible(pointer, error.inner().to_string())
+}
+
+/// A key as a part of a JSON pointer (RFC 6901).
+fn escape(key: &str) -> String {
+    key.replace('~', "~0").replace('/', "~1")
+}
+
+fn read_link(report: &mut Report, index: usize, link: wire::Link) -> DraftLink {
+    let place = format!("/links/{index}");
+    let about = About::Link(link.name.clone());
+    let collisions = read_shapes(report, &format!("{place}/shapes"), &about, link.shapes);
+    let visuals = read_shapes(report, &format!("{place}/visuals"), &about, link.visuals);
+    let inertia = link.inertia.map(|i| Matrix3::new(i.xx, i.xy, i.xz, i.xy, i.yy, i.yz, i.xz, i.yz, i.zz));
+    let center_of_mass = link.center_of_mass.map_or(Point3::origin(), Point3::from);
+    let inertial = match (link.density, link.mass) {
+        (Some(_), Some(_)) => {
+            report.fault(format!("{place}/density"), "give either density or mass, not both");
+            None
+        }
+        (None, None) => {
+            if inertia.is_some() || link.center_of_mass.is_some() {
+                report.fault(place.as_str(), "an inertia or a centre of mass is given without a mass");
+            }
+            None
+        }
+        (None, Some(mass)) => {
+            if mass > 0.0 && inertia.is_none() {
+                report.fault(place.as_str(), "a mass is given without an inertia");
+            }
+            Some(At::new(DraftInertial { mass, center_of_mass, inertia }, format!("{place}/mass")))
+        }
+        (Some(density), None) => {
+            let place = format!("{place}/density");
+            if inertia.is_some() || link.center_of_mass.is_some() {
+                let reason = "the shapes give centre of mass and inertia where a density is given";
+                report.fault(place.as_str(), reason);
+            }
+            if density > 0.0 {
+                weighed(report, &place, density, &collisions)
+            } else {
+                report.fault(place, "the density must be positive");
+                None
+            }
+        }
+    };
+    DraftLink {
+        name: At::new(link.name, format!("{place}/name")),
+        inertial,
+        collisions,
+        visuals,
+        missing_collisions: Vec::new(),
+        missing_visuals: Vec::new(),
+    }
+}
+
+/// Mass and inertia of shapes of one density.
+fn weighed(
+    report: &mut Report,
+    place: &str,
+    density: f64,
+    shapes: &[At<Placed>],
+) -> Option<At<DraftInertial>> {
+    let Some(solid) = Solid::of_all(shapes.iter().map(|shape| &shape.value)) else {
+        report.fault(place, "a density is given, but no shape with a volume");
+        return None;
+    };
+    let inertial = DraftInertial {
+        mass: density * solid.volume,
+        center_of_mass: solid.centroid,
+        inertia: Some(solid.inertia * density),
+    };
+    Some(At::new(inertial, place))
+}
+
+fn read_shapes(report: &mut Report, place: &str, about: &About, shapes: Vec<wire::Shape>) -> Vec<At<Placed>> {
+    let mut placed = Vec::new();
+    for (index, shape) in shapes.into_iter().enumerate() {
+        let place = format!("{place}/{index}");
+        let (shape, pose, color) = match shape {
+            wire::Shape::Sphere { radius, pose, color } => (Shape::Sphere { radius }, pose, color),
+            wire::Shape::Box { size, pose, color } => {
+                (Shape::Box { half_extents: Vector3::from(size) / 2.0 }, pose, color)
+            }
+            wire::Shape::Cylinder { radius, length, pose, color } => {
+                (Shape::Cylinder { radius, half_length: length / 2.0 }, pose, color)
+            }
+            wire::Shape::Capsule { radius, length, pose, color } => {
+                (Shape::Capsule { radius, half_length: length / 2.0 }, pose, color)
+            }
+            wire::Shape::Hull { vertices, pose, color } => {
+                let Some(hull) = read_hull(report, &place, about, vertices) else { continue };
+                (hull, pose, color)
+            }
+        };
+        let pose = read_pose(report, &format!("{place}/pose"), pose);
+        let color = color.map(|color| color.map(|part| part.clamp(0.0, 1.0)));
+        placed.push(At::new(Placed { pose, shape, color }, place));
+    }
+    placed
+}
+
+fn read_hull(report: &mut Report, place: &str, about: &About, vertices: Vec<[f64; 3]>) -> Option<Shape> {
+    let place = format!("{place}/vertices");
+    if vertices.len() > POINTS {
+        report.fault(place, format!("the hull has {} points; at most {POINTS} are read", vertices.len()));
+        return None;
+    }
+    let points: Vec<_> = vertices.into_iter().map(Point3::from).collect();
+    let Some(solid) = mesh::hull(&points) else {
+        report.fault(place, "the points of a hull must not all lie in one plane");
+        return None;
+    };
+    if let Some(how) = solid.approximation {
+        report.note(place, about.clone(), NoteKind::Approximated, format!("a hull {how}"));
+    }
+    Some(solid.shape)
+}
+
+fn read_pose(report: &mut Report, place: &str, pose: wire::Pose) -> Isometry3<f64> {
+    let rotation = match (pose.orientation, pose.rpy) {
+        (Some(_), Some(_)) => {
+            report.fault(place, "give either orientation or rpy, not both");
+            UnitQuaternion::identity()
+        }
+        (Some([w, x, y, z]), None) => {
+            let quaternion = Quaternion::new(w, x, y, z);
+            UnitQuaternion::try_new(quaternion, 1e-6).unwrap_or_else(|| {
+                report.fault(format!("{place}/orientation"), "the quaternion has no length");
+                UnitQuaternion::identity()
+            })
+        }
+        (None, Some([roll, pitch, yaw])) => UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+        (None, None) => UnitQuaternion::identity(),
+    };
+    Isometry3::from_parts(Translation3::from(Vector3::from(pose.position)), rotation)
+}
+
+fn read_joint(report: &mut Report, index: usize, joint: wire::Joint) -> DraftJoint {
+    let place = format!("/joints/{index}");
+    let part = |name: &str| format!("{place}/{name}");
+    let kind = match joint.kind {
+        wire::JointKind::Fixed => JointKind::Fixed,
+        wire::JointKind::Revolute | wire::JointKind::Continuous => JointKind::Revolute,
+        wire::JointKind::Prismatic => JointKind::Prismatic,
+    };
+    if joint.limits.is_some() && matches!(joint.kind, wire::JointKind::Fixed | wire::JointKind::Continuous) {
+        report.fault(part("limits"), "a fixed or continuous joint has no limits");
+    }
+    let bound = |name: &str, value: Option<f64>| {
+        value.map(|value| At::new(value, part(&format!("actuation/{name}"))))
+    };
+    DraftJoint {
+        kind,
+        origin: At::new(read_pose(report, &part("origin"), joint.origin), part("origin")),
+        axis: At::new(Vector3::from(joint.axis), part("axis")),
+        limits: joint.limits.map(|limits| At::new([limits.lower, limits.upper], part("limits"))),
+        effort: bound("max_torque", joint.actuation.max_torque),
+        velocity: bound("max_speed", joint.actuation.max_speed),
+        damping: At::new(joint.damping, part("damping")),
+        friction: At::new(joint.friction, part("friction")),
+        armature: At::new(joint.armature, part("armature")),
+        parent: At::new(joint.parent, part("parent")),
+        child: At::new(joint.child, part("child")),
+        name: At::new(joint.name, part("name")),
+    }
+}

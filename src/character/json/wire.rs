@@ -1,0 +1,228 @@
+//! The words of a `gaitwright/character@1` document.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// A character: links joined by joints into one tree. SI units, radians, z up, x forward.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "gaitwright/character@1", rename = "Character")]
+pub struct Document {
+    /// Always `gaitwright/character@1`.
+    pub format: String,
+    /// The character's name.
+    pub name: String,
+    /// At least one; each but the root is the child of one joint.
+    pub links: Vec<Link>,
+    /// In the order in which a parent's children are to follow it.
+    #[serde(default)]
+    pub joints: Vec<Joint>,
+    /// A standing pose, by joint name, rad or m; joints left out stand at 0.
+    #[serde(default)]
+    pub standing: Option<BTreeMap<String, f64>>,
+}
+
+/// A rigid body. Give either `density`, and mass and inertia follow from the shapes, or `mass`,
+/// `center_of_mass` and `inertia`; or none of them for a mere frame.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Link {
+    /// Unique among the links.
+    pub name: String,
+    /// kg/m³ of all `shapes`; where shapes overlap, both count.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub density: Option<f64>,
+    /// kg.
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub mass: Option<f64>,
+    /// In the link frame, m. The origin when left out.
+    #[serde(default)]
+    pub center_of_mass: Option<[f64; 3]>,
+    /// About the centre of mass along the axes of the link frame, kg m².
+    #[serde(default)]
+    pub inertia: Option<Inertia>,
+    /// What touches the world.
+    #[serde(default)]
+    pub shapes: Vec<Shape>,
+    /// What is only looked at; the shapes when left out.
+    #[serde(default)]
+    pub visuals: Vec<Shape>,
+}
+
+/// A symmetric matrix of inertia, kg m².
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Inertia {
+    pub xx: f64,
+    pub yy: f64,
+    pub zz: f64,
+    #[serde(default)]
+    pub xy: f64,
+    #[serde(default)]
+    pub xz: f64,
+    #[serde(default)]
+    pub yz: f64,
+}
+
+/// A frame in another: a position in m, and either an orientation or roll, pitch and yaw.
+#[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pose {
+    /// m.
+    #[serde(default)]
+    pub position: [f64; 3],
+    /// A quaternion `[w, x, y, z]`; it is normalised.
+    #[serde(default)]
+    pub orientation: Option<[f64; 4]>,
+    /// Rotations about the fixed x, y and z axes, in this order, rad.
+    #[serde(default)]
+    pub rpy: Option<[f64; 3]>,
+}
+
+/// A solid shape about its own frame.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Shape {
+    /// A ball.
+    Sphere {
+        /// m.
+        radius: f64,
+        /// The shape's frame in the link frame.
+        #[serde(default)]
+        pose: Pose,
+        /// Red, green, blue, opacity, 0 to 1.
+        #[serde(default)]
+        color: Option<[f32; 4]>,
+    },
+    /// A box.
+    Box {
+        /// Full lengths of the edges, m.
+        size: [f64; 3],
+        /// The shape's frame in the link frame.
+        #[serde(default)]
+        pose: Pose,
+        /// Red, green, blue, opacity, 0 to 1.
+        #[serde(default)]
+        color: Option<[f32; 4]>,
+    },
+    /// A cylinder along z.
+    Cylinder {
+        /// m.
+        radius: f64,
+        /// Full length, m.
+        length: f64,
+        /// The shape's frame in the link frame.
+        #[serde(default)]
+        pose: Pose,
+        /// Red, green, blue, opacity, 0 to 1.
+        #[serde(default)]
+        color: Option<[f32; 4]>,
+    },
+    /// A cylinder along z with round ends.
+    Capsule {
+        /// m.
+        radius: f64,
+        /// Length of the straight part, m.
+        length: f64,
+        /// The shape's frame in the link frame.
+        #[serde(default)]
+        pose: Pose,
+        /// Red, green, blue, opacity, 0 to 1.
+        #[serde(default)]
+        color: Option<[f32; 4]>,
+    },
+    /// The convex hull of points; of many points the 32 that tell most.
+    Hull {
+        /// At least 4 points, not all in one plane, m.
+        vertices: Vec<[f64; 3]>,
+        /// The shape's frame in the link frame.
+        #[serde(default)]
+        pose: Pose,
+        /// Red, green, blue, opacity, 0 to 1.
+        #[serde(default)]
+        color: Option<[f32; 4]>,
+    },
+}
+
+/// What joins a child link to its parent.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Joint {
+    /// Unique among the joints.
+    pub name: String,
+    /// What the joint allows.
+    pub kind: JointKind,
+    /// Name of the parent link.
+    pub parent: String,
+    /// Name of the child link.
+    pub child: String,
+    /// The joint frame, which is the child link's frame at angle 0, in the parent link's frame.
+    #[serde(default)]
+    pub origin: Pose,
+    /// In the joint frame; it is normalised.
+    #[serde(default = "x_axis")]
+    pub axis: [f64; 3],
+    /// Range of motion; none when left out.
+    #[serde(default)]
+    pub limits: Option<Limits>,
+    /// Bounds of the actuator; none when left out.
+    #[serde(default)]
+    pub actuation: Actuation,
+    /// Viscous damping, N m s/rad or N s/m.
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub damping: f64,
+    /// Dry friction, N m or N.
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub friction: f64,
+    /// Reflected inertia of the rotor, kg m² or kg.
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub armature: f64,
+}
+
+fn x_axis() -> [f64; 3] {
+    [1.0, 0.0, 0.0]
+}
+
+/// What a joint allows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum JointKind {
+    /// No motion.
+    Fixed,
+    /// Rotation about the axis.
+    Revolute,
+    /// Rotation about the axis without limits.
+    Continuous,
+    /// Translation along the axis.
+    Prismatic,
+}
+
+/// A range of motion, rad or m.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    pub lower: f64,
+    /// Greater than `lower`.
+    pub upper: f64,
+}
+
+/// Bounds of an actuator.
+#[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Actuation {
+    /// N m or N.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub max_torque: Option<f64>,
+    /// rad/s or m/s.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub max_speed: Option<f64>,
+}

@@ -1,0 +1,191 @@
+//! A character as everyone after the readers sees it.
+
+use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
+
+/// An articulated character: a tree of links, parents before children.
+///
+/// Invariants, established by the readers and relied on by everyone after them: `links` is not
+/// empty; `links[0]` is the root and the only link without a joint; every joint's `parent` is
+/// smaller than its link's own index; names are unique among links and among joints; every number
+/// is finite; masses are positive; axes have unit length; links joined by fixed joints have, taken
+/// together, a positive mass and a positive definite inertia.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Character {
+    /// The character's name, as its author wrote it.
+    pub name: String,
+    /// Links, parents before children.
+    pub links: Vec<Link>,
+    /// Joint angles (rad; m for prismatic joints) of a standing pose given by the author, by joint
+    /// name, in the order of the links; joints left out stand at 0.
+    pub standing: Option<Vec<(String, f64)>>,
+    /// `sha256:…` of the bytes the character was read from.
+    pub digest: String,
+}
+
+/// A rigid link, its inertia and its shapes, and the joint that carries it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// Unique among the links.
+    pub name: String,
+    /// The joint to the parent link; `None` for the root alone.
+    pub joint: Option<Joint>,
+    /// `None`: the link is massless and fixed to a link that is not.
+    pub inertial: Option<Inertial>,
+    /// Shapes that touch the world.
+    pub collisions: Vec<Placed>,
+    /// Shapes that are only looked at. Empty: show the collision shapes.
+    pub visuals: Vec<Placed>,
+}
+
+/// Mass, centre of mass and rotational inertia of a link.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inertial {
+    /// kg, positive.
+    pub mass: f64,
+    /// Centre of mass in the link frame, m.
+    pub center_of_mass: Point3<f64>,
+    /// Rotational inertia about the centre of mass, along the axes of the link frame, kg m².
+    /// Symmetric and positive semidefinite; a link's own may be singular, but the inertia of the
+    /// rigid body that it forms with the links fixed to it is positive definite.
+    pub inertia: Matrix3<f64>,
+}
+
+/// How a link moves against its parent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// Unique among the joints.
+    pub name: String,
+    /// Index of the parent link.
+    pub parent: usize,
+    /// What the joint allows.
+    pub kind: JointKind,
+    /// The joint frame (which is the child link's frame at angle zero) in the parent link's frame.
+    pub origin: Isometry3<f64>,
+    /// Axis in the joint frame; meaningless for a fixed joint.
+    pub axis: Unit<Vector3<f64>>,
+    /// Range of motion, rad or m; `None` is unlimited. `lower < upper`.
+    pub limits: Option<Limits>,
+    /// Greatest torque or force of the actuator, N m or N; `None` is unbounded.
+    pub effort: Option<f64>,
+    /// Greatest speed of the actuator, rad/s or m/s; `None` is unbounded.
+    pub velocity: Option<f64>,
+    /// Viscous damping, N m s/rad or N s/m, at least 0.
+    pub damping: f64,
+    /// Dry friction, N m or N, at least 0.
+    pub friction: f64,
+    /// Reflected inertia of the rotor, kg m² or kg, at least 0.
+    pub armature: f64,
+}
+
+/// What a joint allows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointKind {
+    /// No motion.
+    Fixed,
+    /// Rotation about the axis.
+    Revolute,
+    /// Translation along the axis.
+    Prismatic,
+}
+
+/// A range of motion, rad or m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Smallest value.
+    pub lower: f64,
+    /// Greatest value.
+    pub upper: f64,
+}
+
+/// A shape and where it sits on its link.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Placed {
+    /// Frame of the shape in the link frame.
+    pub pose: Isometry3<f64>,
+    /// The shape, about its own frame.
+    pub shape: Shape,
+    /// Red, green, blue, opacity from 0 to 1, where the author gave one.
+    pub color: Option<[f32; 4]>,
+}
+
+/// A solid shape in its own frame, lengths in m.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// A ball about the origin.
+    Sphere {
+        /// m.
+        radius: f64,
+    },
+    /// A box about the origin.
+    Box {
+        /// Half of each edge's length, m.
+        half_extents: Vector3<f64>,
+    },
+    /// A cylinder about the origin along z.
+    Cylinder {
+        /// m.
+        radius: f64,
+        /// Half of its length, m.
+        half_length: f64,
+    },
+    /// A cylinder along z with round ends.
+    Capsule {
+        /// m.
+        radius: f64,
+        /// Half of the length of the straight part, m.
+        half_length: f64,
+    },
+    /// A body bounded by triangles: convex among the collision shapes, any mesh among the visuals.
+    Hull {
+        /// Corners, m.
+        vertices: Vec<Point3<f64>>,
+        /// Faces, counter-clockwise seen from outside.
+        triangles: Vec<[u32; 3]>,
+    },
+}
+
+/// Something that was changed, approximated or left out while a character was read.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Note {
+    /// What the note is about.
+    #[serde(flatten)]
+    pub about: About,
+    /// What was done.
+    pub kind: NoteKind,
+    /// One sentence for the character's author.
+    pub message: String,
+}
+
+/// What a [`Note`] is about; in JSON one field, `"link": name`, `"joint": name` or
+/// `"character": name`.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum About {
+    /// A link, by name.
+    Link(String),
+    /// A joint, by name.
+    Joint(String),
+    /// The whole character, by name.
+    Character(String),
+}
+
+/// What was done to the character's description.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NoteKind {
+    /// A fault was mended.
+    Repaired,
+    /// Something was replaced by something simpler.
+    Approximated,
+    /// Something doubtful about the physics was kept as given.
+    Kept,
+    /// Something that has no bearing on the physics was left out.
+    Ignored,
+}
+
+impl Character {
+    /// Total mass, kg.
+    pub fn mass(&self) -> f64 {
+        self.links.iter().filter_map(|link| link.inertial.as_ref()).map(|inertial| inertial.mass).sum()
+    }
+}
