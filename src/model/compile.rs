@@ -1,0 +1,138 @@
+//! From a character to a model: rigid parts are merged, shapes become contact candidates.
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+use super::{Body, Freedom, LinkPlace, Model, contact};
+use crate::character::{Character, JointKind};
+
+impl Model {
+    /// Compiles `character`.
+    ///
+    /// A joint of kind fixed vanishes: its child link becomes part of the parent's body. With
+    /// `fixed_base` the root link is bolted to the world.
+    pub fn new(character: Arc<Character>, fixed_base: bool) -> Self {
+        let mut bodies = vec![MergedBody::new(Body {
+            parent: 0,
+            freedom: Freedom::Revolute,
+            offset: Vector3::zeros(),
+            turn: Matrix3::identity(),
+            turn_sine: Matrix3::zeros(),
+            turn_versine: Matrix3::zeros(),
+            axis: Vector3::z(),
+            mass: 0.0,
+            center: Vector3::zeros(),
+            inertia: Matrix3::zeros(),
+        })];
+        let mut links: Vec<LinkPlace> = Vec::with_capacity(character.links.len());
+        let mut joints = Vec::new();
+        for link in &character.links {
+            let place = match &link.joint {
+                None => LinkPlace { body: 0, pose: Isometry3::identity() },
+                Some(joint) => {
+                    let parent = &links[joint.parent];
+                    let origin = parent.pose * joint.origin;
+                    match freedom(joint.kind) {
+                        None => LinkPlace { body: parent.body, pose: origin },
+                        Some(freedom) => {
+                            bodies.push(MergedBody::new(carried(parent.body, freedom, &origin, &joint.axis)));
+                            joints.push(joint);
+                            LinkPlace { body: bodies.len() - 1, pose: Isometry3::identity() }
+                        }
+                    }
+                }
+            };
+            if let Some(inertial) = &link.inertial {
+                let turn = place.pose.rotation.to_rotation_matrix();
+                bodies[place.body].add(
+                    inertial.mass,
+                    (place.pose * inertial.center_of_mass).coords,
+                    turn.matrix() * inertial.inertia * turn.matrix().transpose(),
+                );
+            }
+            links.push(place);
+        }
+        let bodies: Vec<Body> = bodies.into_iter().map(MergedBody::finish).collect();
+        let (ground_shapes, ground_points, ground_slots) = contact::candidates(&character, &links);
+        Self {
+            fixed_base,
+            joint_names: joints.iter().map(|joint| joint.name.clone()).collect(),
+            limits: joints.iter().map(|joint| joint.limits.map(|range| [range.lower, range.upper])).collect(),
+            effort: joints.iter().map(|joint| joint.effort).collect(),
+            speed: joints.iter().map(|joint| joint.velocity).collect(),
+            damping: joints.iter().map(|joint| joint.damping).collect(),
+            friction: joints.iter().map(|joint| joint.friction).collect(),
+            armature: joints.iter().map(|joint| joint.armature).collect(),
+            mass: bodies.iter().map(|body| body.mass).sum(),
+            bodies,
+            links,
+            ground_shapes,
+            ground_points,
+            ground_slots,
+            character,
+        }
+    }
+}
+
+fn freedom(kind: JointKind) -> Option<Freedom> {
+    match kind {
+        JointKind::Fixed => None,
+        JointKind::Revolute => Some(Freedom::Revolute),
+        JointKind::Prismatic => Some(Freedom::Prismatic),
+    }
+}
+
+/// A body without mass so far, carried by `parent` through a joint at `origin` about `axis`.
+fn carried(parent: usize, freedom: Freedom, origin: &Isometry3<f64>, axis: &Vector3<f64>) -> Body {
+    let turn = *origin.rotation.to_rotation_matrix().matrix();
+    let cross = axis.cross_matrix();
+    Body {
+        parent,
+        freedom,
+        offset: origin.translation.vector,
+        turn,
+        turn_sine: turn * cross,
+        turn_versine: turn * cross * cross,
+        axis: *axis,
+        mass: 0.0,
+        center: Vector3::zeros(),
+        inertia: Matrix3::zeros(),
+    }
+}
+
+/// A body that gathers the inertias of its links about its own origin.
+struct MergedBody {
+    body: Body,
+    mass: f64,
+    first_moment: Vector3<f64>,
+    parts: Vec<(f64, Vector3<f64>, Matrix3<f64>)>,
+}
+
+impl MergedBody {
+    fn new(body: Body) -> Self {
+        Self { body, mass: 0.0, first_moment: Vector3::zeros(), parts: Vec::new() }
+    }
+
+    fn add(&mut self, mass: f64, center: Vector3<f64>, inertia: Matrix3<f64>) {
+        self.mass += mass;
+        self.first_moment += center * mass;
+        self.parts.push((mass, center, inertia));
+    }
+
+    /// Sums the parts about their common centre of mass, which is exact for a single part and free
+    /// of cancellation for several.
+    fn finish(self) -> Body {
+        let mut body = self.body;
+        if self.mass > 0.0 {
+            body.mass = self.mass;
+            body.center = self.first_moment / self.mass;
+            for (mass, center, inertia) in self.parts {
+                let arm = center - body.center;
+                body.inertia +=
+                    inertia + (Matrix3::identity() * arm.norm_squared() - arm * arm.transpose()) * mass;
+            }
+        }
+        body
+    }
+}

@@ -1,0 +1,134 @@
+//! Places at which a character can touch the ground, as fixed slots of the model.
+//!
+//! Against a plane the lowest points of a convex solid are corners (box, hull), points of a ball
+//! about a fixed centre (sphere, capsule), or points of a rim (cylinder). Each such place keeps its
+//! slot for as long as the model lives, so that contact forces are remembered from step to step by
+//! slot.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::LinkPlace;
+use crate::character::{Character, Shape};
+
+/// Slots of a cylinder: three points on each rim.
+pub const CYLINDER_SLOTS: usize = 6;
+
+/// A shape that can touch the ground.
+#[derive(Debug, Clone)]
+pub struct GroundShape {
+    /// Index of the character's link.
+    pub link: usize,
+    /// Index of the body it is part of.
+    pub body: usize,
+    /// Centre of a ball that holds the shape, in the body frame, m.
+    pub center: Vector3<f64>,
+    /// Radius of that ball, m.
+    pub reach: f64,
+    /// First of the shape's slots.
+    pub first_slot: usize,
+    /// The shape itself.
+    pub surface: Surface,
+}
+
+/// What of a shape can touch a plane.
+#[derive(Debug, Clone)]
+pub enum Surface {
+    /// Balls about points of [`super::Model::ground_points`]; one slot each.
+    Points {
+        /// Index of the first point.
+        first: usize,
+        /// Number of points.
+        count: usize,
+        /// Radius of the balls, m; 0 for corners.
+        radius: f64,
+    },
+    /// Two rims; [`CYLINDER_SLOTS`] slots.
+    Cylinder {
+        /// Axis in the body frame, of unit length.
+        axis: Vector3<f64>,
+        /// A direction across the axis, of unit length.
+        across: Vector3<f64>,
+        /// m.
+        radius: f64,
+        /// m.
+        half_length: f64,
+    },
+}
+
+/// The candidates of all collision shapes, their points, and the number of slots.
+pub(super) fn candidates(
+    character: &Character,
+    links: &[LinkPlace],
+) -> (Vec<GroundShape>, Vec<Vector3<f64>>, usize) {
+    let mut shapes = Vec::new();
+    let mut points: Vec<Vector3<f64>> = Vec::new();
+    let mut slots = 0;
+    for (index, (link, place)) in character.links.iter().zip(links).enumerate() {
+        for placed in &link.collisions {
+            let pose = place.pose * placed.pose;
+            let surface = surface(&placed.shape, &pose, &mut points);
+            let (center, reach) = enclosing_ball(&placed.shape, &pose);
+            let first_slot = slots;
+            slots += match surface {
+                Surface::Points { count, .. } => count,
+                Surface::Cylinder { .. } => CYLINDER_SLOTS,
+            };
+            shapes.push(GroundShape { link: index, body: place.body, center, reach, first_slot, surface });
+        }
+    }
+    (shapes, points, slots)
+}
+
+fn surface(shape: &Shape, pose: &Isometry3<f64>, points: &mut Vec<Vector3<f64>>) -> Surface {
+    let first = points.len();
+    let mut add = |point: Point3<f64>| points.push((pose * point).coords);
+    let radius = match shape {
+        Shape::Sphere { radius } => {
+            add(Point3::origin());
+            *radius
+        }
+        Shape::Capsule { radius, half_length } => {
+            add(Point3::new(0.0, 0.0, *half_length));
+            add(Point3::new(0.0, 0.0, -half_length));
+            *radius
+        }
+        Shape::Box { half_extents } => {
+            for corner in 0..8_u8 {
+                let sign = |bit: u8| if corner & bit == 0 { -1.0 } else { 1.0 };
+                let signs = Vector3::new(sign(1), sign(2), sign(4));
+                add(Point3::from(half_extents.component_mul(&signs)));
+            }
+            0.0
+        }
+        Shape::Hull { vertices, .. } => {
+            vertices.iter().copied().for_each(add);
+            0.0
+        }
+        Shape::Cylinder { radius, half_length } => {
+            return Surface::Cylinder {
+                axis: pose.rotation * Vector3::z(),
+                across: pose.rotation * Vector3::x(),
+                radius: *radius,
+                half_length: *half_length,
+            };
+        }
+    };
+    Surface::Points { first, count: points.len() - first, radius }
+}
+
+/// Centre (body frame) and radius of a ball that holds the shape.
+fn enclosing_ball(shape: &Shape, pose: &Isometry3<f64>) -> (Vector3<f64>, f64) {
+    let (center, reach) = match shape {
+        Shape::Sphere { radius } => (Point3::origin(), *radius),
+        Shape::Capsule { radius, half_length } => (Point3::origin(), radius + half_length),
+        Shape::Box { half_extents } => (Point3::origin(), half_extents.norm()),
+        Shape::Cylinder { radius, half_length } => (Point3::origin(), radius.hypot(*half_length)),
+        Shape::Hull { vertices, .. } => {
+            let sum: Vector3<f64> = vertices.iter().map(|vertex| vertex.coords).sum();
+            let center = Point3::from(sum / vertices.len().max(1) as f64);
+            let reach = vertices.iter().map(|vertex| (vertex - center).norm()).fold(0.0, f64::max);
+            (center, reach)
+        }
+    };
+    ((pose * center).coords, reach)
+}
