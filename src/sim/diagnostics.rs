@@ -1,0 +1,121 @@
+//! What a state amounts to: energy, momentum, poses, and whether its numbers are finite.
+
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+
+use super::Failure;
+use super::reduced::kinematics::{BodyMotion, place};
+use super::rows::Owner;
+use super::state::State;
+use crate::model::Model;
+use crate::scene::StepPlan;
+
+/// Energy of a character, J.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Energy {
+    /// Of motion.
+    pub kinetic: f64,
+    /// Of height: zero with the centre of mass at the world's origin.
+    pub potential: f64,
+}
+
+/// Momentum of a character in the world frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Momentum {
+    /// kg m/s.
+    pub linear: Vector3<f64>,
+    /// About the centre of mass, kg m²/s.
+    pub angular: Vector3<f64>,
+}
+
+fn placed(model: &Model, state: &State) -> Vec<BodyMotion> {
+    let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
+    place(model, state, &mut bodies);
+    bodies
+}
+
+/// Centre of mass of `model` in `state`, world frame, m.
+pub fn center_of_mass(model: &Model, state: &State) -> Point3<f64> {
+    let sum: Vector3<f64> = placed(model, state).iter().map(|body| body.inertia.first_moment).sum();
+    state.root.position + sum / model.mass
+}
+
+/// World frames of the character's links in `state`, in their order.
+pub fn link_poses(model: &Model, state: &State) -> Vec<Isometry3<f64>> {
+    let frames: Vec<Isometry3<f64>> = placed(model, state)
+        .iter()
+        .map(|body| {
+            let origin = state.root.position.coords + body.origin;
+            let rotation = UnitQuaternion::from_matrix(&body.rotation);
+            Isometry3::from_parts(Translation3::from(origin), rotation)
+        })
+        .collect();
+    model.links.iter().map(|place| frames[place.body] * place.pose).collect()
+}
+
+/// Energy of `model` in `state` under the gravity of `plan`. The rotors' share (armature) is included.
+pub fn energy(model: &Model, plan: &StepPlan, state: &State) -> Energy {
+    let bodies = placed(model, state);
+    let of_bodies: f64 = bodies.iter().map(|body| body.velocity.dot(body.inertia.times(body.velocity))).sum();
+    let of_rotors: f64 =
+        model.armature.iter().zip(&state.velocities).map(|(inertia, rate)| inertia * rate * rate).sum();
+    let first: Vector3<f64> = bodies.iter().map(|body| body.inertia.first_moment).sum();
+    let first = first + state.root.position.coords * model.mass;
+    Energy { kinetic: 0.5 * (of_bodies + of_rotors), potential: -plan.gravity.dot(&first) }
+}
+
+/// Momentum of `model` in `state`.
+pub fn momentum(model: &Model, state: &State) -> Momentum {
+    let bodies = placed(model, state);
+    let mut linear = Vector3::zeros();
+    let mut about_root = Vector3::zeros();
+    let mut first = Vector3::zeros();
+    for body in &bodies {
+        let momentum = body.inertia.times(body.velocity);
+        linear += momentum.force;
+        about_root += momentum.moment;
+        first += body.inertia.first_moment;
+    }
+    Momentum { linear, angular: about_root - (first / model.mass).cross(&linear) }
+}
+
+/// Fails if a number of `state` is not finite, naming the body and the row with the largest residual.
+pub fn check_finite(
+    model: &Model,
+    state: &State,
+    worst: impl FnOnce() -> Option<Owner>,
+) -> Result<(), Failure> {
+    let root = &state.root;
+    let root_is_finite = root.position.coords.sum().is_finite()
+        && root.orientation.coords.sum().is_finite()
+        && root.linear_velocity.sum().is_finite()
+        && root.angular_velocity.sum().is_finite();
+    let joint = state
+        .angles
+        .iter()
+        .zip(&state.velocities)
+        .position(|(angle, velocity)| !(angle.is_finite() && velocity.is_finite()));
+    let place = match (root_is_finite, joint) {
+        (true, None) => return Ok(()),
+        (_, Some(joint)) => format!("body of joint {}", model.joint_names[joint]),
+        (false, None) => format!("root link {}", model.character.links[0].name),
+    };
+    let cause = match worst() {
+        None => "the state became non-finite; no constraint was active".to_owned(),
+        Some(owner) => {
+            format!("the state became non-finite; the largest residual is that of {}", describe(model, owner))
+        }
+    };
+    Err(Failure { time: state.time, place, cause })
+}
+
+/// A row's owner in words.
+fn describe(model: &Model, owner: Owner) -> String {
+    match owner {
+        Owner::Contact { link } => format!("a contact of link {}", model.character.links[link].name),
+        Owner::LowerLimit(joint) | Owner::UpperLimit(joint) => {
+            format!("the limit of joint {}", model.joint_names[joint])
+        }
+        Owner::DryFriction(joint) => format!("the dry friction of joint {}", model.joint_names[joint]),
+        Owner::Torque(joint) => format!("the torque limit of joint {}", model.joint_names[joint]),
+    }
+}

@@ -1,0 +1,320 @@
+//! One Newton step on the natural map: guess which rows are at their bounds, and solve for the others.
+//!
+//! The natural map is piecewise smooth. About a point (λ, w) each row lies on one of its pieces:
+//!
+//! - *held*: its force is a number (an end of its bound, or friction without a normal force);
+//! - *free*: its force is unknown and its velocity is zero (also both rows of a sticking contact);
+//! - *sliding*: its force follows the unknown normal force, λ_t = μ λ_n e. For a pyramid e = ±1 and that is
+//!   all. For a circular cone e is a direction that may turn: with τ perpendicular to e, the unknown s
+//!   moves the force by s τ, and its equation says that the velocity across e vanishes, τ · w_t = 0.
+//!   As τ turns by s / (μ λ_n) with it, the derivative of that equation by s is
+//!   τ · B τ + |w_t| / (μ λ_n), with B the block of the two rows.
+//!
+//! What is left is one square linear system, with no more unknowns than rows. It is scaled to a unit
+//! diagonal, so that mass ratios do not spoil it, and a share [`PROXIMITY`] of the identity is added: rows that
+//! depend on each other (a box on four points) leave many solutions, and the one nearest to the start is
+//! taken. The steps then are those of the proximal-point method (Rockafellar 1976), whose limit does not
+//! depend on that share.
+
+use super::residual::{evaluate, norm, project, row_scale, tangent_scale};
+use super::{Bound, Problem, linear};
+
+/// Large against rounding (1e-16), small against the least eigenvalue that matters of a scaled matrix.
+const PROXIMITY: f64 = 1e-10;
+
+/// An unknown and its equation: the combination of one or two rows. It changes the forces of the rows by
+/// its value times the weights, and asks that the same combination of their velocities vanish.
+#[derive(Debug, Clone, Copy)]
+struct Unknown {
+    rows: [usize; 2],
+    weights: [f64; 2],
+    /// Added to the diagonal: what turning the direction of sliding contributes.
+    bend: f64,
+}
+
+/// Friction that follows its normal force.
+#[derive(Debug, Clone, Copy)]
+struct Sliding {
+    rows: [usize; 2],
+    normal: usize,
+    coefficient: f64,
+    /// e, a unit vector; of a pyramid's row ±1 and 0.
+    direction: [f64; 2],
+    /// The unknown that turns e, and the radius μ λ_n at which its value is a length of arc.
+    turn: Option<(usize, f64)>,
+}
+
+/// What came of a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Step {
+    /// The forces are those of the active set, and leave this residual.
+    Taken {
+        /// m/s or rad/s.
+        residual: f64,
+    },
+    /// The equations of the active set contradict each other, and forces without bound would not
+    /// satisfy them. The forces are unchanged but for the held ones.
+    Contradiction,
+    /// The elimination found no pivot. The forces are unchanged but for the held ones.
+    Singular,
+}
+
+/// The scratch memory of the step.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ActiveSet {
+    unknowns: Vec<Unknown>,
+    /// n, the unknown that is the row's force, if it is one.
+    unknown_of: Vec<Option<usize>>,
+    sliding: Vec<Sliding>,
+    /// n, combination of rows of A.
+    combined: Vec<f64>,
+    /// See [`linear::solve`].
+    system: Vec<f64>,
+}
+
+impl ActiveSet {
+    /// Replaces `lambda`, whose velocities are `velocity`, by the solution of its active set projected
+    /// onto the bounds, and `velocity` by what belongs to that.
+    pub(super) fn step(&mut self, problem: &Problem<'_>, lambda: &mut [f64], velocity: &mut [f64]) -> Step {
+        if self.guess(problem, lambda, velocity) {
+            evaluate(problem, lambda, velocity);
+        }
+        let asked = self.assemble(problem, velocity);
+        let m = self.unknowns.len();
+        if linear::solve(&mut self.system, m).is_none() {
+            return Step::Singular;
+        }
+        // What the equations lack after the step is the share of the unknowns that was added to them.
+        let greatest = (0..m).map(|index| self.value(index).abs()).fold(0.0, f64::max);
+        if PROXIMITY * greatest > 0.5 * asked {
+            return Step::Contradiction;
+        }
+        self.apply(lambda);
+        project(problem, lambda);
+        Step::Taken { residual: evaluate(problem, lambda, velocity) }
+    }
+
+    /// The solution's value of an unknown.
+    fn value(&self, index: usize) -> f64 {
+        let m = self.unknowns.len();
+        self.system[index * linear::width(m) + m]
+    }
+
+    /// Puts every row on its piece and moves held and sliding forces there; says whether one moved.
+    fn guess(&mut self, problem: &Problem<'_>, lambda: &mut [f64], velocity: &[f64]) -> bool {
+        let n = problem.rows();
+        self.unknowns.clear();
+        self.sliding.clear();
+        self.unknown_of.clear();
+        self.unknown_of.resize(n, None);
+        let mut moved = false;
+        for (row, bound) in problem.bounds.iter().enumerate() {
+            if !bound.is_friction() {
+                moved |= self.guess_row(problem, row, bound.interval(lambda), lambda, velocity);
+            }
+        }
+        let mut row = 0;
+        while row < n {
+            let block = problem.block(row);
+            if let Bound::Friction { normal, coefficient } = problem.bounds[row] {
+                let radius = coefficient * lambda[normal].max(0.0);
+                if radius == 0.0 {
+                    // A contact that is about to close has no direction of sliding yet.
+                    let closing = coefficient > 0.0 && self.unknown_of[normal].is_some();
+                    for (tangent, force) in lambda.iter_mut().enumerate().skip(row).take(block) {
+                        if closing {
+                            self.free(tangent);
+                        } else {
+                            moved |= place(force, 0.0);
+                        }
+                    }
+                } else if block == 2 {
+                    moved |= self.guess_disc(problem, row, radius, lambda, velocity);
+                } else if self.unknown_of[normal].is_none() {
+                    moved |= self.guess_row(problem, row, (-radius, radius), lambda, velocity);
+                } else {
+                    moved |= self.guess_pyramid(problem, row, radius, lambda, velocity);
+                }
+            }
+            row += block;
+        }
+        moved
+    }
+
+    /// A row with a fixed interval: free inside it, held at its ends.
+    fn guess_row(
+        &mut self,
+        problem: &Problem<'_>,
+        row: usize,
+        (lower, upper): (f64, f64),
+        lambda: &mut [f64],
+        velocity: &[f64],
+    ) -> bool {
+        let scale = row_scale(problem, row);
+        if velocity[row] >= scale * (lambda[row] - lower) {
+            place(&mut lambda[row], lower)
+        } else if velocity[row] <= scale * (lambda[row] - upper) {
+            place(&mut lambda[row], upper)
+        } else {
+            self.free(row);
+            false
+        }
+    }
+
+    /// A row of a pyramid whose normal force is unknown.
+    fn guess_pyramid(
+        &mut self,
+        problem: &Problem<'_>,
+        row: usize,
+        radius: f64,
+        lambda: &mut [f64],
+        velocity: &[f64],
+    ) -> bool {
+        let Bound::Friction { normal, coefficient } = problem.bounds[row] else { return false };
+        let scale = row_scale(problem, row);
+        let sign = if velocity[row] >= scale * (lambda[row] + radius) {
+            -1.0
+        } else if velocity[row] <= scale * (lambda[row] - radius) {
+            1.0
+        } else {
+            self.free(row);
+            return false;
+        };
+        let direction = [sign, 0.0];
+        self.sliding.push(Sliding { rows: [row; 2], normal, coefficient, direction, turn: None });
+        place(&mut lambda[row], sign * radius)
+    }
+
+    /// Both rows of a circular cone.
+    fn guess_disc(
+        &mut self,
+        problem: &Problem<'_>,
+        row: usize,
+        radius: f64,
+        lambda: &mut [f64],
+        velocity: &[f64],
+    ) -> bool {
+        let Bound::Friction { normal, coefficient } = problem.bounds[row] else { return false };
+        let scale = tangent_scale(problem, row);
+        let aim = [scale * lambda[row] - velocity[row], scale * lambda[row + 1] - velocity[row + 1]];
+        let reach = norm(aim);
+        if reach <= scale * radius {
+            self.free(row);
+            self.free(row + 1);
+            return false;
+        }
+        let direction = [aim[0] / reach, aim[1] / reach];
+        let across = [-direction[1], direction[0]];
+        let backward = -(direction[0] * velocity[row] + direction[1] * velocity[row + 1]);
+        let rows = [row, row + 1];
+        let turn = Some((self.unknowns.len(), radius));
+        self.unknowns.push(Unknown { rows, weights: across, bend: backward.max(0.0) / radius });
+        self.sliding.push(Sliding { rows, normal, coefficient, direction, turn });
+        let [first, second] = direction.map(|each| radius * each);
+        place(&mut lambda[row], first) | place(&mut lambda[row + 1], second)
+    }
+
+    /// Makes the force of `row` an unknown.
+    fn free(&mut self, row: usize) {
+        self.unknown_of[row] = Some(self.unknowns.len());
+        self.unknowns.push(Unknown { rows: [row; 2], weights: [1.0, 0.0], bend: 0.0 });
+    }
+
+    /// Scales every unknown to a unit diagonal and fills the augmented system. Returns the greatest
+    /// magnitude on its right-hand side.
+    fn assemble(&mut self, problem: &Problem<'_>, velocity: &[f64]) -> f64 {
+        let n = problem.rows();
+        let m = self.unknowns.len();
+        for unknown in &mut self.unknowns {
+            let scale = stiffness(problem, unknown);
+            let root = scale.sqrt();
+            unknown.weights = unknown.weights.map(|weight| weight / root);
+            unknown.bend /= scale;
+        }
+        self.combined.resize(n, 0.0);
+        let width = linear::width(m);
+        self.system.clear();
+        self.system.resize(m * width, 0.0);
+        let mut asked = 0.0_f64;
+        for (index, (equation, entries)) in
+            self.unknowns.iter().zip(self.system.chunks_exact_mut(width)).enumerate()
+        {
+            let [first, second] = equation.rows.map(|row| &problem.matrix[row * n..(row + 1) * n]);
+            let [p, q] = equation.weights;
+            let combined = self.combined.as_mut_slice();
+            for (entry, a) in combined.iter_mut().zip(first) {
+                *entry = p * a;
+            }
+            if q != 0.0 {
+                for (entry, a) in combined.iter_mut().zip(second) {
+                    *entry += q * a;
+                }
+            }
+            for (entry, unknown) in entries.iter_mut().zip(&self.unknowns) {
+                *entry = combined[unknown.rows[0]] * unknown.weights[0];
+            }
+            for sliding in &self.sliding {
+                let [x, y] = sliding.rows.map(|row| combined[row]);
+                if let Some((turn, _)) = sliding.turn {
+                    entries[turn] += y * self.unknowns[turn].weights[1];
+                }
+                if let Some(normal) = self.unknown_of[sliding.normal] {
+                    let along = x * sliding.direction[0] + y * sliding.direction[1];
+                    entries[normal] += sliding.coefficient * along * self.unknowns[normal].weights[0];
+                }
+            }
+            entries[index] += equation.bend + PROXIMITY;
+            let wrong = p * velocity[equation.rows[0]] + q * velocity[equation.rows[1]];
+            asked = asked.max(wrong.abs());
+            entries[m] = -wrong;
+        }
+        asked
+    }
+
+    /// Adds the solution to `lambda` and lets sliding friction follow.
+    fn apply(&self, lambda: &mut [f64]) {
+        for (row, unknown) in self.unknown_of.iter().enumerate() {
+            if let Some(index) = *unknown {
+                lambda[row] += self.value(index) * self.unknowns[index].weights[0];
+            }
+        }
+        for sliding in &self.sliding {
+            let radius = sliding.coefficient * lambda[sliding.normal].max(0.0);
+            let mut direction = sliding.direction;
+            if let Some((index, arm)) = sliding.turn {
+                for (along, weight) in direction.iter_mut().zip(self.unknowns[index].weights) {
+                    *along += self.value(index) * weight / arm;
+                }
+                let length = norm(direction);
+                direction = direction.map(|each| each / length);
+            }
+            let [first, second] = sliding.rows;
+            if second != first {
+                lambda[second] = radius * direction[1];
+            }
+            lambda[first] = radius * direction[0];
+        }
+    }
+}
+
+/// The diagonal that an unknown would have, and where that is not positive the greatest entry of its row.
+fn stiffness(problem: &Problem<'_>, unknown: &Unknown) -> f64 {
+    let n = problem.rows();
+    let at = |i: usize, j: usize| {
+        unknown.weights[i] * unknown.weights[j] * problem.matrix[unknown.rows[i] * n + unknown.rows[j]]
+    };
+    let diagonal = at(0, 0) + at(0, 1) + at(1, 0) + at(1, 1) + unknown.bend;
+    if diagonal > 0.0 {
+        return diagonal;
+    }
+    let row = &problem.matrix[unknown.rows[0] * n..(unknown.rows[0] + 1) * n];
+    let greatest = row.iter().fold(0.0_f64, |greatest, entry| greatest.max(entry.abs()));
+    if greatest > 0.0 { greatest } else { 1.0 }
+}
+
+/// Sets a force and says whether that changed it.
+fn place(force: &mut f64, value: f64) -> bool {
+    let moved = *force != value;
+    *force = value;
+    moved
+}

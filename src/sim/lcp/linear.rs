@@ -1,0 +1,56 @@
+//! Small dense systems of linear equations.
+
+/// Lanes in which rows are processed.
+const LANES: usize = 4;
+
+/// Length of a row of the augmented matrix of `m` equations: m + 1, rounded up to whole lanes.
+pub(super) fn width(m: usize) -> usize {
+    (m + 1).next_multiple_of(LANES)
+}
+
+/// Solves K y = r of `m` equations by elimination with partial pivoting, in place.
+///
+/// `augmented` has m rows of [`width`] entries: those of K, that of r, and padding. Afterwards y stands
+/// in place of r, and the rest is rubbish. `None` when a pivot is zero or no number.
+pub(super) fn solve(augmented: &mut [f64], m: usize) -> Option<()> {
+    let width = width(m);
+    for pivot in 0..m {
+        let (upper, lower) = augmented.split_at_mut((pivot + 1) * width);
+        let leader = upper.get_mut(pivot * width..)?;
+        let mut greatest = leader[pivot].abs();
+        let mut best = None;
+        for (row, entries) in lower.chunks_exact(width).enumerate() {
+            if entries[pivot].abs() > greatest {
+                greatest = entries[pivot].abs();
+                best = Some(row);
+            }
+        }
+        if let Some(row) = best {
+            leader.swap_with_slice(&mut lower[row * width..(row + 1) * width]);
+        }
+        if greatest == 0.0 || greatest.is_nan() {
+            return None;
+        }
+        let inverse = 1.0 / leader[pivot];
+        // Whole lanes: what the first of them does left of the pivot is never read.
+        let done = pivot - pivot % LANES;
+        let (leader, _) = leader[done..].as_chunks::<LANES>();
+        for entries in lower.chunks_exact_mut(width) {
+            let factor = entries[pivot] * inverse;
+            let (entries, _) = entries[done..].as_chunks_mut::<LANES>();
+            for (entries, lead) in entries.iter_mut().zip(leader) {
+                *entries = std::array::from_fn(|lane| entries[lane] - factor * lead[lane]);
+            }
+        }
+    }
+    for row in (0..m).rev() {
+        let (upper, lower) = augmented.split_at_mut((row + 1) * width);
+        let entries = upper.get_mut(row * width..)?;
+        let mut sum = entries[m];
+        for (coefficient, known) in entries[row + 1..m].iter().zip(lower.chunks_exact(width)) {
+            sum -= coefficient * known[m];
+        }
+        entries[m] = sum / entries[row];
+    }
+    Some(())
+}

@@ -1,0 +1,157 @@
+//! How far forces are from solving a problem, in one number, and the projection behind it.
+
+use super::{Bound, Problem};
+
+/// The natural-map residual of `lambda`, m/s or rad/s: how far the velocities are from what the
+/// bounds ask for, the greatest over the rows.
+///
+/// For a row with bounds lo ≤ λ ≤ hi (Cottle, Pang & Stone 1992, section 1.4, with the diagonal of A
+/// turning a force into the velocity that it makes) it is
+///
+/// a |λ − clamp(λ − w/a, lo, hi)| = |min(a (λ − lo), max(w, a (λ − hi)))|,
+///
+/// where a = A_ii, or 1 where A_ii ≤ 0. In words: the velocity error of a row strictly inside its
+/// bounds is w itself; a row at a bound errs only by a velocity in the forbidden direction; and a
+/// force outside its bound counts by the velocity that it makes. Friction rows have lo = −μ max(λ_n, 0)
+/// and hi = μ max(λ_n, 0); for the cone both rows count together with the projection onto the disc of
+/// that radius in place of the clamp, and a is the larger of their two diagonals. A λ with residual 0
+/// solves the problem.
+///
+/// NaN when `lambda` or the problem holds a number that is not finite, or when their lengths disagree.
+pub fn residual(problem: &Problem<'_>, lambda: &[f64]) -> f64 {
+    if problem.refusal(lambda).is_some() {
+        return f64::NAN;
+    }
+    evaluate(problem, lambda, &mut vec![0.0; lambda.len()])
+}
+
+/// The residual of `lambda`, whose velocities w = A λ + b are left in `velocity` (n).
+pub(super) fn evaluate(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f64]) -> f64 {
+    // Zero as long as every velocity is finite, and NaN ever after: `max` would pass over a NaN.
+    let mut poison = 0.0;
+    let rows = problem.matrix.chunks_exact(lambda.len().max(1));
+    for ((w, row), b) in velocity.iter_mut().zip(rows).zip(problem.offset) {
+        *w = dot(row, lambda) + b;
+        poison += *w * 0.0;
+    }
+    let mut worst = 0.0_f64;
+    let mut row = 0;
+    while row < problem.rows() {
+        worst = worst.max(error(problem, row, lambda, velocity));
+        row += problem.block(row);
+    }
+    worst + poison
+}
+
+/// The natural map of the block of rows that begins at `row` (see [`Problem::block`]).
+pub(super) fn error(problem: &Problem<'_>, row: usize, lambda: &[f64], velocity: &[f64]) -> f64 {
+    let (lower, upper) = problem.bounds[row].interval(lambda);
+    if problem.block(row) == 2 {
+        let scale = tangent_scale(problem, row);
+        disc_error(scale, upper, [lambda[row], lambda[row + 1]], [velocity[row], velocity[row + 1]])
+    } else {
+        let scale = row_scale(problem, row);
+        (scale * (lambda[row] - lower)).min(velocity[row].max(scale * (lambda[row] - upper))).abs()
+    }
+}
+
+/// The natural map of both tangential rows of a contact with a circular cone.
+fn disc_error(scale: f64, radius: f64, force: [f64; 2], w: [f64; 2]) -> f64 {
+    let aim = [scale * force[0] - w[0], scale * force[1] - w[1]];
+    let reach = norm(aim);
+    if reach <= scale * radius {
+        norm(w)
+    } else {
+        let shrink = scale * radius / reach;
+        norm([scale * force[0] - shrink * aim[0], scale * force[1] - shrink * aim[1]])
+    }
+}
+
+/// Moves every force of `lambda` to the nearest that its bound allows: the normals and boxes first,
+/// then friction within what the normals leave. A force that is not finite stays as it is.
+pub fn project(problem: &Problem<'_>, lambda: &mut [f64]) {
+    let rows = problem.rows().min(lambda.len());
+    for (force, bound) in lambda.iter_mut().zip(problem.bounds) {
+        match *bound {
+            Bound::NonNegative => *force = at_least_zero(*force),
+            Bound::Box { lower, upper } => *force = between(*force, lower, upper),
+            Bound::Free | Bound::Friction { .. } => {}
+        }
+    }
+    let mut row = 0;
+    while row + 1 < rows {
+        if let Bound::Friction { normal, coefficient } = problem.bounds[row] {
+            let radius = coefficient * lambda.get(normal).map_or(0.0, |force| force.max(0.0));
+            let tangent = [lambda[row], lambda[row + 1]];
+            [lambda[row], lambda[row + 1]] = within_friction(problem.cone, tangent, radius);
+            row += 2;
+        } else {
+            row += 1;
+        }
+    }
+}
+
+/// The nearest force that friction of `radius` = μ λ_n allows.
+pub(super) fn within_friction(cone: bool, force: [f64; 2], radius: f64) -> [f64; 2] {
+    if cone { within_disc(force, radius) } else { force.map(|each| between(each, -radius, radius)) }
+}
+
+/// The nearest point of the disc of `radius` about the origin.
+pub(super) fn within_disc(point: [f64; 2], radius: f64) -> [f64; 2] {
+    /// Keeps a point that was moved to the rim inside whatever way its norm is then rounded.
+    const INSIDE: f64 = 1.0 - 4.0 * f64::EPSILON;
+    let reach = norm(point);
+    if reach > radius {
+        let shrink = INSIDE * (radius / reach);
+        point.map(|each| shrink * each)
+    } else {
+        point
+    }
+}
+
+/// Clamps without the panic of `f64::clamp`, and keeps NaN.
+pub(super) fn between(value: f64, lower: f64, upper: f64) -> f64 {
+    if value < lower {
+        lower
+    } else if value > upper {
+        upper
+    } else {
+        value
+    }
+}
+
+fn at_least_zero(value: f64) -> f64 {
+    if value < 0.0 { 0.0 } else { value }
+}
+
+/// What turns a force of `row` into a velocity: its diagonal, or 1 where that is not positive.
+pub(super) fn row_scale(problem: &Problem<'_>, row: usize) -> f64 {
+    let diagonal = problem.matrix[row * (problem.rows() + 1)];
+    if diagonal > 0.0 { diagonal } else { 1.0 }
+}
+
+/// The same for the two tangential rows from `row` on: the larger diagonal.
+pub(super) fn tangent_scale(problem: &Problem<'_>, row: usize) -> f64 {
+    let stride = problem.rows() + 1;
+    let diagonal = problem.matrix[row * stride].max(problem.matrix[(row + 1) * stride]);
+    if diagonal > 0.0 { diagonal } else { 1.0 }
+}
+
+pub(super) fn norm(vector: [f64; 2]) -> f64 {
+    (vector[0] * vector[0] + vector[1] * vector[1]).sqrt()
+}
+
+/// The scalar product, summed in four lanes so that it becomes vector instructions.
+#[inline]
+pub(super) fn dot(left: &[f64], right: &[f64]) -> f64 {
+    let (left, left_rest) = left.as_chunks::<4>();
+    let (right, right_rest) = right.as_chunks::<4>();
+    let mut lanes = [0.0; 4];
+    for (a, b) in left.iter().zip(right) {
+        for (lane, (a, b)) in lanes.iter_mut().zip(a.iter().zip(b)) {
+            *lane += a * b;
+        }
+    }
+    let rest: f64 = left_rest.iter().zip(right_rest).map(|(a, b)| a * b).sum();
+    (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]) + rest
+}

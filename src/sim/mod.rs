@@ -1,0 +1,159 @@
+//! The simulator: articulated bodies, contact, joint limits and torque-limited tracking as one
+//! linear complementarity problem each step.
+//!
+//! A [`Simulator`] is a model, a step plan, a state and a workspace; a step is a function of the four
+//! ([`Simulator::step`], whose stages stand by name in `step.rs`). It allocates nothing once it is warm.
+
+pub mod contact;
+mod diagnostics;
+mod integrate;
+pub mod lcp;
+pub mod reduced;
+pub mod rows;
+pub mod spatial;
+mod state;
+mod step;
+pub mod tracking;
+mod workspace;
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use crate::model::Model;
+use crate::scene::StepPlan;
+use workspace::Workspace;
+
+pub use state::{Root, State};
+
+/// What the joints are asked to do over one step.
+#[derive(Debug, Clone, Copy)]
+pub enum Command<'a> {
+    /// Nothing.
+    Passive,
+    /// Given torques, N m or N, one a joint.
+    Torque(&'a [f64]),
+    /// Targets at the beginning and at the end of the step, rad or m, one a joint. Joints are passive
+    /// if the plan has no drive.
+    Track {
+        /// At the beginning.
+        now: &'a [f64],
+        /// At the end.
+        next: &'a [f64],
+    },
+}
+
+/// A contact of the last step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// Index of the character's link.
+    pub link: usize,
+    /// Where, in the world frame, m.
+    pub position: Point3<f64>,
+    /// From the ground into the character, of unit length.
+    pub normal: Vector3<f64>,
+    /// On the character, world frame, N.
+    pub force: Vector3<f64>,
+    /// Velocity of the character's material point there after the step, world frame, m/s.
+    pub velocity: Vector3<f64>,
+    /// Depth of penetration at the beginning of the step, m; negative for a gap.
+    pub depth: f64,
+}
+
+/// A simulation that cannot go on.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{cause} at {time} s ({place})")]
+pub struct Failure {
+    /// End of the step that failed, s.
+    pub time: f64,
+    /// The body or joint.
+    pub place: String,
+    /// What happened.
+    pub cause: String,
+}
+
+/// A character in a scene, stepped through time.
+#[derive(Debug, Clone)]
+pub struct Simulator {
+    model: Arc<Model>,
+    plan: Arc<StepPlan>,
+    state: State,
+    work: Workspace,
+}
+
+impl Simulator {
+    /// `model` in the scene of `plan` (compiled for this model), starting from `state`.
+    pub fn new(model: Arc<Model>, plan: Arc<StepPlan>, state: State) -> Self {
+        let work = Workspace::new(&model, &plan);
+        Self { model, plan, state, work }
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Arc<Model> {
+        &self.model
+    }
+
+    /// The step plan.
+    pub fn plan(&self) -> &Arc<StepPlan> {
+        &self.plan
+    }
+
+    /// The present state.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Goes on from `state`, which is copied without allocating.
+    pub fn set_state(&mut self, state: &State) {
+        self.state.clone_from(state);
+    }
+
+    /// Torques of the actuators over the last step, N m or N, one a joint.
+    pub fn torques(&self) -> &[f64] {
+        &self.work.torque
+    }
+
+    /// Residual of the last step's complementarity problem, m/s or rad/s
+    /// (see [`lcp::residual`]).
+    pub fn residual(&self) -> f64 {
+        self.work.residual
+    }
+
+    /// Greatest distance by which a joint is outside its range of motion, rad or m.
+    pub fn limit_violation(&self) -> f64 {
+        let outside = self
+            .model
+            .limits
+            .iter()
+            .zip(&self.state.angles)
+            .map(|(limit, angle)| limit.map_or(0.0, |[lower, upper]| (lower - angle).max(angle - upper)));
+        outside.fold(0.0, f64::max)
+    }
+
+    /// Contacts of the last step that carried force or penetrate, in the order of the model's slots.
+    pub fn contacts(&self) -> impl Iterator<Item = Contact> + '_ {
+        self.work.contacts(&self.plan).filter(|contact| contact.depth > 0.0 || contact.force.z > 0.0)
+    }
+
+    /// Frame of a link of the character in the world, at the present state.
+    pub fn link_poses(&self) -> Vec<Isometry3<f64>> {
+        diagnostics::link_poses(&self.model, &self.state)
+    }
+
+    /// Centre of mass at the present state, world frame, m.
+    pub fn center_of_mass(&self) -> Point3<f64> {
+        diagnostics::center_of_mass(&self.model, &self.state)
+    }
+
+    /// Energy at the present state.
+    pub fn energy(&self) -> Energy {
+        diagnostics::energy(&self.model, &self.plan, &self.state)
+    }
+
+    /// Momentum at the present state.
+    pub fn momentum(&self) -> Momentum {
+        diagnostics::momentum(&self.model, &self.state)
+    }
+}
+
+pub use diagnostics::{Energy, Momentum, center_of_mass, link_poses};

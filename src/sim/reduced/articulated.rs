@@ -1,0 +1,170 @@
+//! Articulated-body dynamics (Featherstone 2008, chapter 7) with joint springs and dampers inside.
+//!
+//! One sweep from the leaves to the root gives every joint's share of the mass matrix's factor, one
+//! sweep back gives the velocities that the character would have after the step if no row acted. The
+//! work grows with the number of bodies.
+//!
+//! A joint that is driven toward a target has its spring and damper in the factor: eliminating
+//! λ_s = f₀ − K (q − q*) − (D + K h)(q̇⁺ − v*) from the rows s (Tokizaki & Hasegawa eqs. 19-20) adds
+//! h (D + K h) to the joint's entry of the mass matrix, so that tracking costs no row.
+
+use super::kinematics::BodyMotion;
+use super::root::{RootFactor, RootFreedom};
+use crate::model::Model;
+use crate::sim::spatial::{ArticulatedInertia, Force, Motion};
+
+/// A joint's share of the factorised mass matrix.
+#[derive(Debug, Clone, Copy)]
+pub struct JointFactor {
+    /// Force on the joint's body that goes with a unit of joint acceleration.
+    pub u: Force,
+    /// Inverse of the inertia felt along the joint, 1/(kg m²).
+    pub inverse_d: f64,
+    /// Its square root.
+    pub root_inverse_d: f64,
+}
+
+/// What a step asks of the joints: force now, and force per joint acceleration.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct JointLoad {
+    /// Force along the joint at its present velocity, N m or N.
+    pub torque: f64,
+    /// What joint acceleration takes besides the inertia of bodies: armature, and h times
+    /// the coefficients of forces that are implicit in the new velocity; kg m² or kg.
+    pub inertia: f64,
+}
+
+/// The factor of a step's mass matrix and the sweeps' intermediate values.
+#[derive(Debug, Clone)]
+pub struct Articulated {
+    /// One a joint.
+    pub joints: Vec<JointFactor>,
+    /// The root's factor.
+    pub root: RootFactor,
+    /// Acceleration of each body by its velocity alone.
+    drift: Vec<Motion>,
+    inertia: Vec<ArticulatedInertia>,
+    bias: Vec<Force>,
+    /// Joint force less bias, N m or N.
+    net: Vec<f64>,
+    acceleration: Vec<Motion>,
+}
+
+/// The mass matrix is not positive definite.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Singular {
+    /// Nothing resists the acceleration of this joint.
+    Joint(usize),
+    /// Nothing resists some acceleration of the root.
+    Root,
+}
+
+impl Articulated {
+    /// Room for a model of `bodies` bodies.
+    pub fn new(bodies: usize) -> Self {
+        let zero = ArticulatedInertia::from(crate::sim::spatial::RigidInertia::ZERO);
+        let factor = JointFactor { u: Force::ZERO, inverse_d: 0.0, root_inverse_d: 0.0 };
+        Self {
+            joints: vec![factor; bodies - 1],
+            root: RootFactor::EMPTY,
+            drift: vec![Motion::ZERO; bodies],
+            inertia: vec![zero; bodies],
+            bias: vec![Force::ZERO; bodies],
+            net: vec![0.0; bodies - 1],
+            acceleration: vec![Motion::ZERO; bodies],
+        }
+    }
+
+    /// Velocity-dependent terms of every body; zero unless `velocity_forces`.
+    ///
+    /// Depends on the state alone, so that it is done once a step however often the step factorises.
+    pub fn prepare(
+        &mut self,
+        model: &Model,
+        bodies: &[BodyMotion],
+        joint_rates: &[f64],
+        velocity_forces: bool,
+    ) {
+        if !velocity_forces {
+            self.drift.fill(Motion::ZERO);
+            return;
+        }
+        for (index, (drift, body)) in self.drift.iter_mut().zip(bodies).enumerate().skip(1) {
+            let parent = &bodies[model.bodies[index].parent];
+            *drift = parent.velocity.cross_motion(body.freedom).scaled(joint_rates[index - 1]);
+        }
+    }
+
+    /// Acceleration of body `index` by its velocity alone, relative to its parent.
+    #[inline]
+    pub fn drift(&self, index: usize) -> Motion {
+        self.drift[index]
+    }
+
+    /// Factorises the mass matrix under `loads` and gives the accelerations without any row:
+    /// of the joints into `joint_acceleration`, and of the root as the result.
+    ///
+    /// `lifted` is the acceleration opposite to gravity. `given` is the acceleration of the root in
+    /// the directions in which it is not free.
+    ///
+    /// # Errors
+    /// [`Singular`] where nothing resists an acceleration.
+    #[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
+    pub fn accelerate(
+        &mut self,
+        model: &Model,
+        bodies: &[BodyMotion],
+        loads: &[JointLoad],
+        freedom: RootFreedom,
+        lifted: Motion,
+        given: Motion,
+        velocity_forces: bool,
+        joint_acceleration: &mut [f64],
+    ) -> Result<Motion, Singular> {
+        for ((inertia, bias), body) in self.inertia.iter_mut().zip(&mut self.bias).zip(bodies) {
+            *inertia = body.inertia.into();
+            *bias = if velocity_forces {
+                body.velocity.cross_force(body.inertia.times(body.velocity))
+            } else {
+                Force::ZERO
+            };
+        }
+        for index in (1..bodies.len()).rev() {
+            let joint = index - 1;
+            let parent = model.bodies[index].parent;
+            let along = bodies[index].freedom;
+            let u = self.inertia[index].times(along);
+            let d = along.dot(u) + loads[joint].inertia;
+            if d.is_nan() || d <= 0.0 {
+                return Err(Singular::Joint(joint));
+            }
+            let inverse_d = 1.0 / d;
+            let net = loads[joint].torque - along.dot(self.bias[index]);
+            let drift = self.drift[index];
+            // The reduced inertia times the drift, without forming the reduced inertia twice.
+            let carried = self.inertia[index].times(drift).plus_scaled(u, -inverse_d * drift.dot(u));
+            let bias = self.bias[index].plus(carried).plus_scaled(u, net * inverse_d);
+            self.bias[parent] = self.bias[parent].plus(bias);
+            let (before, after) = self.inertia.split_at_mut(index);
+            before[parent].add_reduced(&after[0], u, inverse_d);
+            self.joints[joint] = JointFactor { u, inverse_d, root_inverse_d: inverse_d.sqrt() };
+            self.net[joint] = net;
+        }
+        self.root = RootFactor::new(freedom, &self.inertia[0]).ok_or(Singular::Root)?;
+        let given_lifted = match freedom {
+            RootFreedom::Bolted => lifted,
+            _ => given,
+        };
+        let root = self.root.accelerate(&self.inertia[0], self.bias[0].scaled(-1.0), given_lifted);
+        self.acceleration[0] = root;
+        for index in 1..bodies.len() {
+            let joint = index - 1;
+            let factor = &self.joints[joint];
+            let carried = self.acceleration[model.bodies[index].parent].plus(self.drift[index]);
+            let acceleration = (self.net[joint] - carried.dot(factor.u)) * factor.inverse_d;
+            joint_acceleration[joint] = acceleration;
+            self.acceleration[index] = carried.plus_scaled(bodies[index].freedom, acceleration);
+        }
+        Ok(root.plus(lifted.scaled(-1.0)))
+    }
+}

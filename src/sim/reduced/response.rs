@@ -1,0 +1,80 @@
+//! How the character's velocity answers to forces on its bodies and joints.
+//!
+//! With the mass matrix factorised by the articulated-body sweep, M⁻¹ = Xᵀ X for an X that
+//! is applied by walking from a body to the root. A row of the Jacobian becomes `x = X Jᵀ`, six
+//! numbers of the root and one for every joint on the way, and the contact-space matrix J M⁻¹ Jᵀ is
+//! made of dot products of such rows. No inverse is ever formed.
+
+use super::articulated::Articulated;
+use super::kinematics::BodyMotion;
+use crate::model::Model;
+use crate::sim::spatial::{Force, Motion};
+
+/// Numbers of a half-solved row that belong to the root.
+pub const ROOT: usize = 6;
+
+/// Half-solves a unit of the row that is `force` on body `body`: fills `half`, [`ROOT`] numbers of
+/// the root and then one for every joint, and zeroes the rest.
+pub fn of_body(
+    model: &Model,
+    bodies: &[BodyMotion],
+    factor: &Articulated,
+    body: usize,
+    force: Force,
+    half: &mut [f64],
+) {
+    half.fill(0.0);
+    climb(model, bodies, factor, body, force, half);
+}
+
+/// Half-solves a unit of the row that is a force along joint `joint`.
+pub fn of_joint(model: &Model, bodies: &[BodyMotion], factor: &Articulated, joint: usize, half: &mut [f64]) {
+    half.fill(0.0);
+    let share = &factor.joints[joint];
+    half[ROOT + joint] = share.root_inverse_d;
+    climb(model, bodies, factor, model.bodies[joint + 1].parent, share.u.scaled(-share.inverse_d), half);
+}
+
+#[inline]
+fn climb(
+    model: &Model,
+    bodies: &[BodyMotion],
+    factor: &Articulated,
+    mut body: usize,
+    mut force: Force,
+    half: &mut [f64],
+) {
+    while body > 0 {
+        let joint = body - 1;
+        let share = &factor.joints[joint];
+        let along = bodies[body].freedom.dot(force);
+        half[ROOT + joint] = along * share.root_inverse_d;
+        force = force.plus_scaled(share.u, -along * share.inverse_d);
+        body = model.bodies[body].parent;
+    }
+    half[..ROOT].copy_from_slice(&factor.root.half_solve(force));
+}
+
+/// Change of velocity that belongs to the half-solved impulse `half`: of the root as the result, of
+/// the joints added to `joint_rates`; `changes` receives that of every body.
+pub fn finish(
+    model: &Model,
+    bodies: &[BodyMotion],
+    factor: &Articulated,
+    half: &[f64],
+    joint_rates: &mut [f64],
+    changes: &mut [Motion],
+) -> Motion {
+    let mut z = [0.0; ROOT];
+    z.copy_from_slice(&half[..ROOT]);
+    changes[0] = factor.root.finish(z);
+    for index in 1..bodies.len() {
+        let joint = index - 1;
+        let share = &factor.joints[joint];
+        let carried = changes[model.bodies[index].parent];
+        let change = half[ROOT + joint] * share.root_inverse_d - carried.dot(share.u) * share.inverse_d;
+        joint_rates[joint] += change;
+        changes[index] = carried.plus_scaled(bodies[index].freedom, change);
+    }
+    changes[0]
+}

@@ -1,0 +1,105 @@
+//! The root's six equations, solved by a Cholesky factor.
+//!
+//! A free root may accelerate in six directions. A root whose rotation is locked keeps three: the
+//! three equality rows of the lock (Tokizaki & Hasegawa section 3.4) are eliminated here, exactly and
+//! at no cost, instead of being iterated on. A bolted root keeps none.
+
+use crate::sim::spatial::{ArticulatedInertia, Force, Motion};
+
+/// Cholesky factor of the inertia the root shows, translations first, over the directions in which
+/// it may accelerate.
+#[derive(Debug, Clone, Copy)]
+pub struct RootFactor {
+    size: usize,
+    lower: [[f64; 6]; 6],
+}
+
+/// In which directions the root may accelerate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RootFreedom {
+    /// In none.
+    Bolted,
+    /// It keeps its orientation.
+    Translating,
+    /// In all.
+    Free,
+}
+
+impl RootFactor {
+    /// The factor of nothing.
+    pub const EMPTY: Self = Self { size: 0, lower: [[0.0; 6]; 6] };
+
+    /// Factorises `inertia`; `None` if it is not positive definite.
+    pub fn new(freedom: RootFreedom, inertia: &ArticulatedInertia) -> Option<Self> {
+        let size = match freedom {
+            RootFreedom::Bolted => 0,
+            RootFreedom::Translating => 3,
+            RootFreedom::Free => 6,
+        };
+        let mut lower = [[0.0; 6]; 6];
+        for row in 0..3 {
+            for column in 0..3 {
+                lower[row][column] = inertia.translational[(row, column)];
+                lower[row + 3][column] = inertia.coupling[(row, column)];
+                lower[row + 3][column + 3] = inertia.rotational[(row, column)];
+            }
+        }
+        for column in 0..size {
+            let mut pivot = lower[column][column];
+            for k in 0..column {
+                pivot -= lower[column][k] * lower[column][k];
+            }
+            if pivot.is_nan() || pivot <= 0.0 {
+                return None;
+            }
+            let pivot = pivot.sqrt();
+            lower[column][column] = pivot;
+            for row in column + 1..size {
+                let mut entry = lower[row][column];
+                for k in 0..column {
+                    entry -= lower[row][k] * lower[column][k];
+                }
+                lower[row][column] = entry / pivot;
+            }
+        }
+        Some(Self { size, lower })
+    }
+
+    /// `L⁻¹ force` over the root's free directions; 0 in the others.
+    #[inline]
+    pub fn half_solve(&self, force: Force) -> [f64; 6] {
+        let mut z =
+            [force.force.x, force.force.y, force.force.z, force.moment.x, force.moment.y, force.moment.z];
+        for row in 0..6 {
+            if row >= self.size {
+                z[row] = 0.0;
+                continue;
+            }
+            let mut entry = z[row];
+            for column in 0..row {
+                entry -= self.lower[row][column] * z[column];
+            }
+            z[row] = entry / self.lower[row][row];
+        }
+        z
+    }
+
+    /// `L⁻ᵀ z`: the acceleration that belongs to the half-solved force `z`.
+    #[inline]
+    pub fn finish(&self, mut z: [f64; 6]) -> Motion {
+        for row in (0..self.size).rev() {
+            let mut entry = z[row];
+            for below in row + 1..self.size {
+                entry -= self.lower[below][row] * z[below];
+            }
+            z[row] = entry / self.lower[row][row];
+        }
+        Motion { linear: [z[0], z[1], z[2]].into(), angular: [z[3], z[4], z[5]].into() }
+    }
+
+    /// Acceleration under `force`, where directions that are not free accelerate as `given`.
+    pub fn accelerate(&self, inertia: &ArticulatedInertia, force: Force, given: Motion) -> Motion {
+        let rest = force.plus(inertia.times(given).scaled(-1.0));
+        given.plus(self.finish(self.half_solve(rest)))
+    }
+}

@@ -1,0 +1,185 @@
+//! The rows of a step: what each asks of the new velocity, half-solved and gathered into one problem.
+
+pub mod contact;
+pub mod dry_friction;
+pub mod limit;
+pub mod torque;
+
+use super::lcp::{Bound, Problem};
+
+/// What a row belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Owner {
+    /// A contact of a link: its normal row, or a tangential one.
+    Contact {
+        /// Index of the character's link.
+        link: usize,
+    },
+    /// The lower end of a joint's range.
+    LowerLimit(usize),
+    /// The upper end of a joint's range.
+    UpperLimit(usize),
+    /// The dry friction of a joint.
+    DryFriction(usize),
+    /// The saturated actuator of a joint.
+    Torque(usize),
+}
+
+/// The rows of a step and the mixed complementarity problem that they make.
+///
+/// Row i asks for w_i = (J v⁺)_i + bias_i under its bound; A = h J M⁻¹ Jᵀ + softness and
+/// b = J v_free + bias, where v_free is the velocity that no row acts on (Tokizaki & Hasegawa
+/// eqs. 26-27).
+#[derive(Debug, Clone)]
+pub struct Rows {
+    width: usize,
+    half: Vec<f64>,
+    matrix: Vec<f64>,
+    softness: Vec<f64>,
+    /// Bound of every row's force.
+    pub bounds: Vec<Bound>,
+    /// J v_free + bias, m/s or rad/s.
+    pub offset: Vec<f64>,
+    /// Forces: the guess before the solve, the solution after it; N or N m.
+    pub force: Vec<f64>,
+    /// What each row belongs to.
+    pub owner: Vec<Owner>,
+}
+
+impl Rows {
+    /// Room for `capacity` rows of `width` numbers each.
+    pub fn new(capacity: usize, width: usize) -> Self {
+        Self {
+            width,
+            half: Vec::with_capacity(capacity * width),
+            matrix: Vec::with_capacity(capacity * capacity),
+            softness: Vec::with_capacity(capacity),
+            bounds: Vec::with_capacity(capacity),
+            offset: Vec::with_capacity(capacity),
+            force: Vec::with_capacity(capacity),
+            owner: Vec::with_capacity(capacity),
+        }
+    }
+
+    /// Removes all rows.
+    pub fn clear(&mut self) {
+        self.half.clear();
+        self.softness.clear();
+        self.bounds.clear();
+        self.offset.clear();
+        self.force.clear();
+        self.owner.clear();
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.bounds.len()
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.bounds.is_empty()
+    }
+
+    /// Adds a row and gives its half-solved numbers to be filled in.
+    pub fn push(&mut self, owner: Owner, bound: Bound, offset: f64, softness: f64, guess: f64) -> &mut [f64] {
+        let start = self.half.len();
+        self.half.resize(start + self.width, 0.0);
+        self.owner.push(owner);
+        self.bounds.push(bound);
+        self.offset.push(offset);
+        self.softness.push(softness);
+        self.force.push(guess);
+        &mut self.half[start..]
+    }
+
+    /// Computes the matrix for a step of `step` seconds.
+    pub fn assemble(&mut self, step: f64) {
+        let count = self.len();
+        self.matrix.resize(count * count, 0.0);
+        for row in 0..count {
+            let left = &self.half[row * self.width..(row + 1) * self.width];
+            for column in 0..=row {
+                let right = &self.half[column * self.width..(column + 1) * self.width];
+                let entry = step * dot(left, right);
+                self.matrix[row * count + column] = entry;
+                self.matrix[column * count + row] = entry;
+            }
+            self.matrix[row * count + row] += self.softness[row];
+        }
+    }
+
+    /// The problem, and the forces to be found.
+    pub fn problem(&mut self, cone: bool) -> (Problem<'_>, &mut [f64]) {
+        let problem = Problem { matrix: &self.matrix, offset: &self.offset, bounds: &self.bounds, cone };
+        (problem, &mut self.force)
+    }
+
+    /// The half-solved impulse of all forces over `step` seconds, into `half`.
+    pub fn impulse(&self, step: f64, half: &mut [f64]) {
+        half.fill(0.0);
+        for (force, row) in self.force.iter().zip(self.half.chunks_exact(self.width)) {
+            if *force != 0.0 {
+                let scale = force * step;
+                for (sum, entry) in half.iter_mut().zip(row) {
+                    *sum += scale * entry;
+                }
+            }
+        }
+    }
+
+    /// The row whose velocity at the solution is not finite or else strays farthest from what its
+    /// bound asks, judged by its own natural-map residual; `None` without rows.
+    pub fn worst(&self) -> Option<Owner> {
+        let count = self.len();
+        let stray = |row: usize| {
+            let w: f64 = self.offset[row]
+                + self.matrix[row * count..(row + 1) * count]
+                    .iter()
+                    .zip(&self.force)
+                    .map(|(entry, force)| entry * force)
+                    .sum::<f64>();
+            let violation = match self.bounds[row] {
+                Bound::NonNegative => (-w).max(0.0),
+                _ => w.abs(),
+            };
+            if violation.is_nan() { f64::INFINITY } else { violation }
+        };
+        (0..count).max_by(|a, b| stray(*a).total_cmp(&stray(*b))).map(|row| self.owner[row])
+    }
+}
+
+/// Dot product in four running sums, in an order that does not depend on the machine.
+#[inline]
+fn dot(left: &[f64], right: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (left_blocks, left_rest) = left.as_chunks::<4>();
+    let (right_blocks, right_rest) = right.as_chunks::<4>();
+    for (a, b) in left_blocks.iter().zip(right_blocks) {
+        for lane in 0..4 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    let rest: f64 = left_rest.iter().zip(right_rest).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
+/// How fast a violated constraint may be corrected.
+///
+/// The error shrinks by a fifth each step, but never faster than `fastest`, so that a character that
+/// starts deep in the ground rises instead of being thrown.
+const SHARE_PER_STEP: f64 = 0.2;
+
+/// Bias of a row that keeps a gap from becoming negative: w + bias ≥ 0.
+///
+/// A gap `gap ≥ 0` may be closed within the step but not overdrawn: w ≥ −gap / h. A violation is
+/// corrected at a bounded rate if `stabilization` is on, and otherwise merely kept from growing.
+fn gap_bias(gap: f64, step: f64, stabilization: bool, fastest: f64) -> f64 {
+    if gap >= 0.0 {
+        gap / step
+    } else if stabilization {
+        -(-gap * SHARE_PER_STEP / step).min(fastest)
+    } else {
+        0.0
+    }
+}

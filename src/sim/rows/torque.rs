@@ -1,0 +1,30 @@
+//! Rows of actuators at their greatest torque.
+//!
+//! An actuator below its limit is a spring and damper inside the mass matrix. One that reaches its
+//! limit becomes a boxed row s: λ_s = β − α q̇⁺ with α = D + K h and β = f₀ − K (q − q*) + α v* turns into
+//! w = q̇⁺ + λ_s / α − β / α, so that 1/α is added to the row's diagonal entry of A and −β/α to its b
+//! (Tokizaki & Hasegawa eqs. 26-27), with |λ_s| ≤ τ_max.
+
+use super::{Owner, Rows};
+use crate::sim::lcp::Bound;
+use crate::sim::tracking::Spring;
+
+/// Adds the row of joint `joint`, driven by `spring` within ±`max_torque` (N m or N).
+///
+/// `free` is the joint's velocity if no row acted, `guess` its last torque; `half_solve` fills the
+/// half-solved row of a force along the joint.
+pub fn add(
+    rows: &mut Rows,
+    joint: usize,
+    spring: Spring,
+    max_torque: f64,
+    free: f64,
+    guess: f64,
+    half_solve: impl FnOnce(usize, &mut [f64]),
+) {
+    let bound = Bound::Box { lower: -max_torque, upper: max_torque };
+    let softness = 1.0 / spring.resistance;
+    let offset = free - spring.at_rest * softness;
+    let half = rows.push(Owner::Torque(joint), bound, offset, softness, guess);
+    half_solve(joint, half);
+}

@@ -1,0 +1,212 @@
+//! Six-dimensional rigid-body algebra (Featherstone 2008), in one frame.
+//!
+//! Every quantity of a step is written along the world axes about one common point, the origin of
+//! the root link at the beginning of the step. Velocities, forces and inertias of different bodies
+//! may therefore be added as they are, with no transform between them, and numbers stay small
+//! however far the character has travelled.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// A velocity or acceleration: of rotation (rad/s), and of the body-fixed point at the common
+/// point (m/s).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// rad/s or rad/s².
+    pub angular: Vector3<f64>,
+    /// m/s or m/s².
+    pub linear: Vector3<f64>,
+}
+
+/// A force or momentum: moment about the common point (N m), and force (N).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Force {
+    /// N m or kg m²/s.
+    pub moment: Vector3<f64>,
+    /// N or kg m/s.
+    pub force: Vector3<f64>,
+}
+
+impl Motion {
+    /// At rest.
+    pub const ZERO: Self = Self { angular: Vector3::new(0.0, 0.0, 0.0), linear: Vector3::new(0.0, 0.0, 0.0) };
+
+    /// Sum of two motions.
+    #[inline]
+    pub fn plus(self, other: Self) -> Self {
+        Self { angular: self.angular + other.angular, linear: self.linear + other.linear }
+    }
+
+    /// `self + scale * other`.
+    #[inline]
+    pub fn plus_scaled(self, other: Self, scale: f64) -> Self {
+        Self { angular: self.angular + other.angular * scale, linear: self.linear + other.linear * scale }
+    }
+
+    /// The motion times `scale`.
+    #[inline]
+    pub fn scaled(self, scale: f64) -> Self {
+        Self { angular: self.angular * scale, linear: self.linear * scale }
+    }
+
+    /// Power of `force` along this motion (W), or any other pairing of the two kinds.
+    #[inline]
+    pub fn dot(self, force: Force) -> f64 {
+        self.angular.dot(&force.moment) + self.linear.dot(&force.force)
+    }
+
+    /// Rate of change of a motion vector `other` that is carried along by this motion.
+    #[inline]
+    pub fn cross_motion(self, other: Self) -> Self {
+        Self {
+            angular: self.angular.cross(&other.angular),
+            linear: self.angular.cross(&other.linear) + self.linear.cross(&other.angular),
+        }
+    }
+
+    /// Rate of change of a force vector `other` that is carried along by this motion.
+    #[inline]
+    pub fn cross_force(self, other: Force) -> Force {
+        Force {
+            moment: self.angular.cross(&other.moment) + self.linear.cross(&other.force),
+            force: self.angular.cross(&other.force),
+        }
+    }
+
+    /// Velocity of the point `at` (relative to the common point) of a body with this motion.
+    #[inline]
+    pub fn at(self, at: Vector3<f64>) -> Vector3<f64> {
+        self.linear + self.angular.cross(&at)
+    }
+}
+
+impl Force {
+    /// No force.
+    pub const ZERO: Self = Self { moment: Vector3::new(0.0, 0.0, 0.0), force: Vector3::new(0.0, 0.0, 0.0) };
+
+    /// A force (N) acting at the point `at` (relative to the common point).
+    #[inline]
+    pub fn at(at: Vector3<f64>, force: Vector3<f64>) -> Self {
+        Self { moment: at.cross(&force), force }
+    }
+
+    /// Sum of two forces.
+    #[inline]
+    pub fn plus(self, other: Self) -> Self {
+        Self { moment: self.moment + other.moment, force: self.force + other.force }
+    }
+
+    /// `self + scale * other`.
+    #[inline]
+    pub fn plus_scaled(self, other: Self, scale: f64) -> Self {
+        Self { moment: self.moment + other.moment * scale, force: self.force + other.force * scale }
+    }
+
+    /// The force times `scale`.
+    #[inline]
+    pub fn scaled(self, scale: f64) -> Self {
+        Self { moment: self.moment * scale, force: self.force * scale }
+    }
+}
+
+/// Inertia of a rigid body, or of several that move as one, about the common point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RigidInertia {
+    /// kg.
+    pub mass: f64,
+    /// Mass times centre of mass, kg m.
+    pub first_moment: Vector3<f64>,
+    /// Rotational inertia about the common point, kg m².
+    pub rotational: Matrix3<f64>,
+}
+
+impl RigidInertia {
+    /// Nothing.
+    pub const ZERO: Self = Self {
+        mass: 0.0,
+        first_moment: Vector3::new(0.0, 0.0, 0.0),
+        rotational: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    };
+
+    /// From mass, centre of mass `center` (relative to the common point) and the rotational inertia
+    /// about it, along the world axes.
+    #[inline]
+    pub fn new(mass: f64, center: Vector3<f64>, about_center: Matrix3<f64>) -> Self {
+        let first_moment = center * mass;
+        let (x, y, z) = (center.x, center.y, center.z);
+        let (mx, my, mz) = (first_moment.x, first_moment.y, first_moment.z);
+        let mut rotational = about_center;
+        rotational[(0, 0)] += my * y + mz * z;
+        rotational[(1, 1)] += mx * x + mz * z;
+        rotational[(2, 2)] += mx * x + my * y;
+        rotational[(0, 1)] -= mx * y;
+        rotational[(1, 0)] -= mx * y;
+        rotational[(0, 2)] -= mx * z;
+        rotational[(2, 0)] -= mx * z;
+        rotational[(1, 2)] -= my * z;
+        rotational[(2, 1)] -= my * z;
+        Self { mass, first_moment, rotational }
+    }
+
+    /// The inertia of both, moving as one.
+    #[inline]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            mass: self.mass + other.mass,
+            first_moment: self.first_moment + other.first_moment,
+            rotational: self.rotational + other.rotational,
+        }
+    }
+
+    /// Momentum of the body at velocity `motion`, or the force that gives it the acceleration `motion`.
+    #[inline]
+    pub fn times(self, motion: Motion) -> Force {
+        Force {
+            moment: self.rotational * motion.angular + self.first_moment.cross(&motion.linear),
+            force: motion.linear * self.mass - self.first_moment.cross(&motion.angular),
+        }
+    }
+}
+
+/// Inertia that a body shows at the common point when the joints beyond it may give way
+/// (articulated-body inertia, Featherstone 2008 chapter 7): a symmetric 6 × 6 matrix by blocks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ArticulatedInertia {
+    /// Moment per angular acceleration, kg m².
+    pub rotational: Matrix3<f64>,
+    /// Moment per linear acceleration, kg m; its transpose is force per angular acceleration.
+    pub coupling: Matrix3<f64>,
+    /// Force per linear acceleration, kg.
+    pub translational: Matrix3<f64>,
+}
+
+impl From<RigidInertia> for ArticulatedInertia {
+    #[inline]
+    fn from(rigid: RigidInertia) -> Self {
+        Self {
+            rotational: rigid.rotational,
+            coupling: rigid.first_moment.cross_matrix(),
+            translational: Matrix3::from_diagonal_element(rigid.mass),
+        }
+    }
+}
+
+impl ArticulatedInertia {
+    /// Force that gives the acceleration `motion`.
+    #[inline]
+    pub fn times(&self, motion: Motion) -> Force {
+        Force {
+            moment: self.rotational * motion.angular + self.coupling * motion.linear,
+            force: self.coupling.tr_mul(&motion.angular) + self.translational * motion.linear,
+        }
+    }
+
+    /// Adds `other` less what its joint gives way to: `other − u uᵀ / d`.
+    #[inline]
+    pub fn add_reduced(&mut self, other: &Self, u: Force, inverse_d: f64) {
+        let moment = u.moment * inverse_d;
+        let force = u.force * inverse_d;
+        self.rotational += other.rotational - moment * u.moment.transpose();
+        self.coupling += other.coupling - moment * u.force.transpose();
+        self.translational += other.translational - force * u.force.transpose();
+    }
+}

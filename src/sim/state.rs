@@ -1,0 +1,126 @@
+//! Everything that the future of a simulation depends on.
+
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+
+use crate::model::Model;
+
+/// Position and motion of the root link's frame, in the world frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Root {
+    /// Origin, m.
+    pub position: Point3<f64>,
+    /// Orientation.
+    pub orientation: UnitQuaternion<f64>,
+    /// Velocity of the origin, m/s.
+    pub linear_velocity: Vector3<f64>,
+    /// rad/s.
+    pub angular_velocity: Vector3<f64>,
+}
+
+impl Default for Root {
+    fn default() -> Self {
+        Self {
+            position: Point3::origin(),
+            orientation: UnitQuaternion::identity(),
+            linear_velocity: Vector3::zeros(),
+            angular_velocity: Vector3::zeros(),
+        }
+    }
+}
+
+/// The state of a simulated character.
+///
+/// Besides positions and velocities it holds what the solver remembers of the last step, so that a
+/// simulation that is taken up again from a kept state goes on bit for bit as it would have.
+#[derive(Debug, PartialEq)]
+pub struct State {
+    /// s.
+    pub time: f64,
+    /// The root link.
+    pub root: Root,
+    /// Joint angles, rad or m.
+    pub angles: Vec<f64>,
+    /// Joint velocities, rad/s or m/s.
+    pub velocities: Vec<f64>,
+    /// Forces of the last step, where the next one starts to look for its own.
+    pub(super) memory: Memory,
+}
+
+/// What the solver remembers of the last step.
+#[derive(Debug, PartialEq)]
+pub(super) struct Memory {
+    /// Normal and two tangential forces of every contact slot, N.
+    pub contact: Vec<[f64; 3]>,
+    /// Force of every joint's limit, N m, positive at the lower end and negative at the upper.
+    pub limit: Vec<f64>,
+    /// Dry friction of every joint, N m.
+    pub dry_friction: Vec<f64>,
+    /// Torque of every joint whose actuator is at its limit, N m; 0 for all others.
+    pub saturated: Vec<f64>,
+}
+
+impl State {
+    /// `model` at rest at the world's origin, with all joints at zero.
+    pub fn new(model: &Model) -> Self {
+        let joints = model.joint_count();
+        Self {
+            time: 0.0,
+            root: Root::default(),
+            angles: vec![0.0; joints],
+            velocities: vec![0.0; joints],
+            memory: Memory {
+                contact: vec![[0.0; 3]; model.ground_slots],
+                limit: vec![0.0; joints],
+                dry_friction: vec![0.0; joints],
+                saturated: vec![0.0; joints],
+            },
+        }
+    }
+
+    /// Forgets the forces of the last step, as after a change of pose by hand.
+    pub fn forget(&mut self) {
+        self.memory.contact.fill([0.0; 3]);
+        self.memory.limit.fill(0.0);
+        self.memory.dry_friction.fill(0.0);
+        self.memory.saturated.fill(0.0);
+    }
+}
+
+// Derived `Clone` would allocate on `clone_from`; states are copied once a transition.
+impl Clone for State {
+    fn clone(&self) -> Self {
+        Self {
+            time: self.time,
+            root: self.root,
+            angles: self.angles.clone(),
+            velocities: self.velocities.clone(),
+            memory: self.memory.clone(),
+        }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.time = source.time;
+        self.root = source.root;
+        self.angles.clone_from(&source.angles);
+        self.velocities.clone_from(&source.velocities);
+        self.memory.clone_from(&source.memory);
+    }
+}
+
+impl Clone for Memory {
+    fn clone(&self) -> Self {
+        Self {
+            contact: self.contact.clone(),
+            limit: self.limit.clone(),
+            dry_friction: self.dry_friction.clone(),
+            saturated: self.saturated.clone(),
+        }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.contact.clone_from(&source.contact);
+        self.limit.clone_from(&source.limit);
+        self.dry_friction.clone_from(&source.dry_friction);
+        self.saturated.clone_from(&source.saturated);
+    }
+}

@@ -1,0 +1,150 @@
+//! Scratch memory of a step. Nothing here outlives the step but what the observers read after it.
+
+use nalgebra::Point3;
+
+use super::contact::Touch;
+use super::lcp::{Lemke, Newton, Pgs, Problem, Solution, Solver};
+use super::reduced::articulated::{Articulated, JointLoad};
+use super::reduced::kinematics::BodyMotion;
+use super::reduced::response::ROOT;
+use super::reduced::velocity_control::VelocityControl;
+use super::rows::{Rows, contact};
+use super::spatial::Motion;
+use super::tracking::Spring;
+use super::{Contact, contact::ground};
+use crate::model::Model;
+use crate::scene::{Feedforward, SolverChoice, SolverKind, StepPlan};
+
+/// Scratch memory of a step; each field says which stage fills it.
+#[derive(Debug, Clone)]
+pub(super) struct Workspace {
+    /// Poses and velocities of the bodies at the beginning of the step. (kinematics)
+    pub bodies: Vec<BodyMotion>,
+    /// Touches. (detection)
+    pub touches: Vec<Touch>,
+    /// Common point of the step: the root's origin at its beginning, m. (kinematics)
+    pub common_point: Point3<f64>,
+    /// Offset torques f₀, N m or N. (velocity control)
+    pub feedforward: Vec<f64>,
+    /// Drives of the joints. (tracking)
+    pub springs: Vec<Spring>,
+    /// Joints whose actuator has a row of its own. (tracking, saturation)
+    pub saturated: Vec<bool>,
+    /// Loads of the joints. (tracking)
+    pub loads: Vec<JointLoad>,
+    /// The factorised mass matrix. (free motion)
+    pub articulated: Articulated,
+    /// Joint accelerations: as wanted (velocity control), then as they are without rows (free motion).
+    pub joint_acceleration: Vec<f64>,
+    /// Joint velocities after the step if no row acted (free motion), then as they are (response).
+    pub joint_rates: Vec<f64>,
+    /// Velocity of each body after the step if no row acted. (free motion)
+    pub free: Vec<Motion>,
+    /// Rows and their problem. (rows)
+    pub rows: Rows,
+    /// The half-solved impulse of all rows. (response)
+    pub half: Vec<f64>,
+    /// Change of each body's velocity by the rows. (response)
+    pub changes: Vec<Motion>,
+    /// Torques of the actuators, N m or N. (saturation)
+    pub torque: Vec<f64>,
+    /// Residual of the solution, m/s or rad/s. (solve)
+    pub residual: f64,
+    /// The rigid character of the first pass and its rows, if the plan asks for them.
+    pub control: Option<VelocityControl>,
+    pub control_rows: Rows,
+    /// The solver.
+    pub engine: Engine,
+}
+
+/// The solver that the plan chose.
+#[derive(Debug, Clone)]
+pub(super) enum Engine {
+    Newton(Newton),
+    Pgs(Pgs),
+    Lemke(Lemke),
+}
+
+impl Engine {
+    fn new(choice: &SolverChoice) -> Self {
+        match choice.kind {
+            SolverKind::Newton => Self::Newton(Newton::new(choice.iterations, choice.tolerance)),
+            SolverKind::Pgs => Self::Pgs(Pgs::new(choice.iterations, choice.tolerance)),
+            SolverKind::Lemke => Self::Lemke(Lemke::new(choice.iterations)),
+        }
+    }
+
+    pub fn solve(&mut self, problem: &Problem<'_>, force: &mut [f64]) -> Solution {
+        match self {
+            Self::Newton(newton) => newton.solve(problem, force),
+            Self::Pgs(pgs) => pgs.solve(problem, force),
+            Self::Lemke(lemke) => lemke.solve(problem, force),
+        }
+    }
+}
+
+impl Workspace {
+    pub fn new(model: &Model, plan: &StepPlan) -> Self {
+        let bodies = model.bodies.len();
+        let joints = model.joint_count();
+        let slots = if plan.ground.is_some() { model.ground_slots } else { 0 };
+        let contact_rows = slots.min(64) * contact::rows_per_touch(plan.friction);
+        let feedforward = plan.drive.as_ref().map_or(Feedforward::None, |drive| drive.feedforward);
+        let control_rows = if feedforward == Feedforward::ContactAware { contact_rows } else { 0 };
+        Self {
+            bodies: vec![BodyMotion::REST; bodies],
+            touches: Vec::with_capacity(slots),
+            common_point: Point3::origin(),
+            feedforward: vec![0.0; joints],
+            springs: vec![Spring::default(); joints],
+            saturated: vec![false; joints],
+            loads: vec![JointLoad::default(); joints],
+            articulated: Articulated::new(bodies),
+            joint_acceleration: vec![0.0; joints],
+            joint_rates: vec![0.0; joints],
+            free: vec![Motion::ZERO; bodies],
+            rows: Rows::new(contact_rows + 2 * joints, ROOT + joints),
+            half: vec![0.0; ROOT + joints],
+            changes: vec![Motion::ZERO; bodies],
+            torque: vec![0.0; joints],
+            residual: 0.0,
+            control: (feedforward != Feedforward::None).then(|| VelocityControl::new(bodies)),
+            control_rows: Rows::new(control_rows, ROOT),
+            engine: Engine::new(&plan.accuracy.solver),
+        }
+    }
+
+    /// Detects contact with the plan's ground.
+    pub fn detect(&mut self, model: &Model, plan: &StepPlan, root_height: f64) {
+        let Some(height) = plan.ground else { return };
+        let gravity = plan.gravity.norm();
+        let height = height - root_height;
+        ground::detect(
+            model,
+            &self.bodies,
+            height,
+            plan.step(),
+            gravity,
+            plan.stabilization,
+            &mut self.touches,
+        );
+    }
+
+    /// Every touch of the last step with its force.
+    pub fn contacts(&self, plan: &StepPlan) -> impl Iterator<Item = Contact> + '_ {
+        let rows_per_touch = contact::rows_per_touch(plan.friction);
+        self.touches.iter().enumerate().map(move |(index, touch)| {
+            let first = index * rows_per_touch;
+            let forces = self.rows.force.get(first..first + rows_per_touch).unwrap_or_default();
+            let force = forces.iter().zip(contact::FRAME).map(|(force, axis)| axis * *force).sum();
+            Contact {
+                link: touch.link,
+                position: self.common_point + touch.at,
+                normal: contact::FRAME[0],
+                force,
+                velocity: self.free[touch.body].plus(self.changes[touch.body]).at(touch.at),
+                depth: touch.depth,
+            }
+        })
+    }
+}
