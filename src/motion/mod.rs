@@ -1,0 +1,14 @@
+//! Motion in time: keyframes joined by cubic Hermite splines, the player that turns them into
+//! targets, and the motion document.
+
+mod check;
+mod document;
+mod player;
+mod spline;
+
+pub use document::{
+    CharacterRef, Format, Interpolation, Keyframe, Loop, Metrics, Motion, Pose, Provenance, RootAdvance,
+    RootMotion, RootPose, Trial, Validity,
+};
+pub use player::Player;
+pub use spline::{hermite, hermite_range, hermite_rate};

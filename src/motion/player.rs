@@ -1,0 +1,179 @@
+//! From keyframes to the joint targets of any moment.
+
+use super::document::{Keyframe, Motion};
+use super::spline::hermite;
+use crate::fault::{Fault, InputError};
+
+/// Joint targets as a function of the time since the start of play: what leads into the loop once,
+/// then the loop for ever.
+///
+/// Between two knots a target is the cubic Hermite spline of [`hermite`]; it is continuous with its
+/// rate everywhere, across the seam of the loop too. Any time can be asked for in any order, and
+/// the same time gives the same bits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Player {
+    joints: usize,
+    /// Time of each knot since the start of play, s, increasing from 0.
+    times: Vec<f64>,
+    /// Angle of every joint, knot by knot.
+    angles: Vec<f64>,
+    /// Rate of every joint, knot by knot.
+    velocities: Vec<f64>,
+    /// The knot at which the loop starts; it ends at the last knot.
+    loop_start: usize,
+}
+
+impl Player {
+    /// Plays a motion document: its `entry`, then its `keyframes` up to the loop's end, then the
+    /// loop over and over. Without an entry it starts at the first keyframe.
+    ///
+    /// `joints` names the joints in the order in which targets are wanted (that of the model).
+    ///
+    /// # Errors
+    ///
+    /// [`InputError::Impossible`] when the document is not sound ([`Motion::faults`]), or when it
+    /// and `joints` do not name the same joints; every joint without a counterpart is named.
+    pub fn new(motion: &Motion, joints: &[String]) -> Result<Self, InputError> {
+        let mut faults = motion.faults();
+        let column = |name: &String| motion.joints.iter().position(|own| own == name);
+        faults.extend(
+            joints
+                .iter()
+                .filter(|name| column(name).is_none())
+                .map(|name| Fault::new("/joints", format!("the character's joint \"{name}\" is missing"))),
+        );
+        faults.extend(motion.joints.iter().enumerate().filter(|(_, name)| !joints.contains(name)).map(
+            |(index, name)| {
+                Fault::new(format!("/joints/{index}"), format!("the character has no joint \"{name}\""))
+            },
+        ));
+        if !faults.is_empty() {
+            return Err(InputError::Impossible(faults));
+        }
+        let order: Vec<usize> = joints.iter().filter_map(column).collect();
+
+        let mut player = Self::empty(order.len());
+        let mut push = |time: f64, keyframe: &Keyframe| {
+            player.times.push(time);
+            player.angles.extend(order.iter().map(|&joint| keyframe.angles[joint]));
+            player.velocities.extend(order.iter().map(|&joint| keyframe.velocities[joint]));
+        };
+        // The entry's last keyframe is the first of `keyframes`, and is pushed as that.
+        let (lead, offset) = match motion.entry.split_last() {
+            Some((last, lead)) => (lead, last.time),
+            None => (&[][..], 0.0),
+        };
+        for keyframe in lead {
+            push(keyframe.time, keyframe);
+        }
+        for keyframe in &motion.keyframes {
+            push(offset + keyframe.time, keyframe);
+        }
+        let before = motion.keyframes.iter().position(|keyframe| keyframe.time == motion.cycle.start);
+        player.loop_start = lead.len() + before.unwrap_or(0);
+        Ok(player)
+    }
+
+    /// Plays postures that are `transition_time` seconds apart: from `start` (at rest) through every
+    /// posture of `entry` once, then round `cycle` for ever, whose last posture is followed by its
+    /// first.
+    ///
+    /// A posture is a pair of angles (rad or m) and rates (per second), one a joint, all of the
+    /// length of `start`. An empty cycle holds the last posture there is. `transition_time` is
+    /// positive.
+    pub fn from_postures<'a>(
+        start: &[f64],
+        entry: impl IntoIterator<Item = (&'a [f64], &'a [f64])>,
+        cycle: impl IntoIterator<Item = (&'a [f64], &'a [f64])>,
+        transition_time: f64,
+    ) -> Self {
+        let mut player = Self::empty(start.len());
+        player.angles.extend_from_slice(start);
+        player.velocities.resize(start.len(), 0.0);
+        let mut knots = 1;
+        for (angles, velocities) in entry {
+            player.angles.extend_from_slice(angles);
+            player.velocities.extend_from_slice(velocities);
+            knots += 1;
+        }
+        let first = knots;
+        for (angles, velocities) in cycle {
+            player.angles.extend_from_slice(angles);
+            player.velocities.extend_from_slice(velocities);
+            knots += 1;
+        }
+        if knots > first {
+            let posture = first * start.len()..(first + 1) * start.len();
+            player.angles.extend_from_within(posture.clone());
+            player.velocities.extend_from_within(posture);
+            player.loop_start = first;
+            knots += 1;
+        } else {
+            player.loop_start = knots - 1;
+        }
+        player.times = (0..knots).map(|knot| knot as f64 * transition_time).collect();
+        player
+    }
+
+    fn empty(joints: usize) -> Self {
+        Self { joints, times: Vec::new(), angles: Vec::new(), velocities: Vec::new(), loop_start: 0 }
+    }
+
+    /// Number of joints.
+    pub fn joint_count(&self) -> usize {
+        self.joints
+    }
+
+    /// Time from the start of play to the first start of the loop, s.
+    pub fn lead(&self) -> f64 {
+        self.times.get(self.loop_start).copied().unwrap_or(0.0)
+    }
+
+    /// Duration of the loop, s; 0 when there is none.
+    pub fn period(&self) -> f64 {
+        self.times.last().copied().unwrap_or(0.0) - self.lead()
+    }
+
+    /// Writes the target of every joint, rad or m, at `t` seconds since the start of play into
+    /// `angles`, one a joint. Before the start it is the first knot's.
+    pub fn targets(&self, t: f64, angles: &mut [f64]) {
+        debug_assert_eq!(angles.len(), self.joints, "one target a joint");
+        let n = self.joints;
+        let Some((knot, since)) = self.locate(t) else {
+            let held = self.angles.len().saturating_sub(n);
+            angles.iter_mut().zip(&self.angles[held..]).for_each(|(target, &angle)| *target = angle);
+            return;
+        };
+        let duration = self.times[knot + 1] - self.times[knot];
+        let (from, to) = (knot * n, (knot + 1) * n);
+        for (joint, target) in angles.iter_mut().enumerate().take(n) {
+            *target = hermite(
+                (self.angles[from + joint], self.velocities[from + joint]),
+                (self.angles[to + joint], self.velocities[to + joint]),
+                duration,
+                since,
+            );
+        }
+    }
+
+    /// The knot that begins the segment in which `t` falls, and the time since it, s; `None` after
+    /// the last knot of a motion without a loop.
+    ///
+    /// Rounding may put a time that lies on a knot to either side of it. That does no harm: both
+    /// segments have the knot's value there.
+    fn locate(&self, t: f64) -> Option<(usize, f64)> {
+        let (&end, start) = (self.times.last()?, self.lead());
+        let period = end - start;
+        let t = if t < end {
+            t.max(0.0)
+        } else if period > 0.0 {
+            let turns = ((t - start) / period).floor();
+            (t - turns * period).clamp(start, end)
+        } else {
+            return None;
+        };
+        let segments = self.times.len() - 1;
+        let knot = self.times.partition_point(|&time| time <= t).clamp(1, segments) - 1;
+        Some((knot, t - self.times[knot]))
+    }
+}

@@ -1,0 +1,150 @@
+//! The scenario document.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::fault::{Fault, InputError};
+use crate::motion::RootMotion;
+use crate::scene::{Accuracy, Drive, Scene};
+
+/// The name and version of the document's format.
+const FORMAT: &str = "gaitwright/scenario@1";
+
+/// A simulation to run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// `gaitwright/scenario@1`.
+    #[serde(default = "format")]
+    pub format: String,
+    /// The character: a path, or inline.
+    pub character: CharacterSource,
+    /// Whether the root link is bolted to the world.
+    #[serde(default)]
+    pub fixed_base: bool,
+    /// The world around it.
+    #[serde(default)]
+    pub scene: Scene,
+    /// How finely it is simulated.
+    #[serde(default)]
+    pub accuracy: Accuracy,
+    /// How it starts: in the standing pose where left out.
+    #[serde(default)]
+    pub start: Start,
+    /// What moves its joints.
+    #[serde(default)]
+    pub drive: Drive,
+    /// s.
+    #[serde(default = "one")]
+    pub duration: f64,
+    /// Time between lines of output, s.
+    #[serde(default = "hundredth")]
+    pub sample_every: f64,
+}
+
+fn format() -> String {
+    FORMAT.to_owned()
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn hundredth() -> f64 {
+    0.01
+}
+
+/// Where a character comes from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum CharacterSource {
+    /// Path of a URDF, JSON or zip file.
+    Path(String),
+    /// Inline.
+    Inline(InlineCharacter),
+}
+
+/// A character within another document.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum InlineCharacter {
+    /// The text of a URDF.
+    Urdf(String),
+    /// A character document.
+    Json(serde_json::Value),
+}
+
+/// How a simulation starts.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Start {
+    /// The root link; standing where left out.
+    pub root: Option<RootMotion>,
+    /// Joints by name; as in the standing pose, at rest, where left out.
+    pub joints: BTreeMap<String, JointStart>,
+}
+
+/// Angle and velocity of a joint at the start.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct JointStart {
+    /// rad or m; as in the standing pose where left out.
+    pub angle: Option<f64>,
+    /// rad/s or m/s.
+    pub velocity: f64,
+}
+
+/// Greatest number of steps of one simulation.
+const STEPS: f64 = 1e8;
+
+impl Scenario {
+    /// Reads a scenario.
+    ///
+    /// # Errors
+    /// [`InputError::Malformed`] for what is not JSON, [`InputError::Impossible`] with a JSON pointer for
+    /// unknown fields and for values that make no sense.
+    pub fn parse(bytes: &[u8]) -> Result<Self, InputError> {
+        crate::fault::from_json(bytes)
+    }
+
+    /// Everything impossible in the document by itself.
+    pub fn faults(&self) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        if self.format != FORMAT {
+            faults.push(Fault::new("/format", format!("the format is not \"{FORMAT}\"")));
+        }
+        faults.extend(self.scene.faults().into_iter().map(|fault| fault.under("/scene")));
+        faults.extend(self.accuracy.faults().into_iter().map(|fault| fault.under("/accuracy")));
+        let mut positive = |name: &str, value: f64| {
+            if !(value.is_finite() && value > 0.0) {
+                faults.push(Fault::new(name, "must be a positive finite number of seconds"));
+            }
+        };
+        positive("/duration", self.duration);
+        positive("/sample_every", self.sample_every);
+        if self.duration / self.accuracy.step > STEPS {
+            faults.push(Fault::new(
+                "/duration",
+                format!("the simulation would take more than {STEPS:e} steps"),
+            ));
+        }
+        if let Some(root) = &self.start.root {
+            let numbers = [&root.position[..], &root.linear_velocity, &root.angular_velocity].concat();
+            if numbers.iter().any(|number| !number.is_finite()) {
+                faults.push(Fault::new("/start/root", "every number must be finite"));
+            }
+            let length = root.orientation.iter().map(|part| part * part).sum::<f64>().sqrt();
+            if (length - 1.0).abs() > 1e-3 || length.is_nan() {
+                faults.push(Fault::new("/start/root/orientation", "must be a quaternion of unit length"));
+            }
+        }
+        for (name, joint) in &self.start.joints {
+            if !(joint.angle.unwrap_or(0.0).is_finite() && joint.velocity.is_finite()) {
+                faults.push(Fault::new(format!("/start/joints/{name}"), "every number must be finite"));
+            }
+        }
+        faults
+    }
+}

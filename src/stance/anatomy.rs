@@ -1,0 +1,97 @@
+//! What of a character are limbs and feet, and where its surface is in a pose.
+
+use nalgebra::{Point3, Vector3};
+
+use crate::model::Model;
+use crate::sim::contact::ground;
+use crate::sim::reduced::kinematics::{BodyMotion, place};
+use crate::sim::{State, contact::Touch};
+
+/// A foot with three corners within this share of the limb's length of its lowest point has a sole.
+const SOLE: f64 = 0.02;
+
+/// A limb that can carry the character.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limb {
+    /// Bodies from the one that is joined to the trunk to the foot.
+    pub bodies: Vec<usize>,
+    /// Length from the first joint to the farthest surface point of the foot when stretched, m.
+    pub length: f64,
+    /// Whether the foot is a sole (corners) and not a ball.
+    pub flat: bool,
+}
+
+/// A character in a pose, root upright at the origin.
+pub struct Posed {
+    /// Poses of the bodies.
+    pub bodies: Vec<BodyMotion>,
+    /// All surface points that could touch a ground.
+    pub surface: Vec<Touch>,
+    /// Centre of mass, m.
+    pub center_of_mass: Vector3<f64>,
+}
+
+impl Posed {
+    /// `model` with joints at `angles`, rad or m.
+    pub fn new(model: &Model, angles: &[f64]) -> Self {
+        let mut state = State::new(model);
+        state.angles.copy_from_slice(angles);
+        Self::of(model, &state)
+    }
+
+    /// `model` in `state`, relative to the root's origin.
+    pub fn of(model: &Model, state: &State) -> Self {
+        let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
+        place(model, state, &mut bodies);
+        let mut surface = Vec::new();
+        // A ground above everything is touched by everything.
+        ground::detect(model, &bodies, f64::MAX, 0.0, 0.0, false, &mut surface);
+        let first: Vector3<f64> = bodies.iter().map(|body| body.inertia.first_moment).sum();
+        Self { bodies, surface, center_of_mass: first / model.mass }
+    }
+
+    /// Height of the lowest surface point relative to the root's origin, m; 0 without a surface.
+    pub fn lowest(&self) -> f64 {
+        let lowest = self.surface.iter().map(|touch| touch.at.z).fold(f64::INFINITY, f64::min);
+        if lowest.is_finite() { lowest } else { 0.0 }
+    }
+
+    /// The lowest surface point of body `body`.
+    pub fn lowest_of(&self, body: usize) -> Option<Point3<f64>> {
+        let points = self.surface.iter().filter(|touch| touch.body == body).map(|touch| touch.at);
+        points.min_by(|a, b| a.z.total_cmp(&b.z)).map(Point3::from)
+    }
+}
+
+/// Limbs that reach the ground: chains of bodies from a branching of the tree (or the root) to its
+/// end, of those nearly as low as the lowest when all hang down.
+pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
+    let children =
+        |body: usize| (1..model.bodies.len()).filter(move |child| model.bodies[*child].parent == body);
+    let mut limbs = Vec::new();
+    for leaf in (1..model.bodies.len()).filter(|body| children(*body).next().is_none()) {
+        let touching: Vec<&Touch> = posed.surface.iter().filter(|touch| touch.body == leaf).collect();
+        if touching.is_empty() {
+            continue;
+        }
+        let mut bodies = vec![leaf];
+        let mut body = leaf;
+        while model.bodies[body].parent != 0 && children(model.bodies[body].parent).count() == 1 {
+            body = model.bodies[body].parent;
+            bodies.push(body);
+        }
+        bodies.reverse();
+        let segments: f64 = bodies.windows(2).map(|pair| model.bodies[pair[1]].offset.norm()).sum();
+        let origin = posed.bodies[leaf].origin;
+        let end = touching.iter().map(|touch| (touch.at - origin).norm()).fold(0.0, f64::max);
+        let length = segments + end;
+        let lowest = touching.iter().map(|touch| touch.at.z).fold(f64::INFINITY, f64::min);
+        let sole = touching.iter().filter(|touch| touch.at.z < lowest + SOLE * length);
+        limbs.push(Limb { bodies, length, flat: sole.count() >= 3 });
+    }
+    let bottom = |limb: &Limb| posed.bodies[limb.bodies[0]].origin.z - limb.length;
+    let lowest = limbs.iter().map(&bottom).fold(f64::INFINITY, f64::min);
+    let longest = limbs.iter().map(|limb| limb.length).fold(0.0, f64::max);
+    limbs.retain(|limb| bottom(limb) < lowest + 0.3 * longest);
+    limbs
+}

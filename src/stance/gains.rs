@@ -1,0 +1,64 @@
+//! Springs and dampers suited to a character, from its weight and the length of its limbs.
+//!
+//! A joint's spring gives way by [`GIVE`] under its share of the weight at the end of its limb, and its damper
+//! has [`DAMPING_RATIO`] of what would be critical for that share of the mass there. Both scale with the
+//! character, so that a mouse and a horse are held alike.
+
+use super::anatomy::Posed;
+use crate::model::{Freedom, Model};
+use crate::scene::{Feedforward, Gains, Scene};
+
+/// Angle by which a joint gives way under its share of the weight, rad.
+const GIVE: f64 = 0.15;
+
+/// Share of critical damping.
+const DAMPING_RATIO: f64 = 0.3;
+
+/// Standard gravity, for scenes without any, m/s².
+const GRAVITY: f64 = 9.81;
+
+/// Gains for `model` standing at `angles` in `scene`, with the character's own torque limits.
+pub fn suited(model: &Model, scene: &Scene, angles: &[f64]) -> Gains {
+    let posed = Posed::new(model, angles);
+    let gravity = nalgebra::Vector3::from(scene.gravity).norm();
+    let gravity = if gravity > 0.0 { gravity } else { GRAVITY };
+    let lowest = posed.lowest();
+    let extent =
+        posed.surface.iter().map(|touch| (touch.at - posed.center_of_mass).norm()).fold(0.0, f64::max);
+    // Links within a tenth of the character's size of the ground share the load.
+    let mut carrying: Vec<usize> = posed
+        .surface
+        .iter()
+        .filter(|touch| touch.at.z < lowest + 0.1 * extent)
+        .map(|touch| touch.body)
+        .collect();
+    carrying.sort_unstable();
+    carrying.dedup();
+    let share = model.mass / carrying.len().max(1) as f64;
+
+    let joints = 0..model.joint_count();
+    let arm = |joint: usize| {
+        let carried = posed.surface.iter().filter(|touch| model.carries(joint + 1, touch.body));
+        let origin = posed.bodies[joint + 1].origin;
+        let farthest = carried.map(|touch| (touch.at - origin).norm()).fold(0.0, f64::max);
+        // A joint with nothing to touch the ground beyond it still has its links to hold.
+        if farthest > 0.0 { farthest } else { 0.2 * extent.max(0.1) }
+    };
+    let stiffness: Vec<f64> = joints
+        .clone()
+        .map(|joint| match model.bodies[joint + 1].freedom {
+            Freedom::Revolute => share * gravity * arm(joint) / GIVE,
+            Freedom::Prismatic => share * gravity / (GIVE * arm(joint)),
+        })
+        .collect();
+    let damping = joints
+        .map(|joint| {
+            let inertia = match model.bodies[joint + 1].freedom {
+                Freedom::Revolute => share * arm(joint).powi(2),
+                Freedom::Prismatic => share,
+            };
+            2.0 * DAMPING_RATIO * (stiffness[joint] * inertia).sqrt()
+        })
+        .collect();
+    Gains { stiffness, damping, max_torque: model.effort.clone(), feedforward: Feedforward::default() }
+}

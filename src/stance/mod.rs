@@ -1,0 +1,57 @@
+//! A standing pose for any character, found and proven in the simulator, and the gains that hold it.
+//!
+//! The author's pose is taken where there is one. Otherwise a pose is searched for ([`pose`]), with its
+//! feet level and below their limbs, the limbs a little bent and the centre of mass above the feet. Either
+//! is then held in the simulator until it has settled ([`prove`]), which shows whether it stands.
+
+mod anatomy;
+mod gains;
+mod pose;
+mod prove;
+mod upright;
+
+use std::sync::Arc;
+
+use crate::model::Model;
+use crate::scene::{Gains, Scene};
+use crate::sim::State;
+
+pub use upright::Upright;
+
+/// How a character stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stance {
+    /// The settled state: at rest on the ground, root above the world's origin, time 0.
+    pub state: State,
+    /// Targets that hold it, rad or m, one a joint.
+    pub angles: Vec<f64>,
+    /// Height of the root link's origin above the ground, m.
+    pub root_height: f64,
+    /// Links that carry the character, by index into the character's links, in ascending order.
+    pub support: Vec<usize>,
+    /// Whether it came to rest without falling when it was held in the simulator.
+    pub stable: bool,
+    /// Whether the author gave the pose.
+    pub given: bool,
+    /// Gains suited to this character, with its own torque limits.
+    pub gains: Gains,
+}
+
+/// Height of the root's origin at which `model`, upright with joints at `angles`, touches a ground at
+/// `ground` with its lowest point; all in m.
+pub fn resting_height(model: &Model, angles: &[f64], ground: f64) -> f64 {
+    ground - anatomy::Posed::new(model, angles).lowest()
+}
+
+impl Stance {
+    /// Finds the standing pose of `model` on the ground of `scene`, or proves the one its author gave.
+    ///
+    /// A character that is bolted to the world, or that has no ground or nothing to touch it with, is
+    /// not proven: its root stays at the world's origin.
+    pub fn find(model: &Arc<Model>, scene: &Scene) -> Self {
+        let given = pose::given(model);
+        let angles = given.clone().unwrap_or_else(|| pose::search(model));
+        let gains = gains::suited(model, scene, &angles);
+        prove::settle(model, scene, angles, given.is_some(), gains)
+    }
+}

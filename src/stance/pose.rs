@@ -1,0 +1,158 @@
+//! A pose that looks like standing.
+//!
+//! The pose minimises a sum of squares over the joint angles, starting from the angles nearest to zero
+//! that the limits allow: feet level, feet below the joints their limbs hang from, limbs a little bent,
+//! soles flat, the centre of mass above the feet, joints away from their limits and near where they began.
+//! A character that lies rather than stands (a snake) keeps the pose it was drawn in.
+
+use nalgebra::{Vector2, Vector3};
+
+use super::anatomy::{Limb, Posed, limbs};
+use crate::model::{Freedom, Model};
+
+/// Share of a limb's length between its first joint and the ground.
+const EXTENSION: f64 = 0.82;
+
+/// Joints keep this share of their range away from its ends where they can.
+const MARGIN: f64 = 0.12;
+
+/// A character lower than this share of its own width lies rather than stands.
+const LYING: f64 = 0.2;
+
+/// The author's pose, where there is one; angles left out of it are the nearest to zero.
+pub fn given(model: &Model) -> Option<Vec<f64>> {
+    let standing = model.character.standing.as_ref()?;
+    let mut angles = neutral(model);
+    for (name, angle) in standing {
+        if let Some(joint) = model.joint(name) {
+            angles[joint] = *angle;
+        }
+    }
+    Some(angles)
+}
+
+/// The angles nearest to zero within the limits.
+fn neutral(model: &Model) -> Vec<f64> {
+    let nearest = |limit: &Option<[f64; 2]>| limit.map_or(0.0, |[lower, upper]| 0.0_f64.clamp(lower, upper));
+    model.limits.iter().map(nearest).collect()
+}
+
+/// Searches for a standing pose; the same for the same model.
+pub fn search(model: &Model) -> Vec<f64> {
+    let start = neutral(model);
+    let posed = Posed::new(model, &start);
+    let limbs = limbs(model, &posed);
+    if limbs.is_empty() || lies(&posed) {
+        return start;
+    }
+    let cost = Cost { model, limbs: &limbs, start: &start };
+    descend(start.clone(), model, &limbs, |angles| cost.of(angles))
+}
+
+/// Whether the character is flat in this pose.
+fn lies(posed: &Posed) -> bool {
+    let height = posed.center_of_mass.z - posed.lowest();
+    let width = posed.surface.iter().map(|touch| touch.at.xy().norm()).fold(0.0, f64::max);
+    height < LYING * width
+}
+
+/// Pattern search: every move in turn is tried either way; steps shrink when none helps.
+fn descend(mut angles: Vec<f64>, model: &Model, limbs: &[Limb], cost: impl Fn(&[f64]) -> f64) -> Vec<f64> {
+    let moves = moves(model, limbs);
+    let mut best = cost(&angles);
+    let mut step = 0.3;
+    while step > 1e-3 {
+        let before = best;
+        for (turn, direction) in moves.iter().flat_map(|turn| [(turn, 1.0), (turn, -1.0)]) {
+            let mut tried = angles.clone();
+            for (joint, share) in turn {
+                let angle = tried[*joint] + direction * step * share;
+                tried[*joint] =
+                    model.limits[*joint].map_or(angle, |[lower, upper]| angle.clamp(lower, upper));
+            }
+            let found = cost(&tried);
+            if found < best {
+                best = found;
+                angles = tried;
+            }
+        }
+        if best > before - 1e-4 * before.abs() {
+            step *= 0.5;
+        }
+    }
+    angles
+}
+
+/// Moves of the search, each some joints and how far they go: every joint by itself; every joint
+/// against the one that carries it, which folds a limb and leaves its end below its beginning; and either
+/// for all limbs at once, without which level feet would keep each other from moving.
+fn moves(model: &Model, limbs: &[Limb]) -> Vec<Vec<(usize, f64)>> {
+    // A metre of a slide is not a radian; a tenth is near what a character's slides move.
+    let unit = |joint: usize| if model.bodies[joint + 1].freedom == Freedom::Prismatic { 0.1 } else { 1.0 };
+    let fold = |joint: usize| {
+        let parent = model.bodies[joint + 1].parent;
+        (parent > 0).then(|| vec![(joint, 2.0 * unit(joint)), (parent - 1, -unit(parent - 1))])
+    };
+    let joints = 0..model.joint_count();
+    let mut moves: Vec<_> = joints.clone().map(|joint| vec![(joint, unit(joint))]).collect();
+    moves.extend(joints.filter_map(fold));
+    let longest = limbs.iter().map(|limb| limb.bodies.len()).max().unwrap_or(0);
+    for place in 0..longest {
+        let alike = || limbs.iter().filter_map(move |limb| limb.bodies.get(place)).map(|body| body - 1);
+        moves.push(alike().map(|joint| (joint, unit(joint))).collect());
+        moves.push(alike().filter_map(fold).flatten().collect());
+    }
+    moves
+}
+
+/// How little a pose looks like standing.
+struct Cost<'a> {
+    model: &'a Model,
+    limbs: &'a [Limb],
+    start: &'a [f64],
+}
+
+impl Cost<'_> {
+    fn of(&self, angles: &[f64]) -> f64 {
+        let posed = Posed::new(self.model, angles);
+        let feet: Vec<Vector3<f64>> = self
+            .limbs
+            .iter()
+            .filter_map(|limb| limb.bodies.last().and_then(|foot| posed.lowest_of(*foot)))
+            .map(|point| point.coords)
+            .collect();
+        let count = feet.len() as f64;
+        let mean: Vector3<f64> = feet.iter().sum::<Vector3<f64>>() / count;
+        let size = self.limbs.iter().map(|limb| limb.length).sum::<f64>() / count;
+        let relative = |length: f64| (length / size).powi(2);
+
+        let mut cost = 4.0 * relative(flat(posed.center_of_mass - mean).norm());
+        for (limb, foot) in self.limbs.iter().zip(&feet) {
+            let attached = posed.bodies[limb.bodies[0]].origin;
+            let extension = (attached.z - foot.z) / limb.length;
+            cost += 20.0 * relative(foot.z - mean.z) / count;
+            cost += 1.0 * relative(flat(attached - foot).norm()) / count;
+            cost += 4.0 * (extension - EXTENSION).powi(2) / count;
+            if limb.flat {
+                let tilt = posed.bodies[limb.bodies[limb.bodies.len() - 1]].rotation.column(2).z;
+                cost += 4.0 * (1.0 - tilt) / count;
+            }
+        }
+        // What lies below the feet (a knee, a belly) would carry the character in their place.
+        let below = (mean.z - posed.lowest()).max(0.0);
+        cost += 20.0 * relative(below);
+        for (joint, angle) in angles.iter().enumerate() {
+            cost += 0.003 * (angle - self.start[joint]).powi(2);
+            if let Some([lower, upper]) = self.model.limits[joint] {
+                let margin = MARGIN * (upper - lower);
+                let inside = (angle - lower).min(upper - angle);
+                cost += 2.0 * ((margin - inside).max(0.0) / margin).powi(2) / angles.len() as f64;
+            }
+        }
+        cost
+    }
+}
+
+fn flat(vector: Vector3<f64>) -> Vector2<f64> {
+    vector.xy()
+}

@@ -1,0 +1,90 @@
+//! A pose held in the simulator until it has settled.
+
+use std::sync::Arc;
+
+use super::Stance;
+use super::anatomy::Posed;
+use crate::model::Model;
+use crate::scene::{Accuracy, Effect, Gains, Ground, Scene, StepPlan, Switch};
+use crate::sim::{Command, Simulator, State};
+
+/// How long a pose is held, s.
+const SECONDS: f64 = 3.0;
+
+/// Greatest tilt of the root against its first orientation, rad, and greatest loss of height, as a
+/// share of it, of a character that stands.
+const GREATEST_TILT: f64 = 0.35;
+const GREATEST_SINKING: f64 = 0.35;
+
+/// A standing character moves no faster than this many heights of its root a second at the end.
+const REST: f64 = 0.05;
+
+/// Holds `angles` with `gains` in `scene` and tells how the character stands.
+pub fn settle(model: &Arc<Model>, scene: &Scene, angles: Vec<f64>, given: bool, gains: Gains) -> Stance {
+    let posed = Posed::new(model, &angles);
+    let ground = scene.ground.map(|Ground::Plane { height }| height);
+    let mut state = State::new(model);
+    state.angles.copy_from_slice(&angles);
+    let mut stance =
+        Stance { state, angles, root_height: 0.0, support: Vec::new(), stable: false, given, gains };
+    let (Some(ground), false) = (ground, model.fixed_base || posed.surface.is_empty()) else {
+        stance.stable = model.fixed_base;
+        return stance;
+    };
+    stance.state.root.position.z = ground - posed.lowest();
+    if let Some(settled) = hold(model, scene, &stance) {
+        stance.state = settled;
+        stance.stable = true;
+    }
+    let root = stance.state.root.position;
+    stance.root_height = root.z - ground;
+    stance.support = support(model, &stance.state, ground - root.z);
+    stance
+}
+
+/// The settled state, or `None` if the character falls or does not come to rest.
+fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance) -> Option<State> {
+    let mut scene = scene.clone();
+    scene.effects.insert(Effect::TrunkRotationLock, Switch::Off);
+    let accuracy = Accuracy::default();
+    let plan = StepPlan::compile(&scene, &accuracy, Some(&stance.gains), model).ok()?;
+    let mut simulator = Simulator::new(model.clone(), Arc::new(plan), stance.state.clone());
+    let targets = Command::Track { now: &stance.angles, next: &stance.angles };
+    for _ in 0..(SECONDS / accuracy.step).round() as usize {
+        simulator.step(targets).ok()?;
+    }
+    let mut state = simulator.state().clone();
+    let height = posed_height(model, &stance.state);
+    let tilt = state.root.orientation.angle_to(&stance.state.root.orientation);
+    let sunk = posed_height(model, &stance.state) - posed_height(model, &state)
+        + (stance.state.root.position.z - state.root.position.z);
+    let moving = state.root.linear_velocity.norm() + height * state.root.angular_velocity.norm();
+    let stands = tilt < GREATEST_TILT && sunk < GREATEST_SINKING * height && moving < REST * height;
+    state.time = 0.0;
+    state.root.position.x = 0.0;
+    state.root.position.y = 0.0;
+    state.root.linear_velocity.fill(0.0);
+    state.root.angular_velocity.fill(0.0);
+    state.velocities.fill(0.0);
+    stands.then_some(state)
+}
+
+/// Height of the centre of mass above the lowest point, m.
+fn posed_height(model: &Model, state: &State) -> f64 {
+    let posed = Posed::of(model, state);
+    posed.center_of_mass.z - posed.lowest()
+}
+
+/// Of every body within a fiftieth of the character's height of the ground (at `ground` above the
+/// root's origin), the link that is lowest.
+fn support(model: &Model, state: &State, ground: f64) -> Vec<usize> {
+    let posed = Posed::of(model, state);
+    let near = ground + 0.02 * (posed.center_of_mass.z - ground).abs();
+    let lowest = |body: usize| {
+        let points = posed.surface.iter().filter(move |touch| touch.body == body && touch.at.z < near);
+        points.min_by(|a, b| a.at.z.total_cmp(&b.at.z)).map(|touch| touch.link)
+    };
+    let mut links: Vec<usize> = (0..model.bodies.len()).filter_map(lowest).collect();
+    links.sort_unstable();
+    links
+}
