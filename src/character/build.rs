@@ -7,8 +7,8 @@ use nalgebra::{Matrix3, Unit, Vector3};
 
 use super::draft::{At, Draft, DraftInertial, DraftJoint, DraftLink, Report};
 use super::{
-    About, Character, Inertial, Joint, JointKind, Limits, Link, Note, NoteKind, Options, Placed, Reading,
-    Shape, inertia, stand_in,
+    About, Character, Inertial, Joint, JointKind, Limits, Link, NoteKind, Options, Placed, Reading, Shape,
+    inertia, stand_in,
 };
 use crate::fault::{Fault, InputError};
 
@@ -45,7 +45,8 @@ pub fn build(mut draft: Draft, digest: String, options: Options) -> Result<Readi
     stand_in::add(&mut links, &missing, &mut report);
     if options.strict {
         let doubts = report.notes.iter().filter(|note| note.value.kind != NoteKind::Ignored);
-        let faults: Vec<_> = doubts.map(doubt).collect();
+        let faults: Vec<_> =
+            doubts.map(|note| Fault::new(note.place.as_str(), note.value.message.as_str())).collect();
         if !faults.is_empty() {
             return Err(InputError::Impossible(faults));
         }
@@ -60,16 +61,6 @@ pub fn build(mut draft: Draft, digest: String, options: Options) -> Result<Readi
         character: Character { name, links, standing, digest },
         notes: report.notes.into_iter().map(|note| note.value).collect(),
     })
-}
-
-/// A note as the fault it is to a strict reader.
-fn doubt(note: &At<Note>) -> Fault {
-    let name = match &note.value.about {
-        About::Link(name) => format!("link {name:?}: "),
-        About::Joint(name) => format!("joint {name:?}: "),
-        About::Character(_) => String::new(),
-    };
-    Fault::new(note.place.as_str(), format!("{name}{}", note.value.message))
 }
 
 /// The links in depth-first order of the joints, parents before children, each with the joint that
@@ -158,9 +149,6 @@ fn order(
 }
 
 fn check_link(link: &DraftLink, report: &mut Report) {
-    if link.name.value.trim().is_empty() {
-        report.fault(link.name.place.as_str(), "the link's name is empty");
-    }
     if let Some(At { value, place }) = &link.inertial {
         let DraftInertial { mass, center_of_mass, inertia } = value;
         if !(0.0..=MASS).contains(mass) {
@@ -216,9 +204,6 @@ fn shape_fault(shape: &Shape) -> Option<String> {
 }
 
 fn check_joint(joint: &DraftJoint, report: &mut Report) {
-    if joint.name.value.trim().is_empty() {
-        report.fault(joint.name.place.as_str(), "the joint's name is empty");
-    }
     check_lengths(&joint.origin.value.translation.vector, "the origin", &joint.origin.place, report);
     if joint.kind == JointKind::Fixed {
         return;
@@ -250,8 +235,9 @@ fn check_joint(joint: &DraftJoint, report: &mut Report) {
 }
 
 fn check_standing(standing: Option<&[(At<String>, f64)]>, joints: &[DraftJoint], report: &mut Report) {
+    let by_name: HashMap<_, _> = joints.iter().map(|joint| (joint.name.value.as_str(), joint)).collect();
     for (At { value: name, place }, angle) in standing.unwrap_or_default() {
-        let Some(joint) = joints.iter().find(|joint| joint.name.value == *name) else {
+        let Some(joint) = by_name.get(name.as_str()) else {
             report.fault(place.as_str(), format!("there is no joint {name:?}"));
             continue;
         };
@@ -330,13 +316,12 @@ fn visuals(link: &DraftLink, report: &mut Report) -> Vec<Placed> {
     shown
 }
 
-/// `None` for a link without mass. A mass without an inertia is taken as a point.
+/// `None` for a link without mass, unless it has an inertia of its own that a body can have. A mass
+/// without an inertia is taken as a point.
 fn finished_inertial(draft: DraftInertial) -> Option<Inertial> {
-    (draft.mass > 0.0).then(|| Inertial {
-        mass: draft.mass,
-        center_of_mass: draft.center_of_mass,
-        inertia: draft.inertia.map_or_else(Matrix3::zeros, |given| (given + given.transpose()) / 2.0),
-    })
+    let inertia = draft.inertia.map_or_else(Matrix3::zeros, |given| (given + given.transpose()) / 2.0);
+    let bodily = draft.mass > 0.0 || inertia.symmetric_eigenvalues().min() > 0.0;
+    bodily.then_some(Inertial { mass: draft.mass, center_of_mass: draft.center_of_mass, inertia })
 }
 
 fn finished_joint(joint: DraftJoint, parent: usize) -> Joint {

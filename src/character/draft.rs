@@ -19,6 +19,19 @@ impl<T> At<T> {
     }
 }
 
+/// Greatest length of a name, bytes. Names are repeated in places and notes, so that long ones would
+/// multiply a document's size.
+const NAME_BYTES: usize = 256;
+
+/// Why `name` cannot be the name of a link, a joint or a character.
+pub fn name_fault(name: &str) -> Option<String> {
+    if name.trim().is_empty() {
+        return Some("the name is empty".to_owned());
+    }
+    let bytes = name.len();
+    (bytes > NAME_BYTES).then(|| format!("the name is {bytes} bytes long; at most {NAME_BYTES} are allowed"))
+}
+
 /// A character as its document describes it.
 #[derive(Debug, Default)]
 pub struct Draft {

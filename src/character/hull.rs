@@ -57,13 +57,14 @@ pub fn convex_hull(points: &[Point3<f64>], most: usize) -> Option<Hull> {
     let tolerance = 1e-9;
     let mut faces = tetrahedron(&scaled)?;
     assign(&scaled, &mut faces, 0..scaled.len(), tolerance);
+    let mut passed_over: f64 = 0.0;
     // Points whose horizon is no simple loop cost a round each; the bound keeps the work linear.
     for _ in 0..4 * most {
         // Euler: a closed body of F triangles has F / 2 + 2 corners.
         if faces.len() / 2 + 2 >= most {
             break;
         }
-        let Some((face, place, _)) = farthest(&faces) else { break };
+        let Some((face, place, distance)) = farthest(&faces) else { break };
         let (point, _) = faces[face].outside.swap_remove(place);
         if let Some((seen, new)) = extension(&scaled, &faces, face, point, tolerance) {
             let mut orphans = Vec::new();
@@ -79,9 +80,12 @@ pub fn convex_hull(points: &[Point3<f64>], most: usize) -> Option<Hull> {
             kept.extend(new);
             assign(&scaled, &mut kept[from..], orphans.into_iter(), tolerance);
             faces = kept;
+        } else {
+            passed_over = distance.max(passed_over);
         }
     }
-    let left_out = farthest(&faces).map_or(0.0, |(_, _, distance)| distance * spread);
+    let waiting = farthest(&faces).map_or(0.0, |(_, _, distance)| distance);
+    let left_out = waiting.max(passed_over) * spread;
 
     let mut used: Vec<usize> = faces.iter().flat_map(|face| face.corners).collect();
     used.sort_unstable();

@@ -69,7 +69,10 @@ pub fn settle(links: &mut [Link], places: &[String], report: &mut Report) {
         };
         let sound = smallest_ratio(&body.inertia) > SINGULAR;
         for &link in &members {
-            if links[link].inertial.is_none() {
+            if links[link].inertial.as_ref().is_some_and(|inertial| inertial.mass <= 0.0) {
+                let message = "has an inertia but no mass; both are kept as given";
+                report.note(places[link].as_str(), about(link, links), NoteKind::Kept, message);
+            } else if links[link].inertial.is_none() {
                 let message = "has no mass; it is carried by the links fixed to it";
                 report.note(places[link].as_str(), about(link, links), NoteKind::Ignored, message);
             } else if singular[link] && sound {

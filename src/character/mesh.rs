@@ -4,12 +4,15 @@ use std::io::Cursor;
 
 use nalgebra::{Point3, Vector3};
 
+use super::solid::Solid;
 use super::{Shape, hull};
 
 /// Greatest number of triangles in one mesh.
 const TRIANGLES: usize = 1_000_000;
 /// Greatest number of corners of a collision hull; more would cost contact detection more than they tell.
 const CORNERS: usize = 32;
+/// A mesh whose volume differs from its hull's by at most this part is convex, up to single precision.
+const CONVEX: f64 = 1e-5;
 
 /// Triangles over shared vertices, in the units and frame of the link's shape.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +25,7 @@ pub struct Mesh {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solidified {
     pub shape: Shape,
-    /// What the shape leaves out or adds, in words, when it is not the mesh's own convex hull.
+    /// What was done to the body, as it follows "the body is", when the shape is not that body.
     pub approximation: Option<String>,
 }
 
@@ -104,6 +107,12 @@ fn read_obj(bytes: &[u8]) -> Result<Mesh, String> {
         .filter(|line| line.trim_start().starts_with("v ") || line.trim_start().starts_with("f "))
         .flat_map(|line| [line, "\n"])
         .collect();
+    // Counted beforehand, because a polygon of many corners makes more triangles than it has letters.
+    let faces = shape.lines().filter(|line| line.trim_start().starts_with('f'));
+    let count: usize = faces.map(|line| line.split_whitespace().count().saturating_sub(3)).sum();
+    if count > TRIANGLES {
+        return Err(format!("the OBJ file has {count} triangles; at most {TRIANGLES} are read"));
+    }
     let options = tobj::LoadOptions {
         triangulate: true,
         ignore_points: true,
@@ -120,9 +129,6 @@ fn read_obj(bytes: &[u8]) -> Result<Mesh, String> {
         vertices.extend(corners.map(|corner| Point3::new(corner[0], corner[1], corner[2]).map(f64::from)));
         let faces = model.mesh.indices.chunks_exact(3);
         triangles.extend(faces.map(|face| [first + face[0], first + face[1], first + face[2]]));
-        if triangles.len() > TRIANGLES {
-            return Err(format!("the OBJ file has more than {TRIANGLES} triangles"));
-        }
     }
     Ok(Mesh { vertices, triangles })
 }
@@ -134,8 +140,15 @@ impl Mesh {
     }
 
     /// The mesh's convex hull, to collide with; a plate around a flat mesh.
-    pub fn solid(&self) -> Solidified {
-        hull(&self.vertices).unwrap_or_else(|| plate(&self.vertices))
+    pub fn solid(self) -> Solidified {
+        let Some(mut hull) = hull(&self.vertices) else { return plate(&self.vertices) };
+        if hull.approximation.is_none() {
+            let within = Solid::of(&hull.shape).volume;
+            let own = Solid::of(&self.surface()).volume;
+            let convex = (own - within).abs() <= CONVEX * within;
+            hull.approximation = (!convex).then(|| "replaced by its convex hull".to_owned());
+        }
+        hull
     }
 }
 
@@ -143,8 +156,8 @@ impl Mesh {
 pub fn hull(points: &[Point3<f64>]) -> Option<Solidified> {
     let hull = hull::convex_hull(points, CORNERS)?;
     let approximation = (hull.left_out > 0.0).then(|| {
-        let corners = hull.vertices.len();
-        format!("is thinned to {corners} corners, which leaves out {:.2} mm", hull.left_out * 1e3)
+        let (corners, left_out) = (hull.vertices.len(), hull.left_out * 1e3);
+        format!("replaced by a convex hull of {corners} corners, which leaves out up to {left_out:.2} mm")
     });
     let shape = Shape::Hull { vertices: hull.vertices, triangles: hull.triangles };
     Some(Solidified { shape, approximation })
@@ -171,6 +184,6 @@ fn plate(points: &[Point3<f64>]) -> Solidified {
     let triangles = faces.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
     Solidified {
         shape: Shape::Hull { vertices: corners, triangles },
-        approximation: Some(format!("is flat and is given a thickness of {:.2} mm", thickness * 1e3)),
+        approximation: Some(format!("flat; it is given a thickness of {:.2} mm", thickness * 1e3)),
     }
 }

@@ -29,7 +29,7 @@ pub fn add(links: &mut [Link], missing: &[Vec<At<String>>], report: &mut Report)
         let (body, pose) = &bodies[index];
         let link = &mut links[index];
         let mut instead = Vec::new();
-        let fitted = link.inertial.as_ref().map(fitted_box);
+        let fitted = massive(link).map(fitted_box);
         if let Some(fitted) = &fitted {
             if let Shape::Box { half_extents } = fitted.shape {
                 let [x, y, z] = half_extents.map(|half| half * 200.0).into();
@@ -39,7 +39,7 @@ pub fn add(links: &mut [Link], missing: &[Vec<At<String>>], report: &mut Report)
         }
         if *body != 0 && !has_child[index] {
             let joint = pose.inverse() * Point3::origin();
-            let center = link.inertial.as_ref().map(|inertial| inertial.center_of_mass);
+            let center = massive(link).map(|inertial| inertial.center_of_mass);
             let foot = foot(&joint, center, fitted.as_ref(), size);
             if let Shape::Sphere { radius } = foot.shape {
                 instead.push(format!("a ball of {:.1} cm radius at its far end", radius * 100.0));
@@ -102,4 +102,9 @@ fn reach(placed: &Placed, along: &Vector3<f64>) -> f64 {
         .zip(local.iter())
         .map(|(half, part)| if part.abs() > 1e-12 { half / part.abs() } else { f64::INFINITY })
         .fold(f64::INFINITY, f64::min)
+}
+
+/// The link's inertial, if it has a mass.
+fn massive(link: &Link) -> Option<&Inertial> {
+    link.inertial.as_ref().filter(|inertial| inertial.mass > 0.0)
 }

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 /// Invariants, established by the readers and relied on by everyone after them: `links` is not
 /// empty; `links[0]` is the root and the only link without a joint; every joint's `parent` is
 /// smaller than its link's own index; names are unique among links and among joints; every number
-/// is finite; masses are positive; axes have unit length; links joined by fixed joints have, taken
+/// is finite; masses are not negative; axes have unit length; links joined by fixed joints have, taken
 /// together, a positive mass and a positive definite inertia.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Character {
@@ -29,7 +29,8 @@ pub struct Link {
     pub name: String,
     /// The joint to the parent link; `None` for the root alone.
     pub joint: Option<Joint>,
-    /// `None`: the link is massless and fixed to a link that is not.
+    /// `None`: the link is massless and fixed to a link that is not. A link given an inertia but no mass
+    /// keeps both, with a mass of 0.
     pub inertial: Option<Inertial>,
     /// Shapes that touch the world.
     pub collisions: Vec<Placed>,
@@ -40,7 +41,7 @@ pub struct Link {
 /// Mass, centre of mass and rotational inertia of a link.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inertial {
-    /// kg, positive.
+    /// kg, not negative; the mass of the rigid body it belongs to is positive.
     pub mass: f64,
     /// Centre of mass in the link frame, m.
     pub center_of_mass: Point3<f64>,

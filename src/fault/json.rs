@@ -95,7 +95,7 @@ impl Parts {
     pub fn end<T>(mut self, read: Option<T>, known: &[&str]) -> Result<T, InputError> {
         for name in self.fields.keys() {
             let reason = format!("unknown field `{name}`, expected one of {}", known.join(", "));
-            self.faults.push(Fault::new(format!("/{}", escaped(name)), reason));
+            self.faults.push(Fault::new(format!("/{}", pointer_token(name)), reason));
         }
         match read {
             Some(read) if self.faults.is_empty() => Ok(read),
@@ -109,13 +109,14 @@ fn pointer(path: &Path) -> String {
     path.iter()
         .filter_map(|segment| match segment {
             Segment::Seq { index } => Some(format!("/{index}")),
-            Segment::Map { key } => Some(format!("/{}", escaped(key))),
-            Segment::Enum { .. } | Segment::Unknown => None,
+            Segment::Map { key } => Some(format!("/{}", pointer_token(key))),
+            Segment::Enum { variant } => Some(format!("/{}", pointer_token(variant))),
+            Segment::Unknown => None,
         })
         .collect()
 }
 
 /// A key as a reference token of a JSON pointer (RFC 6901, section 3).
-fn escaped(key: &str) -> String {
+pub fn pointer_token(key: &str) -> String {
     key.replace('~', "~0").replace('/', "~1")
 }

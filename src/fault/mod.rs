@@ -7,7 +7,7 @@ mod json;
 
 use std::fmt;
 
-pub use json::{Parts, from_json};
+pub use json::{Parts, from_json, pointer_token};
 
 /// One thing wrong with an input.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]

@@ -4,10 +4,11 @@ mod wire;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::draft::{At, Draft, DraftInertial, DraftJoint, DraftLink, Report};
+use super::build::LENGTH;
+use super::draft::{At, Draft, DraftInertial, DraftJoint, DraftLink, Report, name_fault};
 use super::solid::Solid;
 use super::{About, JointKind, NoteKind, Placed, Shape, mesh};
-use crate::fault::{Fault, InputError};
+use crate::fault::{self, Fault, InputError};
 
 const FORMAT: &str = "gaitwright/character@1";
 /// Greatest number of points of one hull.
@@ -20,15 +21,16 @@ pub fn schema() -> serde_json::Value {
 
 /// What the document in `bytes` describes.
 pub fn draft(bytes: &[u8]) -> Result<Draft, InputError> {
-    let text = super::text(bytes)?;
-    let mut deserializer = serde_json::Deserializer::from_str(text);
-    let document: wire::Document = serde_path_to_error::deserialize(&mut deserializer).map_err(refusal)?;
-    deserializer.end().map_err(malformed)?;
+    let document: wire::Document = fault::from_json(super::text(bytes)?.as_bytes())?;
     for (what, count) in [("links", document.links.len()), ("joints", document.joints.len())] {
         if count > super::LINKS {
             let reason = format!("the character has {count} {what}; at most {} are read", super::LINKS);
             return Err(InputError::TooLarge(Fault::new(format!("/{what}"), reason)));
         }
+    }
+    let faults = name_faults(&document);
+    if !faults.is_empty() {
+        return Err(InputError::Impossible(faults));
     }
     let mut report = Report::default();
     if document.format != FORMAT {
@@ -50,7 +52,7 @@ pub fn draft(bytes: &[u8]) -> Result<Draft, InputError> {
         angles
             .into_iter()
             .map(|(name, angle)| {
-                let place = format!("/standing/{}", escape(&name));
+                let place = format!("/standing/{}", fault::pointer_token(&name));
                 (At::new(name, place), angle)
             })
             .collect()
@@ -58,33 +60,16 @@ pub fn draft(bytes: &[u8]) -> Result<Draft, InputError> {
     Ok(Draft { name: document.name, links, joints, standing, complete: true, report })
 }
 
-fn malformed(error: serde_json::Error) -> InputError {
-    let pointer = format!("line {}, column {}", error.line(), error.column());
-    InputError::Malformed(Fault::new(pointer, format!("not well-formed JSON: {error}")))
-}
-
-/// A document that is no JSON, or JSON of another shape.
-fn refusal(error: serde_path_to_error::Error<serde_json::Error>) -> InputError {
-    use serde_path_to_error::Segment;
-    if !error.inner().is_data() {
-        return malformed(error.into_inner());
-    }
-    let pointer: String = error
-        .path()
-        .iter()
-        .map(|segment| match segment {
-            Segment::Seq { index } => format!("/{index}"),
-            Segment::Map { key } => format!("/{}", escape(key)),
-            Segment::Enum { variant } => format!("/{}", escape(variant)),
-            Segment::Unknown => String::new(),
-        })
-        .collect();
-    InputError::impossible(pointer, error.inner().to_string())
-}
-
-/// A key as a part of a JSON pointer (RFC 6901).
-fn escape(key: &str) -> String {
-    key.replace('~', "~0").replace('/', "~1")
+/// What is wrong with the document's names.
+fn name_faults(document: &wire::Document) -> Vec<Fault> {
+    let links = document.links.iter().enumerate().map(|(i, link)| (format!("/links/{i}/name"), &link.name));
+    let joints =
+        document.joints.iter().enumerate().map(|(i, joint)| (format!("/joints/{i}/name"), &joint.name));
+    std::iter::once(("/name".to_owned(), &document.name))
+        .chain(links)
+        .chain(joints)
+        .filter_map(|(place, name)| name_fault(name).map(|reason| Fault::new(place, reason)))
+        .collect()
 }
 
 fn read_link(report: &mut Report, index: usize, link: wire::Link) -> DraftLink {
@@ -187,13 +172,22 @@ fn read_hull(report: &mut Report, place: &str, about: &About, vertices: Vec<[f64
         report.fault(place, format!("the hull has {} points; at most {POINTS} are read", vertices.len()));
         return None;
     }
+    if vertices.iter().flatten().any(|x| x.abs() > LENGTH) {
+        report.fault(place, format!("every point must be within {LENGTH:e} m"));
+        return None;
+    }
     let points: Vec<_> = vertices.into_iter().map(Point3::from).collect();
     let Some(solid) = mesh::hull(&points) else {
         report.fault(place, "the points of a hull must not all lie in one plane");
         return None;
     };
     if let Some(how) = solid.approximation {
-        report.note(place, about.clone(), NoteKind::Approximated, format!("a hull {how}"));
+        report.note(
+            place,
+            about.clone(),
+            NoteKind::Approximated,
+            format!("the hull of these points is {how}"),
+        );
     }
     Some(solid.shape)
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::{Document, Error, Node, ParsingOptions};
 
-use crate::character::draft::Report;
+use crate::character::draft::{Report, name_fault};
 use crate::character::{About, NoteKind};
 use crate::fault::{Fault, InputError};
 
@@ -13,6 +13,8 @@ use crate::fault::{Fault, InputError};
 const NODES: u32 = 200_000;
 /// Greatest depth of nesting; URDF needs 6.
 const DEPTH: u32 = 64;
+/// Greatest size of the mesh files of one document, each counted as often as it is referred to, bytes.
+const MESH_BYTES: usize = 128 << 20;
 
 /// Parses `text` within the bounds on nodes and depth.
 pub fn parse(text: &str) -> Result<Document<'_>, InputError> {
@@ -66,13 +68,22 @@ pub struct Context {
     pub report: Report,
     /// How often an element was left out, by its parent's name and its own.
     ignored: BTreeMap<(String, String), usize>,
+    /// Bytes of mesh files that may still be read.
+    mesh_bytes: usize,
 }
 
 impl Context {
     pub fn new(text: &str) -> Self {
         let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(index, _)| index + 1);
         let line_starts = std::iter::once(0).chain(ends).collect();
-        Self { line_starts, report: Report::default(), ignored: BTreeMap::new() }
+        Self { line_starts, report: Report::default(), ignored: BTreeMap::new(), mesh_bytes: MESH_BYTES }
+    }
+
+    /// Whether another mesh file of `bytes` may be read; it is counted.
+    pub fn afford(&mut self, bytes: usize) -> bool {
+        let left = self.mesh_bytes.checked_sub(bytes);
+        self.mesh_bytes = left.unwrap_or(0);
+        left.is_some()
     }
 
     /// Where `node` stands: its line and the link or joint it belongs to.
@@ -117,6 +128,20 @@ impl Context {
             let message = format!("<{name}> in <{parent}> is not used ({times})");
             self.note(robot, owner, NoteKind::Ignored, message);
         }
+    }
+
+    /// The name of a link or joint; a fault when it has none that can be used.
+    pub fn name<'a>(&mut self, node: Node<'a, '_>) -> Option<&'a str> {
+        let nameless = Owner::Robot(String::new());
+        let Some(name) = node.attribute("name") else {
+            self.fault(node, &nameless, format!("a <{}> has no name", tag(node)));
+            return None;
+        };
+        if let Some(reason) = name_fault(name) {
+            self.fault(node, &nameless, format!("<{}>: {reason}", tag(node)));
+            return None;
+        }
+        Some(name)
     }
 
     /// The only child of `parent` called `name`; of several the first, noted.
@@ -194,9 +219,12 @@ pub fn tag(node: Node) -> String {
     node.tag_name().name().to_owned()
 }
 
-/// Whether `node` is the URDF element called `name`: in the namespace of the root element, so that
-/// extensions such as `<drake:joint>` are not taken for it.
+/// Whether `node` is the URDF element called `name`: in the namespace of its parent, so that extensions
+/// such as `<drake:joint>` are not taken for it.
 pub fn named(node: Node, name: &str) -> bool {
-    let robot = node.document().root_element().tag_name().namespace();
-    node.is_element() && node.tag_name().name() == name && node.tag_name().namespace() == robot
+    let tag = node.tag_name();
+    let parent = node.parent_element().map(|parent| parent.tag_name());
+    node.is_element()
+        && tag.name() == name
+        && parent.is_none_or(|parent| parent.namespace() == tag.namespace())
 }

@@ -12,10 +12,7 @@ const KNOWN: [&str; 9] =
 
 /// The joint that `node` describes; `None` after a fault that leaves nothing to build.
 pub fn read(context: &mut Context, node: Node) -> Option<DraftJoint> {
-    let Some(name) = node.attribute("name").filter(|name| !name.trim().is_empty()) else {
-        context.fault(node, &Owner::Robot(String::new()), "a <joint> has no name");
-        return None;
-    };
+    let name = context.name(node)?;
     let owner = Owner::Joint(name.to_owned());
     let (kind, endless) = match node.attribute("type") {
         Some("fixed") => (Some(JointKind::Fixed), false),

@@ -9,12 +9,9 @@ use crate::character::draft::{At, DraftInertial, DraftLink};
 use crate::character::supply::Supply;
 use crate::character::{NoteKind, Placed, Shape, mesh};
 
-/// The link that `node` describes; `None` when it has no name, which is a fault.
+/// The link that `node` describes; `None` when it has no proper name, which is a fault.
 pub fn read(context: &mut Context, node: Node, materials: &Materials, supply: &Supply) -> Option<DraftLink> {
-    let Some(name) = node.attribute("name").filter(|name| !name.trim().is_empty()) else {
-        context.fault(node, &Owner::Robot(String::new()), "a <link> has no name");
-        return None;
-    };
+    let name = context.name(node)?;
     let owner = Owner::Link(name.to_owned());
     let mut link = DraftLink {
         name: At::new(name.to_owned(), context.place(node, &owner)),
@@ -173,6 +170,10 @@ fn mesh_geometry(
     if !mesh::supported(name) {
         return Some(Geometry::Missing(format!("the mesh {name:?} is neither an STL nor an OBJ file")));
     }
+    if !context.afford(bytes.len()) {
+        context.fault(node, owner, "the meshes are too large altogether; share or simplify them");
+        return None;
+    }
     let mesh = match mesh::read(name, &bytes, &scale) {
         Ok(mesh) => mesh,
         Err(reason) => {
@@ -184,9 +185,10 @@ fn mesh_geometry(
         return Some(Geometry::Shape(mesh.surface()));
     }
     let solid = mesh.solid();
-    let how = solid.approximation.map_or(String::new(), |how| format!("; the hull {how}"));
-    let message = format!("the collision mesh {name:?} is replaced by its convex hull{how}");
-    context.note(node, owner, NoteKind::Approximated, message);
+    if let Some(how) = solid.approximation {
+        let message = format!("the collision mesh {name:?} is {how}");
+        context.note(node, owner, NoteKind::Approximated, message);
+    }
     Some(Geometry::Shape(solid.shape))
 }
 

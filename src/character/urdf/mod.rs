@@ -12,7 +12,7 @@ mod link;
 use std::collections::BTreeMap;
 
 use super::NoteKind;
-use super::draft::Draft;
+use super::draft::{Draft, name_fault};
 use super::supply::Supply;
 use crate::fault::{Fault, InputError};
 use document::{Context, Owner, named};
@@ -30,10 +30,14 @@ pub fn draft(bytes: &[u8], supply: &Supply) -> Result<Draft, InputError> {
         return Err(InputError::Malformed(Fault::new("line 1", reason)));
     }
     let mut context = Context::new(text);
-    let name = robot.attribute("name").unwrap_or("unnamed").to_owned();
+    let given = robot.attribute("name").filter(|name| !name.trim().is_empty());
+    let name = given.unwrap_or("unnamed").to_owned();
     let owner = Owner::Robot(name.clone());
-    if robot.attribute("name").is_none() {
+    if given.is_none() {
         context.note(robot, &owner, NoteKind::Ignored, "the robot has no name and is called \"unnamed\"");
+    }
+    if let Some(reason) = name_fault(&name) {
+        return Err(InputError::impossible("", format!("<robot>: {reason}")));
     }
     for kind in ["link", "joint"] {
         let count = robot.children().filter(|child| named(*child, kind)).count();

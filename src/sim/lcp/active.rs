@@ -13,8 +13,8 @@
 //! What is left is one square linear system, with no more unknowns than rows. It is scaled to a unit
 //! diagonal, so that mass ratios do not spoil it, and a share [`PROXIMITY`] of the identity is added: rows that
 //! depend on each other (a box on four points) leave many solutions, and the one nearest to the start is
-//! taken. The steps then are those of the proximal-point method (Rockafellar 1976), whose limit does not
-//! depend on that share.
+//! taken. The steps then are those of the proximal-point method (Rockafellar 1976), whose limit does
+//! not depend on that share.
 
 use super::residual::{evaluate, norm, project, row_scale, tangent_scale};
 use super::{Bound, Problem, linear};

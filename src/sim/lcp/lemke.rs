@@ -2,7 +2,7 @@
 //!
 //! An artificial variable z₀, added to every row with a positive weight (the covering vector d), makes
 //! the start feasible; then the complement of the variable that left the basis enters, until z₀ leaves
-//! (a solution) or nothing can leave (a ray) (Cottle, Pang & Stone 1992, algorithm 4.4.5). Ties of
+//! (a solution) or nothing can leave (a ray) (Cottle, Pang & Stone 1992, section 4.4). Ties of
 //! the ratio test are broken lexicographically over the inverse of the basis, so that no basis comes twice
 //! (ibid. section 4.9). For copositive-plus matrices, and with friction for the copositive ones of
 //! [`standard`](super::standard), a ray means that there is no solution.

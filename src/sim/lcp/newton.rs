@@ -43,6 +43,22 @@ impl Newton {
             start: Vec::new(),
         }
     }
+
+    /// Sweeps the present point `count` times, each time only half-way: friction can make whole sweeps
+    /// go round in circles. Returns its residual.
+    fn sweep(&mut self, problem: &Problem<'_>, count: u32) -> f64 {
+        self.sweeper.prepare(problem);
+        for _ in 0..count {
+            self.before.clear();
+            self.before.extend_from_slice(&self.trial);
+            self.sweeper.sweep(problem, &mut self.trial);
+            for (force, before) in self.trial.iter_mut().zip(&self.before) {
+                *force = 0.5 * (*force + before);
+            }
+        }
+        project(problem, &mut self.trial);
+        evaluate(problem, &self.trial, &mut self.velocity)
+    }
 }
 
 impl Solver for Newton {
@@ -70,8 +86,8 @@ impl Solver for Newton {
                 iterations += allowed;
                 self.trial.copy_from_slice(lambda);
                 let swept = self.sweep(problem, allowed);
-                // The residual of a contradiction hides what the other rows gain.
-                if swept < residual || contradiction {
+                // Equal is progress too: the residual of a contradiction hides what the other rows gain.
+                if swept <= residual {
                     residual = swept;
                     lambda.copy_from_slice(&self.trial);
                 }
@@ -107,23 +123,5 @@ impl Solver for Newton {
             self.sweeper.verdict(problem, lambda, &self.velocity, residual, self.tolerance)
         };
         Solution { status, iterations, residual }
-    }
-}
-
-impl Newton {
-    /// Sweeps the present point `count` times, each time only half-way: friction can make whole sweeps
-    /// go round in circles. Returns its residual.
-    fn sweep(&mut self, problem: &Problem<'_>, count: u32) -> f64 {
-        self.sweeper.prepare(problem);
-        for _ in 0..count {
-            self.before.clear();
-            self.before.extend_from_slice(&self.trial);
-            self.sweeper.sweep(problem, &mut self.trial);
-            for (force, before) in self.trial.iter_mut().zip(&self.before) {
-                *force = 0.5 * (*force + before);
-            }
-        }
-        project(problem, &mut self.trial);
-        evaluate(problem, &self.trial, &mut self.velocity)
     }
 }

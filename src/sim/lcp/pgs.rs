@@ -2,11 +2,11 @@
 //!
 //! Each sweep visits the rows in order. A row with bounds lo ≤ λ ≤ hi takes
 //! λ ← clamp(λ − w/A_ii, lo, hi) (Cottle, Pang & Stone 1992, section 5.2). The two tangential rows of a
-//! circular cone are solved together, exactly, for the normal force of the moment (see
+//! circular cone are solved together, for the normal force of the moment (see
 //! [`Tangents::solve`]). So friction follows the normal force within a sweep, and the limit obeys
 //! Coulomb's law although that law is no minimisation.
 
-use super::residual::{between, dot, error, evaluate, norm, project, within_disc};
+use super::residual::{between, dot, error, evaluate, norm, onto_rim, project, within_disc};
 use super::{Bound, Problem, Solution, Solver, Status};
 
 /// A row whose diagonal is below this share of the greatest one cannot be moved: what it holds are
@@ -15,8 +15,8 @@ const IMMOBILE: f64 = 1e-16;
 
 /// Projected Gauss-Seidel, warm-started, with a budget of sweeps.
 ///
-/// Without friction it converges for symmetric positive semidefinite A whenever there is a solution,
-/// at a linear rate that worsens with the mass ratio; with friction it does so in practice.
+/// Without friction it converges for symmetric positive semidefinite A whenever there is a solution
+/// (Luo & Tseng 1992), at a linear rate that worsens with the mass ratio; with friction it mostly does.
 #[derive(Debug, Clone)]
 pub struct Pgs {
     iterations: u32,
@@ -198,11 +198,12 @@ struct Tangents {
 }
 
 impl Tangents {
-    /// The force within the disc that stops the sliding, else the one on its rim that opposes it.
+    /// The force within the disc that stops the sliding, else one on its rim against the sliding.
     ///
-    /// Sliding is B x + g = −κ x with |x| = radius and κ > 0, where g is the velocity without friction:
-    /// |x(κ)| for x(κ) = −(B + κ I)⁻¹ g falls with κ, and Newton's method on 1/|x(κ)| finds the κ from
-    /// below in a few steps (Moré & Sorensen 1983, *Computing a trust region step*, eq. (3.9)).
+    /// Sliding is B x + g = −κ x with |x| = radius and κ > 0, where g is the velocity without friction.
+    /// κ is taken from the force and the velocity of the moment, −w · x / radius², but at least
+    /// |g| / radius − tr B, which it cannot be below; and x(κ) = −(B + κ I)⁻¹ g is scaled to the rim. Sweep by
+    /// sweep both settle, and where they rest, w = −κ x.
     fn solve(&self) -> [f64; 2] {
         let [xx, xy, yx, yy] = self.block;
         let [force, w] = [self.force, self.velocity];
@@ -217,26 +218,16 @@ impl Tangents {
         if norm(stick) <= self.radius {
             return stick;
         }
-        if self.radius == 0.0 {
+        // Its square would be zero.
+        if self.radius < 1e-150 {
             return [0.0; 2];
         }
         let g = [w[0] - xx * force[0] - xy * force[1], w[1] - yx * force[0] - yy * force[1]];
         let least = (norm(g) / self.radius - xx - yy).max(0.0);
-        let mut kappa = least.max(-(w[0] * force[0] + w[1] * force[1]) / (self.radius * self.radius));
-        let mut x = stick;
-        for _ in 0..3 {
-            let [p, q] = [xx + kappa, yy + kappa];
-            let over = 1.0 / (p * q - xy * yx);
-            x = [(xy * g[1] - q * g[0]) * over, (yx * g[0] - p * g[1]) * over];
-            let excess = norm(x) / self.radius - 1.0;
-            if excess.abs() <= 1e-7 {
-                break;
-            }
-            // x · (B + κ I)⁻¹ x
-            let steepness = (x[0] * (q * x[0] - xy * x[1]) + x[1] * (p * x[1] - yx * x[0])) * over;
-            kappa = (kappa + (x[0] * x[0] + x[1] * x[1]) / steepness * excess).max(least);
-        }
-        let shrink = self.radius / norm(x);
-        within_disc([shrink * x[0], shrink * x[1]], self.radius)
+        let kappa = least.max(-(w[0] * force[0] + w[1] * force[1]) / (self.radius * self.radius));
+        let [p, q] = [xx + kappa, yy + kappa];
+        let over = 1.0 / (p * q - xy * yx);
+        let x = [(xy * g[1] - q * g[0]) * over, (yx * g[0] - p * g[1]) * over];
+        onto_rim(x, norm(x), self.radius)
     }
 }

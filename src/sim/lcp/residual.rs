@@ -98,15 +98,16 @@ pub(super) fn within_friction(cone: bool, force: [f64; 2], radius: f64) -> [f64;
 
 /// The nearest point of the disc of `radius` about the origin.
 pub(super) fn within_disc(point: [f64; 2], radius: f64) -> [f64; 2] {
-    /// Keeps a point that was moved to the rim inside whatever way its norm is then rounded.
-    const INSIDE: f64 = 1.0 - 4.0 * f64::EPSILON;
     let reach = norm(point);
-    if reach > radius {
-        let shrink = INSIDE * (radius / reach);
-        point.map(|each| shrink * each)
-    } else {
-        point
-    }
+    if reach > radius { onto_rim(point, reach, radius) } else { point }
+}
+
+/// The point of the rim of the disc in the direction of `point`, whose norm is `reach`.
+pub(super) fn onto_rim(point: [f64; 2], reach: f64, radius: f64) -> [f64; 2] {
+    /// Keeps the point inside whatever way its norm is then rounded.
+    const INSIDE: f64 = 1.0 - 4.0 * f64::EPSILON;
+    let shrink = INSIDE * (radius / reach);
+    point.map(|each| shrink * each)
 }
 
 /// Clamps without the panic of `f64::clamp`, and keeps NaN.

@@ -4,7 +4,7 @@
 //!   too, a multiplier ν ≥ 0 on the room left: w_z = ± w + ν, 0 ≤ room − z ⟂ ν.
 //! - A row of a pyramid is λ_t = z₊ − z₋ with the multiplier γ ≥ 0 of its rim: w₊ = w_t + γ,
 //!   w₋ = −w_t + γ, 0 ≤ μ λ_n − z₊ − z₋ ⟂ γ. The matrix that comes of it is copositive for a positive
-//!   semidefinite A, which Lemke's method needs (Anitescu & Potra 1997, section 3, with one
+//!   semidefinite A, which Lemke's method needs (Anitescu & Potra 1997, with one
 //!   multiplier per tangent instead of one per contact).
 //! - Free forces are eliminated from their own equations by complete pivoting.
 //! - Every force is scaled by 1/√A_ii, which gives M a unit diagonal whatever the mass ratio.
