@@ -24,11 +24,11 @@
 //! `[w, x, y, z]`.
 
 pub mod character;
-//pub mod export;
+pub mod export;
 pub mod fault;
 pub mod gait;
-//pub mod http;
-//pub mod jobs;
+pub mod http;
+pub mod jobs;
 pub mod learn;
 pub mod model;
 pub mod motion;

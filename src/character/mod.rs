@@ -107,13 +107,12 @@ pub fn read(bytes: &[u8], source: Source, options: Options) -> Result<Reading, I
 ///
 /// As [`read`], and [`InputError::Malformed`] when the file cannot be read or its form is unknown.
 pub fn read_file(path: &Path, options: Options) -> Result<Reading, InputError> {
-    let unreadable = |error: std::io::Error| {
-        InputError::Malformed(Fault::new(path.display().to_string(), format!("cannot be read: {error}")))
-    };
+    let unreadable =
+        |error: std::io::Error| InputError::Malformed(Fault::new("", format!("cannot be read: {error}")));
     let length = std::fs::metadata(path).map_err(unreadable)?.len();
     if length > ARCHIVE_BYTES as u64 {
         let reason = format!("is {length} bytes long; at most {ARCHIVE_BYTES} are read");
-        return Err(InputError::TooLarge(Fault::new(path.display().to_string(), reason)));
+        return Err(InputError::TooLarge(Fault::new("", reason)));
     }
     let bytes = std::fs::read(path).map_err(unreadable)?;
     match Source::detect(&bytes) {

@@ -146,7 +146,7 @@ pub enum Shape {
 }
 
 /// Something that was changed, approximated or left out while a character was read.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 pub struct Note {
     /// What the note is about.
     #[serde(flatten)]
@@ -159,7 +159,9 @@ pub struct Note {
 
 /// What a [`Note`] is about; in JSON one field, `"link": name`, `"joint": name` or
 /// `"character": name`.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(
+    Debug, Clone, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum About {
     /// A link, by name.
@@ -171,7 +173,7 @@ pub enum About {
 }
 
 /// What was done to the character's description.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum NoteKind {
     /// A fault was mended.

@@ -25,10 +25,14 @@ impl Fault {
         Self { pointer: pointer.into(), reason: reason.into() }
     }
 
-    /// The same fault seen from the document that holds the faulty one at `prefix`.
+    /// The same fault seen from the document that holds the faulty one at `prefix`. A place that is
+    /// no JSON pointer follows after a colon: `/character/urdf: line 12, joint "FL_knee"`.
     #[must_use]
     pub fn under(mut self, prefix: &str) -> Self {
-        self.pointer = format!("{prefix}{}", self.pointer);
+        let pointer = self.pointer.as_str();
+        let between =
+            if prefix.is_empty() || pointer.is_empty() || pointer.starts_with('/') { "" } else { ": " };
+        self.pointer = format!("{prefix}{between}{pointer}");
         self
     }
 }

@@ -5,7 +5,10 @@ pub mod dry_friction;
 pub mod limit;
 pub mod torque;
 
+use std::ops::Range;
+
 use super::lcp::{Bound, Problem};
+use super::reduced::response::ROOT;
 
 /// What a row belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +37,8 @@ pub enum Owner {
 pub struct Rows {
     width: usize,
     half: Vec<f64>,
+    /// Of every row, the range of its half-solved numbers beyond the root's that are not zero.
+    reach: Vec<Range<usize>>,
     matrix: Vec<f64>,
     softness: Vec<f64>,
     /// Bound of every row's force.
@@ -52,6 +57,7 @@ impl Rows {
         Self {
             width,
             half: Vec::with_capacity(capacity * width),
+            reach: Vec::with_capacity(capacity),
             matrix: Vec::with_capacity(capacity * capacity),
             softness: Vec::with_capacity(capacity),
             bounds: Vec::with_capacity(capacity),
@@ -94,14 +100,21 @@ impl Rows {
     }
 
     /// Computes the matrix for a step of `step` seconds.
+    ///
+    /// Rows of different limbs meet in the root alone, so that most entries are short sums.
     pub fn assemble(&mut self, step: f64) {
         let count = self.len();
         self.matrix.resize(count * count, 0.0);
+        self.reach.clear();
+        self.reach.extend(self.half.chunks_exact(self.width).map(reach));
         for row in 0..count {
             let left = &self.half[row * self.width..(row + 1) * self.width];
             for column in 0..=row {
                 let right = &self.half[column * self.width..(column + 1) * self.width];
-                let entry = step * dot(left, right);
+                let start = self.reach[row].start.max(self.reach[column].start);
+                let end = self.reach[row].end.min(self.reach[column].end).max(start);
+                let joints: f64 = left[start..end].iter().zip(&right[start..end]).map(|(a, b)| a * b).sum();
+                let entry = step * (root_dot(left, right) + joints);
                 self.matrix[row * count + column] = entry;
                 self.matrix[column * count + row] = entry;
             }
@@ -149,19 +162,19 @@ impl Rows {
     }
 }
 
-/// Dot product in four running sums, in an order that does not depend on the machine.
+/// The range of a half-solved row's numbers beyond the root's that are not zero.
+fn reach(half: &[f64]) -> Range<usize> {
+    let joints = &half[ROOT..];
+    let start = joints.iter().position(|entry| *entry != 0.0).unwrap_or(0);
+    let end = joints.iter().rposition(|entry| *entry != 0.0).map_or(start, |last| last + 1);
+    ROOT + start..ROOT + end
+}
+
+/// The root's share of the dot product of two half-solved rows.
 #[inline]
-fn dot(left: &[f64], right: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (left_blocks, left_rest) = left.as_chunks::<4>();
-    let (right_blocks, right_rest) = right.as_chunks::<4>();
-    for (a, b) in left_blocks.iter().zip(right_blocks) {
-        for lane in 0..4 {
-            sums[lane] += a[lane] * b[lane];
-        }
-    }
-    let rest: f64 = left_rest.iter().zip(right_rest).map(|(a, b)| a * b).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+fn root_dot(left: &[f64], right: &[f64]) -> f64 {
+    let (Some(a), Some(b)) = (left.first_chunk::<ROOT>(), right.first_chunk::<ROOT>()) else { return 0.0 };
+    (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5])
 }
 
 /// How fast a violated constraint may be corrected.

@@ -1,0 +1,24 @@
+//! `check`: what is understood of a character.
+
+use std::path::PathBuf;
+
+use gaitwright::jobs::check;
+use gaitwright::scene::Scene;
+
+use super::failure::Failure;
+use super::input::{print, read_character};
+
+/// Tells name, mass, links, movable joints with limits, shapes, the standing pose found, and
+/// everything repaired, approximated or ignored.
+#[derive(Debug, clap::Args)]
+pub struct Check {
+    /// URDF, character JSON, or zip of a URDF with its meshes; `-` is standard input
+    character: PathBuf,
+}
+
+impl Check {
+    pub fn run(self) -> Result<(), Failure> {
+        let reading = read_character(&self.character)?;
+        print(&check(&reading, &Scene::default()))
+    }
+}

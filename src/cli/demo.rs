@@ -1,0 +1,165 @@
+//! `demo`: the service and a job in it, as a newcomer meets them.
+
+use std::io::{IsTerminal, Write};
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail, ensure};
+use gaitwright::jobs::Setting;
+use indicatif::{ProgressBar, ProgressStyle};
+use reqwest::{Client, Response};
+use serde_json::{Value, json};
+use tokio::io::AsyncWriteExt;
+use tokio::runtime::Runtime;
+
+use super::failure::Failure;
+use super::serve::{Service, interrupted};
+
+/// The character of the demonstration.
+const QUADRUPED: &str = include_str!("../../examples/quadruped.urdf");
+
+/// Starts the service, posts the bundled quadruped to it, shows how it learns to walk, leaves the
+/// recording and the motion in a folder, and goes on serving until it is interrupted.
+#[derive(Debug, clap::Args)]
+pub struct Demo {
+    /// Address and port to listen on [default: any free port of this machine]
+    #[arg(long)]
+    listen: Option<SocketAddr>,
+    /// Folder of the service's data and of the results
+    #[arg(long, default_value = "gaitwright-demo")]
+    out: PathBuf,
+    /// Greatest training time, s [default: as a job's]
+    #[arg(long)]
+    seconds: Option<f64>,
+    /// Greatest number of generations [default: as a job's]
+    #[arg(long)]
+    generations: Option<u32>,
+    /// Leave as soon as the results are there
+    #[arg(long)]
+    exit: bool,
+}
+
+impl Demo {
+    pub fn run(self) -> Result<(), Failure> {
+        let runtime = Runtime::new().context("the runtime cannot be started")?;
+        let done = runtime.block_on(async {
+            let listen = self.listen.unwrap_or_else(|| (Ipv4Addr::LOCALHOST, 0).into());
+            let setting = Setting { data: self.out.clone(), workers: 1, queue: 64 };
+            let mut service = Service::start(listen, setting).await?;
+            let base = format!("http://{}", service.address);
+            eprintln!("the page: {base}/");
+            let shown = tokio::select! {
+                shown = self.show(&base) => shown,
+                interrupted = interrupted() => interrupted.map_err(anyhow::Error::from),
+            };
+            if shown.is_ok() && !self.exit {
+                eprintln!("serving at {base}/ until Ctrl-C");
+                service.until_interrupted().await?;
+            }
+            let stopped = service.stop().await;
+            shown.and(stopped)
+        });
+        runtime.shutdown_timeout(std::time::Duration::from_millis(100));
+        done.map_err(Failure::from)
+    }
+
+    /// Posts the job, watches it, and brings home what came of it.
+    async fn show(&self, base: &str) -> anyhow::Result<()> {
+        let client = Client::new();
+        let request = json!({
+            "format": "gaitwright/job@1",
+            "character": { "urdf": QUADRUPED },
+            "learning": { "seconds": self.seconds, "generations": self.generations },
+        });
+        let posted = answer(client.post(format!("{base}/v1/jobs")).json(&request).send().await?).await?;
+        let job: Value = posted.json().await?;
+        let links = &job["links"];
+        let at = |link: &str| match links[link].as_str() {
+            Some(path) => Ok(format!("{base}{path}")),
+            None => bail!("the job has no link to its {link}"),
+        };
+        eprintln!("the job:  {}", at("self")?);
+        let job = watch(answer(client.get(at("events")?).send().await?).await?).await?;
+        ensure!(job["state"] == "succeeded", "the job {}: {}", job["state"], job["error"]);
+        let recording = self.out.join("recording.rrd");
+        let motion = self.out.join("motion.json");
+        download(answer(client.get(at("recording")?).send().await?).await?, &recording).await?;
+        download(answer(client.get(at("motion")?).send().await?).await?, &motion).await?;
+        let mut stdout = std::io::stdout().lock();
+        writeln!(stdout, "{}\n{}", recording.display(), motion.display())?;
+        let speed = job["metrics"]["speed"].as_f64().unwrap_or_default();
+        eprintln!("it moves at {speed:.2} m/s; to watch it: {} or the page {base}/", at("viewer")?);
+        Ok(())
+    }
+}
+
+/// An answer that is no error; the detail of its problem document otherwise.
+async fn answer(response: Response) -> anyhow::Result<Response> {
+    let status = response.status();
+    if status.is_success() {
+        return Ok(response);
+    }
+    let problem: Value = response.json().await.unwrap_or_default();
+    bail!("the service answered {status}: {}", problem["detail"].as_str().unwrap_or("no detail"))
+}
+
+/// Shows the events of a job as they come, and gives the job as it ended.
+async fn watch(mut events: Response) -> anyhow::Result<Value> {
+    let bar = std::io::stderr().is_terminal().then(ProgressBar::new_spinner);
+    if let Some(bar) = &bar {
+        bar.set_style(ProgressStyle::with_template("{spinner} {elapsed}  {msg}")?);
+    }
+    let mut text = Vec::new();
+    while let Some(chunk) = events.chunk().await? {
+        text.extend_from_slice(&chunk);
+        // An event ends with an empty line (HTML Living Standard, 9.2.5).
+        while let Some(end) = text.windows(2).position(|pair| pair == b"\n\n") {
+            let event: Vec<u8> = text.drain(..end + 2).collect();
+            let event = String::from_utf8_lossy(&event);
+            let field =
+                |name: &str| event.lines().find_map(|line| line.strip_prefix(name)).map(str::trim_start);
+            let data: Value = match field("data:") {
+                Some(data) => serde_json::from_str(data)?,
+                None => continue,
+            };
+            match field("event:") {
+                Some("end") => {
+                    if let Some(bar) = bar {
+                        bar.finish_and_clear();
+                    }
+                    return Ok(data);
+                }
+                Some("generation") => {
+                    let number = |name: &str| data[name].as_f64().unwrap_or_default();
+                    let line = format!(
+                        "generation {}: best {:.3} m/s, mean {:.3}, cache hits {:.0} %",
+                        data["generation"],
+                        number("best"),
+                        number("mean"),
+                        100.0 * number("cache_hit_rate")
+                    );
+                    match &bar {
+                        Some(bar) => {
+                            bar.set_message(line);
+                            bar.tick();
+                        }
+                        None => eprintln!("{line}"),
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+    bail!("the service ended before the job did")
+}
+
+async fn download(mut response: Response, path: &Path) -> anyhow::Result<()> {
+    let mut file = tokio::fs::File::create(path)
+        .await
+        .with_context(|| format!("{} cannot be written", path.display()))?;
+    while let Some(chunk) = response.chunk().await? {
+        file.write_all(&chunk).await?;
+    }
+    file.flush().await?;
+    Ok(())
+}

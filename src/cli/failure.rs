@@ -1,0 +1,56 @@
+//! How a command fails: one line on standard error, and the exit status.
+
+use std::io;
+use std::process::ExitCode;
+
+use gaitwright::fault::InputError;
+
+/// Why a command did not succeed.
+#[derive(Debug)]
+pub enum Failure {
+    /// The input cannot be used (status 2).
+    Input {
+        /// The input, as named on the command line.
+        name: String,
+        /// Everything wrong with it.
+        error: InputError,
+    },
+    /// The command went wrong at work (status 1).
+    Work(anyhow::Error),
+    /// Whoever read the output has left; nothing is wrong.
+    Unread,
+}
+
+impl Failure {
+    /// A faulty input called `name`.
+    pub fn input(name: impl Into<String>) -> impl FnOnce(InputError) -> Self {
+        let name = name.into();
+        move |error| Self::Input { name, error }
+    }
+
+    /// Tells why, and gives the exit status.
+    pub fn exit(self) -> ExitCode {
+        match self {
+            Self::Input { name, error } => {
+                let faults: Vec<String> = error.faults().iter().map(ToString::to_string).collect();
+                eprintln!("{name}: {}", faults.join("; "));
+                ExitCode::from(2)
+            }
+            Self::Work(error) => {
+                eprintln!("{error:#}");
+                ExitCode::FAILURE
+            }
+            Self::Unread => ExitCode::SUCCESS,
+        }
+    }
+}
+
+impl<E: Into<anyhow::Error>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        let error = error.into();
+        match error.downcast_ref::<io::Error>() {
+            Some(cause) if cause.kind() == io::ErrorKind::BrokenPipe => Self::Unread,
+            _ => Self::Work(error),
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! Inputs named on the command line, and JSON to standard output.
+
+use std::io::{Read, Write};
+use std::path::Path;
+
+use gaitwright::character::{self, Options, Reading};
+use gaitwright::fault::{Fault, InputError};
+use gaitwright::jobs;
+use serde::Serialize;
+
+use super::failure::Failure;
+
+/// Greatest size of standard input, bytes.
+const MAX_STDIN: u64 = 128 << 20;
+
+/// The contents of the file at `path`; of standard input when it is `-`.
+pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    let unreadable = |error: std::io::Error| Failure::Input {
+        name: name(path),
+        error: InputError::Malformed(Fault::new("", format!("cannot be read: {error}"))),
+    };
+    if path.as_os_str() != "-" {
+        return std::fs::read(path).map_err(unreadable);
+    }
+    let mut bytes = Vec::new();
+    std::io::stdin().lock().take(MAX_STDIN + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_STDIN {
+        let error = InputError::TooLarge(Fault::new("", format!("more than {MAX_STDIN} bytes")));
+        return Err(Failure::Input { name: name(path), error });
+    }
+    Ok(bytes)
+}
+
+/// The character in the file at `path`; on standard input when it is `-`.
+pub fn read_character(path: &Path) -> Result<Reading, Failure> {
+    let reading = if path.as_os_str() == "-" {
+        jobs::read_character(&read(path)?, None)
+    } else {
+        // A URDF's meshes lie beside it.
+        character::read_file(path, Options::default())
+    };
+    reading.map_err(Failure::input(name(path)))
+}
+
+/// An input as messages name it.
+pub fn name(path: &Path) -> String {
+    if path.as_os_str() == "-" { "standard input".to_owned() } else { path.display().to_string() }
+}
+
+/// Prints a document to standard output.
+pub fn print<T: Serialize>(document: &T) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    // Through `io::Error`, so that a reader who left is told from a document that cannot be written.
+    serde_json::to_writer_pretty(&mut out, document).map_err(std::io::Error::from)?;
+    out.write_all(b"\n")?;
+    out.flush()?;
+    Ok(())
+}

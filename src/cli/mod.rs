@@ -1,0 +1,66 @@
+//! Commands: thin hands on the library. Results go to standard output, messages to standard error.
+
+mod check;
+mod demo;
+mod failure;
+mod gait;
+mod input;
+mod schema;
+mod serve;
+mod simulate;
+mod train;
+
+use std::io::IsTerminal;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use tracing_subscriber::EnvFilter;
+
+use failure::Failure;
+
+/// Learns physically valid motion for any articulated character, and serves it over HTTP.
+///
+/// CHARACTER is a URDF file, a character JSON file, or a zip of a URDF with its meshes; `-` is
+/// standard input. Exit status: 0 on success, 1 for a failure at work, 2 for a usage or input error.
+#[derive(Debug, Parser)]
+#[command(version, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Start the service and let it teach the bundled quadruped, as a newcomer would
+    Demo(demo::Demo),
+    /// Run the service
+    Serve(serve::Serve),
+    /// Learn a motion without a service
+    Train(train::Train),
+    /// Tell what is understood of a character, as JSON
+    Check(check::Check),
+    /// Run one simulation, as JSON lines
+    Simulate(simulate::Simulate),
+    /// Tell the gait of a motion, as JSON
+    Gait(gait::Gait),
+    /// Print the JSON Schema of character documents
+    Schema,
+}
+
+/// Runs the command line's command.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn,gaitwright=info"));
+    let ansi = std::io::stderr().is_terminal();
+    tracing_subscriber::fmt().with_env_filter(filter).with_ansi(ansi).with_writer(std::io::stderr).init();
+    let done = match arguments.command {
+        Command::Demo(demo) => demo.run(),
+        Command::Serve(serve) => serve.run(),
+        Command::Train(train) => train.run(),
+        Command::Check(check) => check.run(),
+        Command::Simulate(simulate) => simulate.run(),
+        Command::Gait(gait) => gait.run(),
+        Command::Schema => schema::run(),
+    };
+    done.map_or_else(Failure::exit, |()| ExitCode::SUCCESS)
+}

@@ -1,0 +1,8 @@
+//! `schema`: the JSON Schema of character documents.
+
+use super::failure::Failure;
+use super::input::print;
+
+pub fn run() -> Result<(), Failure> {
+    print(&gaitwright::character::schema())
+}

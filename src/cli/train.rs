@@ -1,0 +1,177 @@
+//! `train`: a job without a service.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use gaitwright::jobs::{Artefact, Order, Prepared, RunError, Settings, Stage, Watcher, fraction, run};
+use gaitwright::learn::{Cancel, Checkpoint, Generation, Learning};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::failure::Failure;
+use super::input::{self, name, read_character};
+use super::serve::interrupted;
+
+/// Shortest time between two plain lines of progress.
+const LINE_EVERY: Duration = Duration::from_secs(2);
+
+/// Learns a motion and leaves it, with its recording, in a folder. Ctrl-C ends the learning; what
+/// was found by then is written.
+#[derive(Debug, clap::Args)]
+pub struct Train {
+    /// URDF, character JSON, or zip of a URDF with its meshes; `-` is standard input
+    character: PathBuf,
+    /// Folder for recording.rrd, motion.json, report.json, curve.csv, gait.svg
+    #[arg(long)]
+    out: PathBuf,
+    /// Job document: scene, task, learning, accuracy, seed
+    #[arg(long)]
+    job: Option<PathBuf>,
+    /// Seed of everything drawn by chance
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Greatest number of generations
+    #[arg(long)]
+    generations: Option<u32>,
+    /// Greatest training time, s; a result limited by it is not reproducible
+    #[arg(long)]
+    seconds: Option<f64>,
+    /// Threads; the result does not depend on their number [default: all cores]
+    #[arg(long)]
+    threads: Option<usize>,
+}
+
+impl Train {
+    pub fn run(self) -> Result<(), Failure> {
+        let reading = read_character(&self.character)?;
+        let (settings, place) = self.settings()?;
+        let order = Order::new(reading, settings).map_err(Failure::input(place))?;
+        let out = &self.out;
+        std::fs::create_dir_all(out).with_context(|| format!("{} cannot be made", out.display()))?;
+        let threads = self
+            .threads
+            .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
+            .max(1);
+        let cancel = Cancel::default();
+        cancel_on_interrupt(cancel.clone())?;
+        let outcome =
+            run(&order, threads, out, &cancel, None, &mut Progress::new()).map_err(|error| match error {
+                RunError::Input(error) => Failure::Input { name: name(&self.character), error },
+                error => Failure::from(error),
+            })?;
+        list(out)?;
+        match outcome.unsuccessful {
+            None => Ok(()),
+            Some(reason) => Err(Failure::Work(anyhow::Error::msg(reason))),
+        }
+    }
+
+    /// What is wanted, and where it was asked for.
+    fn settings(&self) -> Result<(Settings, String), Failure> {
+        let (mut settings, place) = match &self.job {
+            None => (Settings::default(), "the command line".to_owned()),
+            Some(path) => {
+                (Settings::parse(&input::read(path)?).map_err(Failure::input(name(path)))?, name(path))
+            }
+        };
+        settings.seed = self.seed.unwrap_or(settings.seed);
+        settings.learning.generations = self.generations.or(settings.learning.generations);
+        settings.learning.seconds = self.seconds.or(settings.learning.seconds);
+        Ok((settings, place))
+    }
+}
+
+/// Names the files that were written, on standard output.
+fn list(out: &Path) -> Result<(), Failure> {
+    let artefacts = [
+        Artefact::Recording,
+        Artefact::Motion,
+        Artefact::Report,
+        Artefact::Curve,
+        Artefact::Gait,
+        Artefact::Diagram,
+    ];
+    let mut stdout = std::io::stdout().lock();
+    for path in artefacts.map(|artefact| artefact.path(out)).iter().filter(|path| path.exists()) {
+        writeln!(stdout, "{}", path.display())?;
+    }
+    Ok(())
+}
+
+/// Cancels at the first interrupt; at the second the program ends where it is.
+fn cancel_on_interrupt(cancel: Cancel) -> Result<(), Failure> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    std::thread::Builder::new().name("interrupts".to_owned()).spawn(move || {
+        runtime.block_on(async {
+            if interrupted().await.is_ok() {
+                cancel.cancel();
+                eprintln!("stopping; what was found is written");
+            }
+            if interrupted().await.is_ok() {
+                std::process::exit(1);
+            }
+        });
+    })?;
+    Ok(())
+}
+
+/// Progress on standard error: a bar on a terminal, plain lines otherwise.
+struct Progress {
+    bar: Option<ProgressBar>,
+    budget: Learning,
+    told: Option<Instant>,
+}
+
+impl Progress {
+    fn new() -> Self {
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let bar = ProgressBar::new(1000);
+            let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed}  {msg}");
+            style.map_or(bar.clone(), |style| bar.with_style(style))
+        });
+        Self { bar, budget: Learning::default(), told: None }
+    }
+
+    fn tell(&self, line: String) {
+        match &self.bar {
+            Some(bar) => bar.set_message(line),
+            None => eprintln!("{line}"),
+        }
+    }
+}
+
+impl Watcher for Progress {
+    fn stage(&mut self, stage: Stage) {
+        self.tell(match stage {
+            Stage::Standing => "finding how the character stands".to_owned(),
+            Stage::Learning => "learning".to_owned(),
+            Stage::Checking => "checking what was learned".to_owned(),
+        });
+    }
+
+    fn prepared(&mut self, prepared: &Prepared) {
+        self.budget = prepared.setup.learning.clone();
+    }
+
+    fn generation(&mut self, figures: &Generation) {
+        if let Some(bar) = &self.bar {
+            bar.set_position((1000.0 * fraction(&self.budget, figures)) as u64);
+        } else if self.told.is_some_and(|told| told.elapsed() < LINE_EVERY) {
+            return;
+        }
+        self.told = Some(Instant::now());
+        self.tell(format!(
+            "generation {}: best {:.3} m/s, mean {:.3}, cache hits {:.0} %, {:.0} s",
+            figures.generation,
+            figures.best,
+            figures.mean,
+            100.0 * figures.cache_hit_rate,
+            figures.elapsed
+        ));
+    }
+
+    fn checkpoint(&mut self, _: &Checkpoint) {
+        // A run of this command is not resumed.
+    }
+}

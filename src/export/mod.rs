@@ -1,0 +1,11 @@
+//! What is handed back: the motion document, recordings, learning curves, gait diagrams.
+
+mod curve;
+mod diagram;
+mod motion;
+mod recording;
+
+pub use curve::{Curve, CurveFormat};
+pub use diagram::{DiagramError, gait_diagram};
+pub use motion::{Performance, motion};
+pub use recording::{Recording, RecordingError, Subject};

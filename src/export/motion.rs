@@ -1,0 +1,207 @@
+//! The motion document of a learned behaviour.
+
+use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
+
+use crate::character::Character;
+use crate::gait::GaitReport;
+use crate::learn::{Behaviour, Posture};
+use crate::motion::{
+    CharacterRef, Format, Interpolation, Keyframe, Loop, Metrics, Motion, Pose, Provenance, RootAdvance,
+    RootMotion, RootPose, Validity,
+};
+use crate::playback::{Sample, Trace};
+use crate::scene::{Gains, Scene};
+use crate::sim::Root;
+
+/// A behaviour and what was seen of it in a continuous simulation.
+#[derive(Debug, Clone)]
+pub struct Performance<'a> {
+    /// Whose it is.
+    pub character: &'a Character,
+    /// Names of the joints in the order of the behaviour and of the trace.
+    pub joints: &'a [String],
+    /// Target angles of the standing pose that it starts from, rad or m.
+    pub standing: &'a [f64],
+    /// The behaviour.
+    pub behaviour: &'a Behaviour,
+    /// The behaviour played by [`crate::motion::Player::from_postures`] from the standing pose at time
+    /// 0, entry included.
+    pub trace: &'a Trace,
+    /// The gait of the looping part of the trace.
+    pub gait: &'a GaitReport,
+    /// What the looping part of the trace is worth.
+    pub validity: &'a Validity,
+    /// The scene it was played in.
+    pub scene: &'a Scene,
+    /// How strongly the joints followed.
+    pub drive: &'a Gains,
+    /// How it came about.
+    pub provenance: &'a Provenance,
+}
+
+/// Writes the motion document of a performance; `None` where the behaviour has no cycle or its
+/// character fell before it had gone round it once.
+///
+/// The root of the keyframes is that of the most typical turn of the loop, the one whose travel is
+/// nearest to the mean, moved along the ground and turned about z so that it starts where the entry
+/// ends.
+pub fn motion(performance: &Performance<'_>) -> Option<Motion> {
+    let Performance { behaviour, trace, .. } = performance;
+    let step = behaviour.transition_time;
+    let period = step * behaviour.cycle.len() as f64;
+    let lead = step * (behaviour.entry.len() + 1) as f64;
+    let turn = typical_turn(trace, lead, period)?;
+
+    let entry_end = root_motion(&at(trace, lead)?.root);
+    let moved = ground_frame(&entry_end) * ground_frame(&root_motion(&at(trace, turn)?.root)).inverse();
+    let rest = vec![0.0; performance.standing.len()];
+    let first = behaviour.cycle.first()?;
+
+    let mut entry = vec![keyframe(0.0, performance.standing, &rest, root_motion(&at(trace, 0.0)?.root))];
+    for (index, posture) in behaviour.entry.iter().chain([first]).enumerate() {
+        let time = step * (index + 1) as f64;
+        entry.push(of_posture(time, posture, root_motion(&at(trace, time)?.root)));
+    }
+    let mut keyframes = Vec::with_capacity(behaviour.cycle.len() + 1);
+    for (index, posture) in behaviour.cycle.iter().enumerate() {
+        let time = step * index as f64;
+        keyframes.push(of_posture(time, posture, transformed(&moved, &at(trace, turn + time)?.root)));
+    }
+    let root = keyframes.first()?.root;
+    let root_advance = RootAdvance::between(&root, &transformed(&moved, &at(trace, turn + period)?.root));
+    keyframes.push(of_posture(period, first, root_advance.apply(&root)));
+
+    Some(Motion {
+        format: Format::V1,
+        character: CharacterRef {
+            name: performance.character.name.clone(),
+            digest: performance.character.digest.clone(),
+        },
+        joints: performance.joints.to_vec(),
+        interpolation: Interpolation::CubicHermite,
+        keyframes,
+        cycle: Loop { start: 0.0, end: period, root_advance },
+        entry,
+        drive: performance.drive.clone(),
+        metrics: metrics(performance),
+        scene: performance.scene.clone(),
+        provenance: performance.provenance.clone(),
+        poses: poses(trace, turn, period, &moved),
+    })
+}
+
+fn metrics(performance: &Performance<'_>) -> Metrics {
+    let (gait, trace) = (performance.gait, performance.trace);
+    let end = trace.samples.last().map_or(0.0, |sample| sample.time);
+    Metrics {
+        speed: gait.speed,
+        upright_seconds: trace.fell_at.unwrap_or(end),
+        cost_of_transport: gait.cost_of_transport,
+        froude: gait.froude,
+        gait: gait.gait.clone(),
+        duty_factors: gait.feet.iter().map(|foot| (foot.link.clone(), foot.duty_factor)).collect(),
+        validity: performance.validity.clone(),
+    }
+}
+
+/// When the turn starts whose travel is nearest to the mean of all whole upright turns, s. The first
+/// turn, which still has something of the entry, counts only where there is no other.
+fn typical_turn(trace: &Trace, lead: f64, period: f64) -> Option<f64> {
+    let end = trace.samples.last()?.time;
+    let end = trace.fell_at.map_or(end, |fell| fell.min(end)) + 1e-9;
+    if !(period > 0.0 && lead + period <= end) {
+        return None;
+    }
+    let turns = ((end - lead) / period).floor() as usize;
+    let starts: Vec<f64> = (usize::from(turns > 1)..turns).map(|turn| lead + turn as f64 * period).collect();
+    let travels: Vec<[f64; 4]> = starts
+        .iter()
+        .filter_map(|&start| {
+            let ends =
+                [at(trace, start)?, at(trace, start + period)?].map(|sample| root_motion(&sample.root));
+            let advance = RootAdvance::between(&ends[0], &ends[1]);
+            let [x, y, z] = advance.translation;
+            Some([x, y, z, advance.yaw])
+        })
+        .collect();
+    let mean = |axis: usize| travels.iter().map(|travel| travel[axis]).sum::<f64>() / travels.len() as f64;
+    let means = [mean(0), mean(1), mean(2), mean(3)];
+    let off = |travel: &[f64; 4]| {
+        travel.iter().zip(&means).map(|(value, mean)| (value - mean).powi(2)).sum::<f64>()
+    };
+    starts.iter().zip(&travels).min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b))).map(|(&start, _)| start)
+}
+
+/// The simulated poses of one turn, as dense as the trace.
+fn poses(trace: &Trace, turn: f64, period: f64, moved: &Isometry3<f64>) -> Option<Vec<Pose>> {
+    let interval = trace.samples.get(1)?.time - trace.samples.first()?.time;
+    let count = (period / interval).round().max(1.0) as usize;
+    (0..=count)
+        .map(|index| {
+            let time = period * index as f64 / count as f64;
+            let sample = at(trace, turn + time)?;
+            let root = transformed(moved, &sample.root);
+            let root = RootPose { position: root.position, orientation: root.orientation };
+            Some(Pose { time, angles: sample.angles, root })
+        })
+        .collect()
+}
+
+/// Angles and root at one time, between two samples.
+struct Instant {
+    angles: Vec<f64>,
+    root: Root,
+}
+
+/// The trace at `time`, linear between its samples; `None` outside it by more than rounding.
+fn at(trace: &Trace, time: f64) -> Option<Instant> {
+    let (first, last) = (trace.samples.first()?, trace.samples.last()?);
+    if !(first.time - 1e-6..=last.time + 1e-6).contains(&time) {
+        return None;
+    }
+    let after = trace.samples.partition_point(|sample| sample.time <= time).clamp(1, trace.samples.len() - 1);
+    let (a, b): (&Sample, &Sample) = (trace.samples.get(after - 1)?, trace.samples.get(after)?);
+    let part = ((time - a.time) / (b.time - a.time)).clamp(0.0, 1.0);
+    let angles = a.angles.iter().zip(&b.angles).map(|(a, b)| a + (b - a) * part).collect();
+    let root = Root {
+        position: a.root.position + (b.root.position - a.root.position) * part,
+        orientation: a.root.orientation.nlerp(&b.root.orientation, part),
+        linear_velocity: a.root.linear_velocity.lerp(&b.root.linear_velocity, part),
+        angular_velocity: a.root.angular_velocity.lerp(&b.root.angular_velocity, part),
+    };
+    Some(Instant { angles, root })
+}
+
+fn of_posture(time: f64, posture: &Posture, root: RootMotion) -> Keyframe {
+    keyframe(time, &posture.angles, &posture.velocities, root)
+}
+
+fn keyframe(time: f64, angles: &[f64], velocities: &[f64], root: RootMotion) -> Keyframe {
+    Keyframe { time, angles: angles.to_vec(), velocities: velocities.to_vec(), root }
+}
+
+fn root_motion(root: &Root) -> RootMotion {
+    let q = root.orientation;
+    RootMotion {
+        position: root.position.coords.into(),
+        orientation: [q.w, q.i, q.j, q.k],
+        linear_velocity: root.linear_velocity.into(),
+        angular_velocity: root.angular_velocity.into(),
+    }
+}
+
+/// The frame on the ground below a root, with its heading.
+fn ground_frame(root: &RootMotion) -> Isometry3<f64> {
+    let [x, y, _] = root.position;
+    let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), root.heading());
+    Isometry3::from_parts(Translation3::new(x, y, 0.0), UnitQuaternion::from_rotation_matrix(&turn))
+}
+
+fn transformed(by: &Isometry3<f64>, root: &Root) -> RootMotion {
+    root_motion(&Root {
+        position: by * root.position,
+        orientation: by.rotation * root.orientation,
+        linear_velocity: by * root.linear_velocity,
+        angular_velocity: by * root.angular_velocity,
+    })
+}

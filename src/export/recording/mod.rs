@@ -1,0 +1,216 @@
+//! A job as a Rerun recording: how the character moves and how it came to.
+//!
+//! | entity | holds |
+//! |---|---|
+//! | `/world/ground` | the ground, once |
+//! | `/world/character/<link>` | the link's shapes once, its frame in the world sample by sample |
+//! | `/world/character/<link>/contact` | forces on the link as arrows, in the link's frame; the character's weight is as long as the character is large |
+//! | `/world/path` | path of the centre of mass over a recorded motion |
+//! | `/world/center_of_mass` | a ring on the ground below it, which the viewer's eye follows |
+//! | `/gait/<link>` | `stance` or `swing` of every link that ever carried the character |
+//! | `/joints/<name>/{angle,target,torque}` | rad (m), rad (m), N m (N) |
+//! | `/learning/{best,mean,spread,cache_hits}` | the learning curve, see [`Generation`] |
+//! | `/job` | what the job is, as Markdown |
+//!
+//! Every row is on both timelines, because all views of the viewer follow the active one.
+//! `generation` is the learner's generation: at generation g the viewer shows the end of the last
+//! motion recorded up to then and the whole of its path. `sim_time` is the clock of the recorded
+//! motions, one after the other: a motion of 4 s that starts at 8 s is followed by the next at 12 s,
+//! and a point of the learning curve lies where the clock stood when it was made. Neither depends on
+//! the wall clock.
+//!
+//! The file is written while the job runs: rows reach it within about a second, and what is there
+//! can be read at any time, whether the writer goes on, has ended or was killed.
+
+mod layout;
+mod motion;
+mod paths;
+mod shapes;
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use re_sdk::log::ChunkBatcherConfig;
+use re_sdk::sink::SinkFlushError;
+use re_sdk::{RecordingStream, RecordingStreamBuilder, RecordingStreamError};
+use re_sdk_types::archetypes::{Scalars, TextDocument};
+
+use crate::character::Character;
+use crate::learn::Generation;
+use crate::playback::Trace;
+use crate::scene::Ground;
+use paths::{GENERATION, SIM_TIME};
+
+/// The application that a viewer files the recordings under.
+const APPLICATION: &str = "gaitwright";
+
+/// How long rows that come one by one are gathered before they are written.
+const GATHER: Duration = Duration::from_secs(1);
+
+/// What a recording is of.
+#[derive(Debug, Clone, Copy)]
+pub struct Subject<'a> {
+    /// Unique among recordings: a viewer merges files of the same id.
+    pub id: &'a str,
+    /// Name of the recording in a viewer.
+    pub title: &'a str,
+    /// The character; its links are those of every trace.
+    pub character: &'a Character,
+    /// Names of the joints in the order of every trace.
+    pub joints: &'a [String],
+    /// What it stands on.
+    pub ground: Option<Ground>,
+}
+
+/// A recording in the making.
+///
+/// Dropping it ends the file as [`Recording::finish`] does, but tells no errors.
+pub struct Recording {
+    stream: RecordingStream,
+    cast: Cast,
+    /// Where the next motion starts on `sim_time`, s.
+    clock: f64,
+    /// The generation last told of.
+    generation: u32,
+    /// Links that have carried force so far, by index.
+    touched: BTreeSet<usize>,
+}
+
+/// What a recording needs to know of its character.
+struct Cast {
+    links: Vec<String>,
+    joints: Vec<String>,
+    /// Colour of each link that has none of its own.
+    colors: Vec<[u8; 4]>,
+    /// Weight under standard gravity, N.
+    weight: f64,
+    /// Diagonal of the box around all link frames at zero angles, m; at least 10 cm.
+    size: f64,
+    /// Height of that box, m.
+    tall: f64,
+}
+
+/// A recording that cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordingError {
+    /// The file cannot be created.
+    #[error("cannot create the recording {}: {source}", path.display())]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: RecordingStreamError,
+    },
+    /// A row cannot be encoded.
+    #[error("cannot record: {0}")]
+    Log(#[from] RecordingStreamError),
+    /// What was recorded cannot be written to the file.
+    #[error("cannot write the recording: {0}")]
+    Write(#[from] SinkFlushError),
+}
+
+impl Recording {
+    /// Creates (or overwrites) the file at `path` with the layout, the ground and the character's
+    /// shapes in it.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError`] when the file cannot be created or written.
+    pub fn create(path: &Path, subject: Subject<'_>) -> Result<Self, RecordingError> {
+        let gather = ChunkBatcherConfig { flush_tick: GATHER, ..ChunkBatcherConfig::DEFAULT };
+        let stream = RecordingStreamBuilder::new(APPLICATION)
+            .recording_id(subject.id)
+            .enabled(true)
+            .batcher_config(gather)
+            .save(path)
+            .map_err(|source| RecordingError::Create { path: path.to_owned(), source })?;
+        // Times of the wall clock and counters of the logging would make equal jobs differ.
+        stream.set_log_time_enabled(false);
+        stream.set_log_tick_enabled(false);
+        stream.send_recording_name(subject.title)?;
+
+        let cast = Cast::new(&subject);
+        layout::send(&stream, subject.id, &cast, subject.ground)?;
+        shapes::log(&stream, subject.character, &cast, subject.ground)?;
+        motion::log_styles(&stream, &cast)?;
+        log_curve_styles(&stream)?;
+        stream.flush_blocking()?;
+        Ok(Self { stream, cast, clock: 0.0, generation: 0, touched: BTreeSet::new() })
+    }
+
+    /// Adds a point to the learning curve.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::Log`] when it cannot be encoded.
+    pub fn generation(&mut self, figures: &Generation) -> Result<(), RecordingError> {
+        self.generation = figures.generation;
+        self.stream.set_time_sequence(GENERATION, i64::from(figures.generation));
+        self.stream.set_duration_secs(SIM_TIME, self.clock);
+        for (name, value) in [
+            ("best", figures.best),
+            ("mean", figures.mean),
+            ("spread", figures.spread),
+            ("cache_hits", figures.cache_hit_rate),
+        ] {
+            self.stream.log(paths::learning(name), &Scalars::single(value))?;
+        }
+        Ok(())
+    }
+
+    /// Records the motion of the best behaviour of `generation`; it follows the motions before it on
+    /// `sim_time`.
+    ///
+    /// Some 100 kB for a trace of 4 s at 50 samples a second of a character with 12 joints. A trace
+    /// without samples records nothing.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError`] when it cannot be encoded, or when what was recorded so far could not be
+    /// written.
+    pub fn motion(&mut self, generation: u32, trace: &Trace) -> Result<(), RecordingError> {
+        let (Some(first), Some(last)) = (trace.samples.first(), trace.samples.last()) else { return Ok(()) };
+        let duration = last.time - first.time;
+        motion::send(self, generation, trace)?;
+        let interval = duration / (trace.samples.len().max(2) - 1) as f64;
+        self.clock += duration + interval;
+        self.stream.flush_blocking()?;
+        Ok(())
+    }
+
+    /// Sets the text that says what the job is, in Markdown, for all times.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::Log`] when it cannot be encoded.
+    pub fn job(&mut self, markdown: &str) -> Result<(), RecordingError> {
+        Ok(self.stream.log_static(paths::job(), &TextDocument::from_markdown(markdown))?)
+    }
+
+    /// Ends the file. A reader finds its way in an ended file faster, but needs no end.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordingError::Write`] when not everything recorded has reached the file.
+    pub fn finish(self) -> Result<(), RecordingError> {
+        self.stream.flush_blocking()?;
+        self.stream.finalize_deferred_sinks();
+        Ok(())
+    }
+}
+
+/// Names and colours of the learning curves.
+fn log_curve_styles(stream: &RecordingStream) -> Result<(), RecordingStreamError> {
+    use re_sdk_types::archetypes::SeriesLines;
+    for (name, label, color, width) in [
+        ("best", "best", [46, 204, 113, 255], 2.5),
+        ("mean", "mean", [52, 152, 219, 255], 1.5),
+        ("spread", "spread", [149, 165, 166, 255], 1.0),
+        ("cache_hits", "share from the cache", [241, 196, 15, 255], 1.5),
+    ] {
+        let style = SeriesLines::new().with_names([label]).with_colors([color]).with_widths([width]);
+        stream.log_static(paths::learning(name), &style)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,282 @@
+//! The ground and the character's shapes: what is recorded once.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamError};
+use re_sdk_types::archetypes::{
+    Boxes3D, Capsules3D, Cylinders3D, Ellipsoids3D, LineStrips3D, Mesh3D, Points3D, ViewCoordinates,
+};
+use re_sdk_types::components::FillMode;
+use re_sdk_types::datatypes::Quaternion;
+
+use super::{Cast, Subject, paths};
+use crate::character::{Character, Placed, Shape};
+use crate::scene::Ground;
+
+/// Half of the edge of the ground that is shown, m.
+const GROUND_REACH: f32 = 200.0;
+
+/// Of the character's size.
+const RING_RADIUS: f64 = 0.9;
+const RING_POINTS: u32 = 96;
+const RING_COLOR: [u8; 4] = [120, 130, 145, 255];
+
+const GROUND_COLOR: [u8; 4] = [58, 64, 72, 255];
+
+/// Colour of the trunk, and of each limb in turn: a limb is what hangs on one joint of the root.
+const TRUNK: [u8; 4] = [214, 219, 226, 255];
+const LIMBS: [[u8; 4]; 8] = [
+    [86, 180, 233, 255],
+    [230, 159, 0, 255],
+    [0, 190, 140, 255],
+    [240, 120, 90, 255],
+    [204, 121, 167, 255],
+    [240, 228, 66, 255],
+    [120, 150, 255, 255],
+    [170, 200, 120, 255],
+];
+
+impl Cast {
+    /// Of a recording's subject.
+    pub(super) fn new(subject: &Subject<'_>) -> Self {
+        let character = subject.character;
+        let mass: f64 = character
+            .links
+            .iter()
+            .filter_map(|link| link.inertial.as_ref())
+            .map(|inertial| inertial.mass)
+            .sum();
+        let extent = extent(character);
+        Self {
+            links: character.links.iter().map(|link| link.name.clone()).collect(),
+            joints: subject.joints.to_vec(),
+            colors: limb_colors(character),
+            weight: 9.81 * mass,
+            size: extent.norm().max(0.1),
+            tall: extent.z,
+        }
+    }
+}
+
+/// Logs the ground and every link's shapes, for all times.
+pub(super) fn log(
+    stream: &RecordingStream,
+    character: &Character,
+    cast: &Cast,
+    ground: Option<Ground>,
+) -> Result<(), RecordingStreamError> {
+    stream.log_static(paths::world(), &ViewCoordinates::RIGHT_HAND_Z_UP())?;
+    if let Some(Ground::Plane { height }) = ground {
+        // A thousandth of the character's size lower: the view's grid lies at the height itself, and
+        // the two would flicker.
+        let (r, z) = (GROUND_REACH, (height - 1e-3 * cast.size) as f32);
+        let plane = Mesh3D::new([[-r, -r, z], [r, -r, z], [r, r, z], [-r, r, z]])
+            .with_triangle_indices([[0, 1, 2], [0, 2, 3]])
+            .with_vertex_normals([[0.0, 0.0, 1.0]; 4])
+            .with_albedo_factor(GROUND_COLOR);
+        stream.log_static(paths::ground(), &plane)?;
+    }
+    log_ring(stream, cast, ground)?;
+    for (link, &color) in character.links.iter().zip(&cast.colors) {
+        let shapes = if link.visuals.is_empty() { &link.collisions } else { &link.visuals };
+        log_shapes(stream, &paths::link(&link.name), shapes, color)?;
+    }
+    Ok(())
+}
+
+/// Logs the ring on the ground below the centre of mass. The view's eye follows it, and a viewer
+/// stands off from what it follows in proportion to its extent, so the ring is as large as what is
+/// to be seen.
+fn log_ring(
+    stream: &RecordingStream,
+    cast: &Cast,
+    ground: Option<Ground>,
+) -> Result<(), RecordingStreamError> {
+    let (radius, z) = (RING_RADIUS * cast.size, ground_height(ground) + 2e-3 * cast.size);
+    let points = (0..=RING_POINTS).map(|point| {
+        let (y, x) = (TAU * f64::from(point) / f64::from(RING_POINTS)).sin_cos();
+        float(&Vector3::new(radius * x, radius * y, z))
+    });
+    let ring = LineStrips3D::new([points.collect::<Vec<_>>()])
+        .with_colors([RING_COLOR])
+        .with_radii([4e-3 * cast.size as f32]);
+    // A point too small to be seen above the ring lifts the middle of the extent to the character's.
+    let above = Points3D::new([[0.0, 0.0, (z + 2.0 * cast.tall) as f32]]).with_radii([1e-6]);
+    stream.log_static(paths::ring(), &above)?;
+    stream.log_static(paths::ring(), &ring)
+}
+
+/// z of the ground, m; 0 where there is none.
+pub(super) fn ground_height(ground: Option<Ground>) -> f64 {
+    match ground {
+        Some(Ground::Plane { height }) => height,
+        None => 0.0,
+    }
+}
+
+/// Logs the shapes of one link, those of a kind together: an entity has one archetype of each kind.
+fn log_shapes(
+    stream: &RecordingStream,
+    path: &EntityPath,
+    shapes: &[Placed],
+    fallback: [u8; 4],
+) -> Result<(), RecordingStreamError> {
+    let mut boxes = Instances::default();
+    let mut balls = Instances::default();
+    let mut cylinders = Instances::default();
+    let mut capsules = Instances::default();
+    let mut mesh = Faces::default();
+    for placed in shapes {
+        let color = placed.color.map_or(fallback, |rgba| rgba.map(|c| (255.0 * c.clamp(0.0, 1.0)) as u8));
+        match &placed.shape {
+            Shape::Sphere { radius } => balls.push(&placed.pose, [*radius as f32; 3], color),
+            Shape::Box { half_extents } => boxes.push(&placed.pose, float(half_extents), color),
+            Shape::Cylinder { radius, half_length } => {
+                cylinders.push(&placed.pose, [*radius as f32, 2.0 * *half_length as f32, 0.0], color);
+            }
+            Shape::Capsule { radius, half_length } => {
+                // The viewer's capsule runs from its origin along z, ours is centred.
+                let lower = placed.pose * nalgebra::Translation3::new(0.0, 0.0, -half_length);
+                capsules.push(&lower, [*radius as f32, 2.0 * *half_length as f32, 0.0], color);
+            }
+            Shape::Hull { vertices, triangles } => mesh.push(&placed.pose, vertices, triangles, color),
+        }
+    }
+    if !boxes.sizes.is_empty() {
+        let shapes = Boxes3D::from_centers_and_half_sizes(boxes.centers, boxes.sizes)
+            .with_quaternions(boxes.rotations)
+            .with_colors(boxes.colors)
+            .with_fill_mode(FillMode::Solid);
+        stream.log_static(path.clone(), &shapes)?;
+    }
+    if !balls.sizes.is_empty() {
+        let shapes = Ellipsoids3D::from_centers_and_half_sizes(balls.centers, balls.sizes)
+            .with_colors(balls.colors)
+            .with_fill_mode(FillMode::Solid);
+        stream.log_static(path.clone(), &shapes)?;
+    }
+    if !cylinders.sizes.is_empty() {
+        let (lengths, radii) = cylinders.lengths_and_radii();
+        let shapes = Cylinders3D::from_lengths_and_radii(lengths, radii)
+            .with_centers(cylinders.centers)
+            .with_quaternions(cylinders.rotations)
+            .with_colors(cylinders.colors)
+            .with_fill_mode(FillMode::Solid);
+        stream.log_static(path.clone(), &shapes)?;
+    }
+    if !capsules.sizes.is_empty() {
+        let (lengths, radii) = capsules.lengths_and_radii();
+        let shapes = Capsules3D::from_lengths_and_radii(lengths, radii)
+            .with_translations(capsules.centers)
+            .with_quaternions(capsules.rotations)
+            .with_colors(capsules.colors)
+            .with_fill_mode(FillMode::Solid);
+        stream.log_static(path.clone(), &shapes)?;
+    }
+    if !mesh.positions.is_empty() {
+        let shapes =
+            Mesh3D::new(mesh.positions).with_vertex_normals(mesh.normals).with_vertex_colors(mesh.colors);
+        stream.log_static(path.clone(), &shapes)?;
+    }
+    Ok(())
+}
+
+/// Shapes of one kind on one link.
+#[derive(Default)]
+struct Instances {
+    centers: Vec<[f32; 3]>,
+    rotations: Vec<Quaternion>,
+    /// Half extents, m; or radius, length and nothing.
+    sizes: Vec<[f32; 3]>,
+    colors: Vec<[u8; 4]>,
+}
+
+impl Instances {
+    fn push(&mut self, pose: &Isometry3<f64>, size: [f32; 3], color: [u8; 4]) {
+        self.centers.push(float(&pose.translation.vector));
+        self.rotations.push(quaternion(pose));
+        self.sizes.push(size);
+        self.colors.push(color);
+    }
+
+    fn lengths_and_radii(&self) -> (Vec<f32>, Vec<f32>) {
+        self.sizes.iter().map(|&[radius, length, _]| (length, radius)).unzip()
+    }
+}
+
+/// Triangles of all meshes of one link; each has its own corners, so that faces look flat.
+#[derive(Default)]
+struct Faces {
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+    colors: Vec<[u8; 4]>,
+}
+
+impl Faces {
+    fn push(
+        &mut self,
+        pose: &Isometry3<f64>,
+        vertices: &[Point3<f64>],
+        triangles: &[[u32; 3]],
+        color: [u8; 4],
+    ) {
+        for triangle in triangles {
+            let [Some(a), Some(b), Some(c)] = triangle.map(|corner| vertices.get(corner as usize)) else {
+                continue;
+            };
+            let (a, b, c) = (pose * a, pose * b, pose * c);
+            let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_else(Vector3::z);
+            for corner in [a, b, c] {
+                self.positions.push(float(&corner.coords));
+                self.normals.push(float(&normal));
+                self.colors.push(color);
+            }
+        }
+    }
+}
+
+/// Colour of each link by the limb it belongs to.
+fn limb_colors(character: &Character) -> Vec<[u8; 4]> {
+    let mut limbs: Vec<Option<usize>> = Vec::with_capacity(character.links.len());
+    let mut count = 0;
+    for link in &character.links {
+        let limb = match &link.joint {
+            None => None,
+            Some(joint) if joint.parent == 0 => {
+                count += 1;
+                Some(count - 1)
+            }
+            Some(joint) => limbs.get(joint.parent).copied().flatten(),
+        };
+        limbs.push(limb);
+    }
+    limbs.iter().map(|limb| limb.map_or(TRUNK, |limb| LIMBS[limb % LIMBS.len()])).collect()
+}
+
+/// Edges of the box around all link frames at zero angles, m.
+fn extent(character: &Character) -> Vector3<f64> {
+    let mut frames: Vec<Isometry3<f64>> = Vec::with_capacity(character.links.len());
+    let (mut low, mut high) = (Vector3::zeros(), Vector3::zeros());
+    for link in &character.links {
+        let frame = match &link.joint {
+            None => Isometry3::identity(),
+            Some(joint) => frames.get(joint.parent).copied().unwrap_or_default() * joint.origin,
+        };
+        low = low.inf(&frame.translation.vector);
+        high = high.sup(&frame.translation.vector);
+        frames.push(frame);
+    }
+    high - low
+}
+
+/// Single precision, as the viewer draws.
+pub(super) fn float(vector: &Vector3<f64>) -> [f32; 3] {
+    [vector.x as f32, vector.y as f32, vector.z as f32]
+}
+
+/// Rotation of a pose, as the viewer stores it.
+pub(super) fn quaternion(pose: &Isometry3<f64>) -> Quaternion {
+    let q = pose.rotation;
+    Quaternion::from_xyzw([q.i as f32, q.j as f32, q.k as f32, q.w as f32])
+}

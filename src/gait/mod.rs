@@ -1,0 +1,19 @@
+//! Judging a gait: footfalls, phases, duty factors, names, what it costs and whether it is valid.
+//!
+//! The figures are Hildebrand's (M. Hildebrand 1965, "Symmetrical gaits of horses"; 1989, "The
+//! quadrupedal gaits of vertebrates"): the duty factor of a foot is the share of the stride that it
+//! stands, its phase the part of the stride by which it touches down after the reference foot.
+
+mod footfall;
+mod legs;
+mod measure;
+mod name;
+mod report;
+mod validity;
+
+pub use footfall::{Detection, Footing};
+pub use legs::{Leg, Side};
+pub use measure::{Setting, measure};
+pub use name::{Classified, MAX_DISTANCE, Template, classify, templates};
+pub use report::{Foot, Format, GaitReport, Pair, Regime, Spread};
+pub use validity::validity;

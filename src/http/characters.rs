@@ -1,0 +1,85 @@
+//! Characters: what was understood of them, kept for later jobs.
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::http::header::LOCATION;
+use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
+use serde::Serialize;
+use uuid::Uuid;
+
+use super::App;
+use super::extract::{Path, Upload};
+use super::problem::Problem;
+use crate::character::{Source, schema};
+use crate::fault::{Fault, InputError};
+use crate::jobs::Findings;
+
+/// A character as kept.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "Character")]
+pub(super) struct CharacterBody {
+    /// Serves in jobs as `{"id": …}`.
+    #[schemars(with = "String")]
+    id: Uuid,
+    #[serde(flatten)]
+    findings: Findings,
+}
+
+/// Keeps a character and tells what was understood of it.
+#[utoipa::path(
+    post, path = "/v1/characters", operation_id = "add_character", tag = "characters",
+    request_body(description = "A character document, a URDF, a zip of a URDF with its meshes, or a form with \
+        one of these as its part `character`", content(
+        (ref("#/components/schemas/CharacterDocument") = "application/json"),
+        (String = "application/xml"), (String = "text/xml"), (Vec<u8> = "application/zip"),
+        (ref("#/components/schemas/CharacterForm") = "multipart/form-data"))),
+    responses(
+        (status = 201, description = "Kept", body = ref("#/components/schemas/Character"),
+            headers(("Location" = String, description = "Where the character is"))),
+        (status = "4XX", description = "Refused: 400, 413, 415 or 422",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn add(State(app): State<App>, upload: Upload) -> Result<Response, Problem> {
+    let (bytes, source) = match upload {
+        Upload::Json(body) => (body, Some(Source::Json)),
+        Upload::Urdf(body) => (body, Some(Source::Urdf)),
+        Upload::Zip(body) => (body, Some(Source::Zip)),
+        Upload::Form(form) if form.job.is_some() => {
+            let fault = Fault::new("part \"job\"", "a character is kept without a job");
+            return Err(InputError::Impossible(vec![fault]).into());
+        }
+        Upload::Form(form) => (form.character, None),
+    };
+    let (id, findings) = app.jobs.add_character(bytes.into(), source).await?;
+    let location = format!("/v1/characters/{id}");
+    let body = CharacterBody { id, findings };
+    Ok((StatusCode::CREATED, [(LOCATION, location)], Json(body)).into_response())
+}
+
+/// What was understood of a character.
+#[utoipa::path(
+    get, path = "/v1/characters/{id}", operation_id = "show_character", tag = "characters",
+    params(("id" = String, Path, description = "The character's id")),
+    responses(
+        (status = 200, description = "The character", body = ref("#/components/schemas/Character")),
+        (status = 404, description = "No such character",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn show(
+    State(app): State<App>,
+    Path(id): Path<Uuid>,
+) -> Result<Json<CharacterBody>, Problem> {
+    Ok(Json(CharacterBody { id, findings: app.jobs.findings(id).await? }))
+}
+
+/// The JSON Schema of character documents.
+#[utoipa::path(
+    get, path = "/v1/schemas/character", tag = "characters",
+    responses((status = 200, description = "A JSON Schema (2020-12)", content_type = "application/schema+json",
+        body = ref("#/components/schemas/AnyObject"))))]
+pub(super) async fn character_schema() -> Response {
+    let mut response = Json(schema()).into_response();
+    let kind = axum::http::HeaderValue::from_static("application/schema+json");
+    response.headers_mut().insert(axum::http::header::CONTENT_TYPE, kind);
+    response
+}

@@ -1,0 +1,144 @@
+//! A job as it happens, as server-sent events.
+
+use std::convert::Infallible;
+
+use axum::extract::State;
+use axum::http::HeaderMap;
+use axum::response::IntoResponse;
+use axum::response::sse::{Event, KeepAlive, Sse};
+use serde::Serialize;
+use tokio::sync::mpsc;
+use tokio_stream::wrappers::ReceiverStream;
+use uuid::Uuid;
+
+use super::App;
+use super::extract::Path;
+use super::jobs::JobBody;
+use super::problem::Problem;
+use crate::jobs::{Job, Jobs, Live, State as JobState};
+use crate::learn::Generation;
+
+/// Every generation's figures from the first on, then the end.
+///
+/// Events are `state` (the job, when it is taken up or put back), `generation` (its figures; the
+/// event's id is its number, so that `Last-Event-ID` goes on after it) and `end` (the job), after
+/// which the stream ends.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/events", tag = "jobs",
+    params(
+        ("id" = String, Path, description = "The job's id"),
+        ("Last-Event-ID" = Option<u32>, Header, description = "Go on after this generation")),
+    responses(
+        (status = 200, description = "Events `state`, `generation` and `end`",
+            content_type = "text/event-stream", body = String),
+        (status = 404, description = "No such job",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn events(
+    State(app): State<App>,
+    Path(id): Path<Uuid>,
+    headers: HeaderMap,
+) -> Result<impl IntoResponse, Problem> {
+    app.jobs.job(id).await?;
+    let last = headers.get("last-event-id").and_then(|value| value.to_str().ok()?.parse::<u32>().ok());
+    let (sender, receiver) = mpsc::channel(16);
+    let teller = Teller {
+        jobs: app.jobs,
+        id,
+        next: last.map_or(0, |last| last.saturating_add(1)),
+        told: None,
+        sender,
+    };
+    tokio::spawn(teller.tell());
+    Ok(Sse::new(ReceiverStream::new(receiver)).keep_alive(KeepAlive::default()))
+}
+
+/// Nobody listens any more, or there is nothing more to tell.
+struct Over;
+
+struct Teller {
+    jobs: Jobs,
+    id: Uuid,
+    /// The generation to be told next.
+    next: u32,
+    /// The state told last.
+    told: Option<JobState>,
+    sender: mpsc::Sender<Result<Event, Infallible>>,
+}
+
+impl Teller {
+    async fn tell(mut self) {
+        let mut changes = self.jobs.changes();
+        loop {
+            // Marked as seen before the job is looked at: a change after the look wakes the wait below.
+            changes.borrow_and_update();
+            let told = match self.jobs.live(self.id).await {
+                Some(live) => self.follow(&live).await,
+                None => self.look().await,
+            };
+            if told.is_err() {
+                return;
+            }
+            tokio::select! {
+                _ = changes.changed() => {}
+                () = self.sender.closed() => return,
+                () = self.jobs.shutdown().cancelled() => return,
+            }
+        }
+    }
+
+    /// Tells what there is to tell of a job that does not run.
+    async fn look(&mut self) -> Result<(), Over> {
+        let job = self.jobs.job(self.id).await.map_err(|_| Over)?;
+        if !job.state.is_final() {
+            return self.state(job).await;
+        }
+        let curve = self.jobs.curve(self.id).await.map_err(|_| Over)?;
+        self.figures(&curve).await?;
+        self.send("end", &JobBody::from(job), None).await?;
+        Err(Over)
+    }
+
+    /// Tells what happens in a running job until it is over.
+    async fn follow(&mut self, live: &Live) -> Result<(), Over> {
+        let job = self.jobs.job(self.id).await.map_err(|_| Over)?;
+        self.state(job).await?;
+        let mut moment = live.watch();
+        loop {
+            let over = moment.borrow_and_update().over;
+            self.figures(&live.curve_from(self.next)).await?;
+            if over {
+                return self.look().await;
+            }
+            tokio::select! {
+                _ = moment.changed() => {}
+                () = self.sender.closed() => return Err(Over),
+                () = self.jobs.shutdown().cancelled() => return Err(Over),
+            }
+        }
+    }
+
+    /// Tells a job's state when it is another than was told last.
+    async fn state(&mut self, job: Job) -> Result<(), Over> {
+        if self.told.replace(job.state) == Some(job.state) {
+            return Ok(());
+        }
+        self.send("state", &JobBody::from(job), None).await
+    }
+
+    async fn figures(&mut self, curve: &[Generation]) -> Result<(), Over> {
+        let next = self.next;
+        for figures in curve.iter().filter(|figures| figures.generation >= next) {
+            self.send("generation", figures, Some(figures.generation)).await?;
+            self.next = figures.generation + 1;
+        }
+        Ok(())
+    }
+
+    async fn send<T: Serialize>(&self, kind: &str, data: &T, id: Option<u32>) -> Result<(), Over> {
+        let mut event = Event::default().event(kind).json_data(data).map_err(|_| Over)?;
+        if let Some(id) = id {
+            event = event.id(id.to_string());
+        }
+        self.sender.send(Ok(event)).await.map_err(|_| Over)
+    }
+}

@@ -1,0 +1,113 @@
+//! What requests bring: paths, queries, and bodies by their media type.
+
+use axum::body::Bytes;
+use axum::extract::{FromRequest, FromRequestParts, Multipart, Request};
+
+use super::problem::{Problem, media_type};
+use crate::fault::{Fault, InputError};
+
+/// [`axum::extract::Path`] with problem documents.
+#[derive(Debug, FromRequestParts)]
+#[from_request(via(axum::extract::Path), rejection(Problem))]
+pub(super) struct Path<T>(pub(super) T);
+
+/// [`axum::extract::Query`] with problem documents.
+#[derive(Debug, FromRequestParts)]
+#[from_request(via(axum::extract::Query), rejection(Problem))]
+pub(super) struct Query<T>(pub(super) T);
+
+/// A body that brings a character, by its media type.
+#[derive(Debug)]
+pub(super) enum Upload {
+    /// `application/json`.
+    Json(Bytes),
+    /// `application/xml` or `text/xml`: a URDF.
+    Urdf(Bytes),
+    /// `application/zip`: a URDF with its meshes.
+    Zip(Bytes),
+    /// `multipart/form-data`.
+    Form(Form),
+}
+
+/// A form that brings a character.
+#[derive(Debug)]
+pub(super) struct Form {
+    /// URDF, JSON or zip.
+    pub(super) character: Bytes,
+    /// A job document without a character.
+    pub(super) job: Option<Bytes>,
+}
+
+impl<S: Send + Sync> FromRequest<S> for Upload {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
+        match media_type(request.headers()) {
+            Some("application/json") => Ok(Self::Json(Bytes::from_request(request, state).await?)),
+            Some("application/xml" | "text/xml") => {
+                Ok(Self::Urdf(Bytes::from_request(request, state).await?))
+            }
+            Some("application/zip") => Ok(Self::Zip(Bytes::from_request(request, state).await?)),
+            Some("multipart/form-data") => {
+                Ok(Self::Form(Form::read(Multipart::from_request(request, state).await?).await?))
+            }
+            other => Err(Problem::unsupported(format!(
+                "the body is {}; application/json, application/xml, application/zip or \
+                 multipart/form-data is expected",
+                other.unwrap_or("of no given type")
+            ))),
+        }
+    }
+}
+
+/// A JSON body.
+#[derive(Debug)]
+pub(super) struct JsonBody(pub(super) Bytes);
+
+impl<S: Send + Sync> FromRequest<S> for JsonBody {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
+        match media_type(request.headers()) {
+            Some("application/json") => Ok(Self(Bytes::from_request(request, state).await?)),
+            other => Err(Problem::unsupported(format!(
+                "the body is {}; application/json is expected",
+                other.unwrap_or("of no given type")
+            ))),
+        }
+    }
+}
+
+impl Form {
+    async fn read(mut parts: Multipart) -> Result<Self, Problem> {
+        let (mut character, mut job) = (None, None);
+        let mut faults = Vec::new();
+        while let Some(part) = parts.next_field().await? {
+            let name = part.name().unwrap_or_default().to_owned();
+            let place = match name.as_str() {
+                "character" => &mut character,
+                "job" => &mut job,
+                _ => {
+                    faults.push(Fault::new(
+                        format!("part \"{name}\""),
+                        "unknown part of the form, expected one of character, job",
+                    ));
+                    continue;
+                }
+            };
+            if place.is_some() {
+                faults.push(Fault::new(format!("part \"{name}\""), "the part is given twice"));
+            }
+            *place = Some(part.bytes().await?);
+        }
+        match character {
+            Some(character) if faults.is_empty() => Ok(Self { character, job }),
+            found => {
+                if found.is_none() {
+                    faults.push(Fault::new("part \"character\"", "the part is missing"));
+                }
+                Err(InputError::Impossible(faults).into())
+            }
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! Jobs: posting, looking, cancelling.
+
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::http::header::LOCATION;
+use axum::response::{IntoResponse, Response};
+use axum::{Json, body::Bytes};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use uuid::Uuid;
+
+use super::App;
+use super::extract::{Path, Query, Upload};
+use super::problem::Problem;
+use crate::jobs::{Job, JobRequest, ServiceError, Settings, State as JobState};
+
+/// Jobs of a page unless the client asks for another number.
+const PAGE: u32 = 20;
+
+/// Most jobs of a page.
+const LONGEST_PAGE: u32 = 200;
+
+/// A job as shown.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "Job")]
+pub(super) struct JobBody {
+    #[serde(flatten)]
+    job: Job,
+    links: Links,
+}
+
+/// Where everything about a job is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+struct Links {
+    /// The job itself.
+    #[serde(rename = "self")]
+    job: String,
+    /// Server-sent events.
+    events: String,
+    /// The recording.
+    recording: String,
+    /// The recording in a viewer.
+    viewer: String,
+    /// The motion document.
+    motion: String,
+    /// The gait report.
+    gait: String,
+    /// The gait diagram.
+    diagram: String,
+    /// The learning curve.
+    curve: String,
+    /// Everything about the job and what came of it.
+    report: String,
+}
+
+impl From<Job> for JobBody {
+    fn from(job: Job) -> Self {
+        let place = format!("/v1/jobs/{}", job.id);
+        let links = Links {
+            events: format!("{place}/events"),
+            recording: format!("{place}/recording.rrd"),
+            viewer: format!("/viewer/?url={place}/recording.rrd"),
+            motion: format!("{place}/motion"),
+            gait: format!("{place}/gait"),
+            diagram: format!("{place}/gait.svg"),
+            curve: format!("{place}/curve"),
+            report: format!("{place}/report"),
+            job: place,
+        };
+        Self { job, links }
+    }
+}
+
+/// A page of jobs.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "Jobs")]
+pub(super) struct JobsBody {
+    /// `gaitwright/jobs@1`.
+    format: &'static str,
+    /// The newest first.
+    jobs: Vec<JobBody>,
+    /// Where the next page is; `null` on the last.
+    next: Option<String>,
+}
+
+/// Which jobs to list.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Selection {
+    limit: Option<u32>,
+    after: Option<Uuid>,
+    state: Option<JobState>,
+}
+
+/// Queues a job.
+#[utoipa::path(
+    post, path = "/v1/jobs", operation_id = "submit_job", tag = "jobs",
+    request_body(description = "A job document; or a URDF, or a zip of one with its meshes, for a job with \
+        defaults; or a form with the parts `character` (URDF, JSON or zip) and `job` (a job document without \
+        a character)", content(
+        (ref("#/components/schemas/JobRequest") = "application/json"),
+        (String = "application/xml"), (String = "text/xml"), (Vec<u8> = "application/zip"),
+        (ref("#/components/schemas/JobForm") = "multipart/form-data"))),
+    responses(
+        (status = 202, description = "Queued", body = ref("#/components/schemas/Job"),
+            headers(("Location" = String, description = "Where the job is"))),
+        (status = "4XX", description = "Refused: 400, 413, 415, 422, or 429 when too many jobs wait",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem")),
+        (status = 503, description = "Shutting down",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn submit(State(app): State<App>, upload: Upload) -> Result<Response, Problem> {
+    let job = match upload {
+        Upload::Json(body) => {
+            let request = app.jobs.compute(move || Ok(JobRequest::parse(&body)?)).await?;
+            app.jobs.submit(request.character, request.settings).await?
+        }
+        Upload::Urdf(body) => submit_bytes(&app, body, Settings::default()).await?,
+        Upload::Zip(body) => submit_bytes(&app, body, Settings::default()).await?,
+        Upload::Form(form) => {
+            let settings = form.job.as_deref().map(Settings::parse).transpose()?.unwrap_or_default();
+            submit_bytes(&app, form.character, settings).await?
+        }
+    };
+    let body = JobBody::from(job);
+    Ok((StatusCode::ACCEPTED, [(LOCATION, body.links.job.clone())], Json(body)).into_response())
+}
+
+async fn submit_bytes(app: &App, body: Bytes, settings: Settings) -> Result<Job, ServiceError> {
+    app.jobs.submit_bytes(body.into(), None, "", settings).await
+}
+
+/// Lists jobs, the newest first.
+#[utoipa::path(
+    get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs",
+    params(
+        ("limit" = Option<u32>, Query, description = "Jobs of a page, 1 to 200; 20 if left out"),
+        ("after" = Option<String>, Query, description = "Only jobs older than the one with this id"),
+        ("state" = Option<String>, Query,
+            description = "Only jobs in this state: queued, running, succeeded, failed, cancelled")),
+    responses(
+        (status = 200, description = "A page of jobs", body = ref("#/components/schemas/Jobs")),
+        (status = 400, description = "A query that cannot be read",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn list(
+    State(app): State<App>,
+    Query(selection): Query<Selection>,
+) -> Result<Json<JobsBody>, Problem> {
+    let limit = selection.limit.unwrap_or(PAGE);
+    if !(1..=LONGEST_PAGE).contains(&limit) {
+        let detail = format!("limit: must lie between 1 and {LONGEST_PAGE}");
+        return Err(Problem::new(StatusCode::BAD_REQUEST, detail));
+    }
+    // One more than asked for tells whether there is a next page.
+    let mut jobs = app.jobs.list(selection.state, selection.after, limit + 1).await?;
+    let more = jobs.len() > limit as usize;
+    jobs.truncate(limit as usize);
+    let next = jobs.last().filter(|_| more).map(|last| {
+        let state = selection.state.map(|state| format!("&state={}", state.name())).unwrap_or_default();
+        format!("/v1/jobs?limit={limit}&after={}{state}", last.id)
+    });
+    let jobs = jobs.into_iter().map(JobBody::from).collect();
+    Ok(Json(JobsBody { format: "gaitwright/jobs@1", jobs, next }))
+}
+
+/// Shows a job.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}", operation_id = "show_job", tag = "jobs",
+    params(("id" = String, Path, description = "The job's id")),
+    responses(
+        (status = 200, description = "The job", body = ref("#/components/schemas/Job")),
+        (status = 404, description = "No such job",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<JobBody>, Problem> {
+    Ok(Json(app.jobs.job(id).await?.into()))
+}
+
+/// Cancels a job that waits or runs; deletes one that has ended.
+#[utoipa::path(
+    delete, path = "/v1/jobs/{id}", operation_id = "remove_job", tag = "jobs",
+    params(("id" = String, Path, description = "The job's id")),
+    responses(
+        (status = 202, description = "The job is cancelled, or will be within a second",
+            body = ref("#/components/schemas/Job")),
+        (status = 204, description = "The job and its files are deleted"),
+        (status = 404, description = "No such job",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn remove(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, Problem> {
+    Ok(match app.jobs.remove(id).await? {
+        Some(job) => (StatusCode::ACCEPTED, Json(JobBody::from(job))).into_response(),
+        None => StatusCode::NO_CONTENT.into_response(),
+    })
+}

@@ -1,0 +1,90 @@
+//! The description of the REST interface (OpenAPI 3.1).
+//!
+//! Paths stand at their handlers, schemas come from the types of the documents.
+
+use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, SchemaGenerator};
+use serde_json::{Map, Value, json};
+use utoipa::OpenApi;
+
+use super::{characters, events, jobs, problem, results, simulations, status};
+use crate::export::Curve;
+use crate::gait::GaitReport;
+use crate::jobs::{JobRequest, Report};
+use crate::motion::Motion;
+use crate::scenario::{Line, Scenario};
+
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "gaitwright",
+        description = "Learns physically valid motion for any articulated character. JSON everywhere: SI units, \
+            radians, seconds, quaternions [w, x, y, z], right-handed, z up. Errors are problem documents (RFC 9457)."
+    ),
+    paths(
+        jobs::submit, jobs::list, jobs::show, jobs::remove, events::events,
+        results::recording, results::motion, results::gait, results::diagram, results::curve, results::report,
+        characters::add, characters::show, characters::character_schema,
+        simulations::simulate,
+        status::alive, status::ready, status::metrics, status::openapi,
+    ),
+    tags(
+        (name = "jobs", description = "Learning as a job"),
+        (name = "results", description = "What a job leaves behind"),
+        (name = "characters", description = "What was understood of a character"),
+        (name = "simulations", description = "One simulation"),
+        (name = "service", description = "How the service itself is"),
+    ))]
+struct Paths;
+
+/// The description, with the schema of every document in it.
+///
+/// # Errors
+///
+/// When it cannot be put as JSON.
+pub(super) fn description() -> Result<Value, serde_json::Error> {
+    let mut description = serde_json::to_value(Paths::openapi())?;
+    description["jsonSchemaDialect"] = json!("https://json-schema.org/draft/2020-12/schema");
+    description["components"] = json!({ "schemas": schemas() });
+    Ok(description)
+}
+
+fn schemas() -> Map<String, Value> {
+    // A document that goes both ways is described as a request may bring it.
+    let settings = SchemaSettings::draft2020_12().for_deserialize().with(|settings| {
+        settings.definitions_path = "/components/schemas".into();
+        settings.meta_schema = None;
+    });
+    let mut generator = settings.into_generator();
+    add::<JobRequest>(&mut generator);
+    add::<jobs::JobBody>(&mut generator);
+    add::<jobs::JobsBody>(&mut generator);
+    add::<Curve>(&mut generator);
+    add::<GaitReport>(&mut generator);
+    add::<Motion>(&mut generator);
+    add::<Report>(&mut generator);
+    add::<characters::CharacterBody>(&mut generator);
+    add::<Scenario>(&mut generator);
+    add::<Line>(&mut generator);
+    add::<problem::Problem>(&mut generator);
+    let mut schemas = generator.take_definitions(true);
+    let file = json!({ "type": "string", "contentMediaType": "application/octet-stream",
+        "description": "A URDF, a character document, or a zip of a URDF with its meshes" });
+    let forms = json!({
+        "AnyObject": { "type": "object" },
+        "CharacterDocument": { "type": "object", "description": "See /v1/schemas/character" },
+        "CharacterForm": { "type": "object", "required": ["character"], "properties": { "character": file } },
+        "JobForm": { "type": "object", "required": ["character"], "properties": {
+            "character": file,
+            "job": { "type": "string", "contentMediaType": "application/json",
+                "description": "A job document without its character" } } },
+    });
+    if let Value::Object(forms) = forms {
+        schemas.extend(forms);
+    }
+    schemas
+}
+
+fn add<T: JsonSchema>(generator: &mut SchemaGenerator) {
+    generator.subschema_for::<T>();
+}

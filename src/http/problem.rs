@@ -1,0 +1,225 @@
+//! Errors as problem documents (RFC 9457): the one place where anything that went wrong becomes an
+//! answer.
+
+use axum::body::Body;
+use axum::extract::Request;
+use axum::extract::multipart::{MultipartError, MultipartRejection};
+use axum::extract::rejection::{BytesRejection, PathRejection, QueryRejection};
+use axum::http::header::{CONTENT_TYPE, HeaderValue, RETRY_AFTER};
+use axum::http::{HeaderMap, StatusCode};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use crate::fault::{Fault, InputError};
+use crate::jobs::ServiceError;
+
+/// The media type of problem documents.
+const PROBLEM_JSON: &str = "application/problem+json";
+
+/// When a client may try again that met a full queue, s.
+const QUEUE_PAUSE: u32 = 10;
+
+/// When a client may try again that met a service about to end, s.
+const RESTART_PAUSE: u32 = 5;
+
+/// A problem document.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Problem {
+    /// Kind of the problem: `urn:gaitwright:input` for a faulty input, `about:blank` when the status
+    /// says it all.
+    #[serde(rename = "type")]
+    kind: &'static str,
+    /// The kind in words.
+    title: &'static str,
+    /// The HTTP status.
+    status: u16,
+    /// What went wrong this time.
+    detail: String,
+    /// Where the first fault of an input is: a JSON pointer, or line and element of a URDF.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pointer: Option<String>,
+    /// Every fault of an input.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    errors: Vec<FaultBody>,
+    /// s.
+    #[serde(skip)]
+    retry_after: Option<u32>,
+}
+
+/// A fault of an input.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+struct FaultBody {
+    /// Where: a JSON pointer, or line and element of a URDF; empty for the whole input.
+    pointer: String,
+    /// What is wrong there.
+    detail: String,
+}
+
+impl Problem {
+    /// A problem of which the status says everything but the detail.
+    pub(super) fn new(status: StatusCode, detail: impl Into<String>) -> Self {
+        Self {
+            kind: "about:blank",
+            title: status.canonical_reason().unwrap_or("error"),
+            status: status.as_u16(),
+            detail: detail.into(),
+            pointer: None,
+            errors: Vec::new(),
+            retry_after: None,
+        }
+    }
+
+    /// There is no such thing.
+    pub(super) fn not_found(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::NOT_FOUND, detail)
+    }
+
+    /// The thing is not in the state that the request needs.
+    pub(super) fn conflict(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::CONFLICT, detail)
+    }
+
+    /// The body is of a kind that cannot be read.
+    pub(super) fn unsupported(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, detail)
+    }
+
+    /// As much is going on as may go on at once.
+    pub(super) fn busy(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::TOO_MANY_REQUESTS, detail).retry_after(QUEUE_PAUSE)
+    }
+
+    /// Something went wrong that is not the client's doing. What, goes to the log alone.
+    fn internal(error: &dyn std::fmt::Display) -> Self {
+        tracing::error!(%error, "a request could not be answered");
+        Self::new(StatusCode::INTERNAL_SERVER_ERROR, "the request could not be answered; the log says why")
+    }
+
+    fn retry_after(mut self, pause: u32) -> Self {
+        self.retry_after = Some(pause);
+        self
+    }
+
+    fn status(&self) -> StatusCode {
+        StatusCode::from_u16(self.status).unwrap_or(StatusCode::INTERNAL_SERVER_ERROR)
+    }
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        let body = serde_json::to_vec(&self).unwrap_or_default();
+        let mut response = (self.status(), [(CONTENT_TYPE, PROBLEM_JSON)], body).into_response();
+        if let Some(pause) = self.retry_after {
+            response.headers_mut().insert(RETRY_AFTER, HeaderValue::from(pause));
+        }
+        response
+    }
+}
+
+impl From<InputError> for Problem {
+    fn from(error: InputError) -> Self {
+        let (status, title) = match &error {
+            InputError::Malformed(_) => (StatusCode::BAD_REQUEST, "The input cannot be parsed"),
+            InputError::TooLarge(_) => (StatusCode::PAYLOAD_TOO_LARGE, "The input is too large"),
+            InputError::Impossible(_) => (StatusCode::UNPROCESSABLE_ENTITY, "The input is impossible"),
+        };
+        let faults = error.faults();
+        let body = |fault: &Fault| FaultBody { pointer: fault.pointer.clone(), detail: fault.reason.clone() };
+        Self {
+            kind: "urn:gaitwright:input",
+            title,
+            status: status.as_u16(),
+            detail: error.to_string(),
+            pointer: faults.first().map(|fault| fault.pointer.clone()),
+            errors: faults.iter().map(body).collect(),
+            retry_after: None,
+        }
+    }
+}
+
+impl From<ServiceError> for Problem {
+    fn from(error: ServiceError) -> Self {
+        match error {
+            ServiceError::Input(error) => error.into(),
+            ServiceError::Unknown(_) => Self::not_found(error.to_string()),
+            ServiceError::Full(_) => Self::busy(error.to_string()),
+            ServiceError::ShuttingDown => {
+                Self::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string()).retry_after(RESTART_PAUSE)
+            }
+            ServiceError::Store(_) | ServiceError::File(_) | ServiceError::Broken(_) => {
+                Self::internal(&error)
+            }
+        }
+    }
+}
+
+impl From<PathRejection> for Problem {
+    fn from(rejection: PathRejection) -> Self {
+        // A path that does not parse names nothing.
+        Self::not_found(rejection.body_text())
+    }
+}
+
+impl From<QueryRejection> for Problem {
+    fn from(rejection: QueryRejection) -> Self {
+        Self::new(rejection.status(), rejection.body_text())
+    }
+}
+
+impl From<BytesRejection> for Problem {
+    fn from(rejection: BytesRejection) -> Self {
+        Self::new(rejection.status(), rejection.body_text())
+    }
+}
+
+impl From<MultipartRejection> for Problem {
+    fn from(rejection: MultipartRejection) -> Self {
+        Self::new(rejection.status(), rejection.body_text())
+    }
+}
+
+impl From<MultipartError> for Problem {
+    fn from(error: MultipartError) -> Self {
+        Self::new(error.status(), error.body_text())
+    }
+}
+
+/// Turns errors that are no problem documents yet (unknown routes and methods, requests that took too
+/// long, ranges that cannot be served) into such.
+pub(super) async fn everywhere(request: Request, next: Next) -> Response {
+    let place = format!("{} {}", request.method(), request.uri().path());
+    let response = next.run(request).await;
+    let status = response.status();
+    let is_error = status.is_client_error() || status.is_server_error();
+    if !is_error || media_type(response.headers()) == Some(PROBLEM_JSON) {
+        return response;
+    }
+    let detail = match status {
+        StatusCode::NOT_FOUND => format!("there is nothing at {place}"),
+        StatusCode::METHOD_NOT_ALLOWED => format!("{place} is not offered; see the header Allow"),
+        StatusCode::FORBIDDEN => "the request comes from another site".to_owned(),
+        _ => format!("{place} could not be answered"),
+    };
+    let (old, _) = response.into_parts();
+    let mut problem = Problem::new(status, detail).into_response();
+    for (name, value) in &old.headers {
+        if name != CONTENT_TYPE && name != axum::http::header::CONTENT_LENGTH {
+            problem.headers_mut().insert(name, value.clone());
+        }
+    }
+    problem
+}
+
+/// The answer to a request whose handler panicked.
+pub(super) fn of_panic(panic: Box<dyn std::any::Any + Send>) -> Response<Body> {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no reason given");
+    Problem::internal(&text).into_response()
+}
+
+/// The media type of a message, without its parameters.
+pub(super) fn media_type(headers: &HeaderMap) -> Option<&str> {
+    Some(headers.get(CONTENT_TYPE)?.to_str().ok()?.split(';').next()?.trim())
+}

@@ -1,0 +1,234 @@
+//! What a job leaves behind: recording, motion, gait, curve, report.
+
+use std::io::SeekFrom;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::Json;
+use axum::body::{Body, Bytes};
+use axum::extract::{Request, State};
+use axum::http::header::{ACCEPT, ACCEPT_RANGES, CACHE_CONTROL, CONTENT_TYPE};
+use axum::http::{HeaderMap, HeaderValue, Method};
+use axum::response::{IntoResponse, Response};
+use tokio::fs::File;
+use tokio::io::{AsyncReadExt, AsyncSeekExt};
+use tokio::sync::mpsc;
+use tokio_stream::wrappers::ReceiverStream;
+use tokio_util::sync::CancellationToken;
+use tower::ServiceExt;
+use tower_http::services::ServeFile;
+use uuid::Uuid;
+
+use super::App;
+use super::extract::Path;
+use super::problem::Problem;
+use crate::export::Curve;
+use crate::jobs::{Artefact, Job, Live, State as JobState};
+
+/// How often a growing recording is looked at for more.
+const LOOK_EVERY: Duration = Duration::from_millis(200);
+
+/// Bytes of a growing recording sent at once.
+const CHUNK: usize = 64 << 10;
+
+/// The recording; while the job runs, a stream that follows it.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/recording.rrd", tag = "results",
+    params(("id" = String, Path, description = "The job's id")),
+    responses(
+        (status = 200, description = "The recording, for the Rerun viewer; while the job runs, everything \
+            recorded so far and then what is added, until the job ends",
+            content_type = "application/octet-stream", body = Vec<u8>),
+        (status = 206, description = "A range of a finished recording",
+            content_type = "application/octet-stream", body = Vec<u8>),
+        (status = "4XX", description = "404 for no such job, 409 for one that has recorded nothing, 416 for a \
+            range beyond the end",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn recording(
+    State(app): State<App>,
+    Path(id): Path<Uuid>,
+    request: Request,
+) -> Result<Response, Problem> {
+    let job = app.jobs.job(id).await?;
+    let path = app.jobs.artefact(id, Artefact::Recording);
+    if job.state == JobState::Running
+        && let Some(live) = app.jobs.live(id).await
+    {
+        return Ok(growing(&request, path, live, app.jobs.shutdown().clone()));
+    }
+    if !tokio::fs::try_exists(&path).await.unwrap_or(false) {
+        return Err(not_ready(&job, "recording"));
+    }
+    match ServeFile::new(path).oneshot(request).await {
+        Ok(mut response) => {
+            response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+            Ok(response.into_response())
+        }
+        Err(never) => match never {},
+    }
+}
+
+/// The motion document.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/motion", tag = "results",
+    params(("id" = String, Path, description = "The job's id")),
+    responses(
+        (status = 200, description = "The motion", body = ref("#/components/schemas/Motion")),
+        (status = "4XX", description = "404 for no such job, 409 for one without a motion (yet)",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn motion(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, Problem> {
+    published(&app, id, Artefact::Motion, "application/json").await
+}
+
+/// The gait report.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/gait", tag = "results",
+    params(("id" = String, Path, description = "The job's id")),
+    responses(
+        (status = 200, description = "The gait report", body = ref("#/components/schemas/GaitReport")),
+        (status = "4XX", description = "404 for no such job, 409 for one without a motion (yet)",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn gait(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, Problem> {
+    published(&app, id, Artefact::Gait, "application/json").await
+}
+
+/// The gait diagram.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/gait.svg", tag = "results",
+    params(("id" = String, Path, description = "The job's id")),
+    responses(
+        (status = 200, description = "The gait diagram", content_type = "image/svg+xml", body = String),
+        (status = "4XX", description = "404 for no such job, 409 for one without a motion (yet)",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn diagram(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, Problem> {
+    published(&app, id, Artefact::Diagram, "image/svg+xml").await
+}
+
+/// Everything about a job and what came of it.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/report", tag = "results",
+    params(("id" = String, Path, description = "The job's id")),
+    responses(
+        (status = 200, description = "The report", body = ref("#/components/schemas/Report")),
+        (status = "4XX", description = "404 for no such job, 409 for one without results (yet)",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn report(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, Problem> {
+    published(&app, id, Artefact::Report, "application/json").await
+}
+
+/// The learning curve so far.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/curve", tag = "results",
+    params(("id" = String, Path, description = "The job's id")),
+    responses(
+        (status = 200, description = "The curve, as JSON or CSV by the header Accept", content(
+            (ref("#/components/schemas/Curve") = "application/json"), (String = "text/csv"))),
+        (status = 404, description = "No such job",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn curve(
+    State(app): State<App>,
+    Path(id): Path<Uuid>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    app.jobs.job(id).await?;
+    let curve = Curve::new(&app.jobs.curve(id).await?);
+    Ok(if prefers_csv(&headers) {
+        ([(CONTENT_TYPE, "text/csv; charset=utf-8")], curve.to_csv()).into_response()
+    } else {
+        Json(curve).into_response()
+    })
+}
+
+/// A file that appears whole when the job has ended.
+async fn published(
+    app: &App,
+    id: Uuid,
+    artefact: Artefact,
+    media_type: &'static str,
+) -> Result<Response, Problem> {
+    let job = app.jobs.job(id).await?;
+    match tokio::fs::read(app.jobs.artefact(id, artefact)).await {
+        Ok(contents) => Ok(([(CONTENT_TYPE, media_type)], contents).into_response()),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            Err(not_ready(&job, artefact.file_name()))
+        }
+        Err(error) => Err(crate::jobs::ServiceError::from(error).into()),
+    }
+}
+
+fn not_ready(job: &Job, what: &str) -> Problem {
+    let why = match &job.error {
+        Some(error) => format!(": {error}"),
+        None => String::new(),
+    };
+    Problem::conflict(format!("the job is {}{why}; there is no {what}", job.state.name()))
+}
+
+/// Whether `text/csv` stands in Accept before anything that JSON satisfies.
+fn prefers_csv(headers: &HeaderMap) -> bool {
+    let accepted = headers.get(ACCEPT).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    let mut kinds = accepted.split(',').filter_map(|kind| kind.split(';').next()).map(str::trim);
+    kinds.find(|kind| ["text/csv", "application/json", "application/*", "*/*"].contains(kind))
+        == Some("text/csv")
+}
+
+/// Answers with a file that grows until its job is over.
+fn growing(request: &Request, path: PathBuf, live: Arc<Live>, shutdown: CancellationToken) -> Response {
+    let body = if request.method() == Method::HEAD {
+        Body::empty()
+    } else {
+        let (sender, receiver) = mpsc::channel(4);
+        tokio::spawn(async move {
+            // The status has been sent; an end before the job's is all that can still be told.
+            if let Err(error) = follow(path, live, shutdown, &sender).await {
+                let _ = sender.send(Err(error)).await;
+            }
+        });
+        Body::from_stream(ReceiverStream::new(receiver))
+    };
+    ([(CONTENT_TYPE, "application/octet-stream"), (ACCEPT_RANGES, "none")], body).into_response()
+}
+
+async fn follow(
+    path: PathBuf,
+    live: Arc<Live>,
+    shutdown: CancellationToken,
+    sender: &mpsc::Sender<std::io::Result<Bytes>>,
+) -> std::io::Result<()> {
+    let mut moment = live.watch();
+    let (mut file, mut at) = (None, 0);
+    loop {
+        // Looked at before the file is: whatever was written before the end is read after it.
+        let over = moment.borrow_and_update().over;
+        if file.is_none() {
+            file = match File::open(&path).await {
+                Ok(file) => Some(file),
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
+                Err(error) => return Err(error),
+            };
+        }
+        if let Some(file) = &mut file {
+            file.seek(SeekFrom::Start(at)).await?;
+            loop {
+                let mut chunk = Vec::with_capacity(CHUNK);
+                let read = file.take(CHUNK as u64).read_to_end(&mut chunk).await?;
+                if read == 0 {
+                    break;
+                }
+                at += read as u64;
+                if sender.send(Ok(chunk.into())).await.is_err() {
+                    return Ok(());
+                }
+            }
+        }
+        if over {
+            return Ok(());
+        }
+        tokio::select! {
+            () = tokio::time::sleep(LOOK_EVERY) => {}
+            () = sender.closed() => return Ok(()),
+            () = shutdown.cancelled() => return Ok(()),
+        }
+    }
+}

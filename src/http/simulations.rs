@@ -1,0 +1,79 @@
+//! One simulation, as JSON lines.
+
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::body::{Body, Bytes};
+use axum::extract::State;
+use axum::http::header::CONTENT_TYPE;
+use axum::response::{IntoResponse, Response};
+use tokio::runtime::Handle;
+use tokio::sync::mpsc;
+use tokio_stream::wrappers::ReceiverStream;
+
+use super::App;
+use super::extract::JsonBody;
+use super::problem::Problem;
+use crate::fault::InputError;
+use crate::scenario::{Line, NoFiles, Prepared, Scenario};
+
+/// Most steps of a simulation over HTTP; longer ones are for the command line.
+const MOST_STEPS: u64 = 1_000_000;
+
+/// Lines that may wait for their reader.
+const WAITING: usize = 64;
+
+/// How long a reader may leave the lines waiting before the simulation is given up.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Runs one simulation.
+///
+/// Answers with JSON lines, one a sample, the last a summary that says how it ended.
+#[utoipa::path(
+    post, path = "/v1/simulations", tag = "simulations",
+    request_body(description = "A scenario whose character and motion are inline",
+        content = ref("#/components/schemas/Scenario")),
+    responses(
+        (status = 200, description = "One line a sample, then a summary", content_type = "application/jsonl",
+            body = ref("#/components/schemas/Line")),
+        (status = "4XX", description = "Refused: 400, 413, 415, 422 also for more than 1,000,000 steps, or 429 when too many run",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn simulate(State(app): State<App>, JsonBody(body): JsonBody) -> Result<Response, Problem> {
+    let permit = Arc::clone(&app.simulations).try_acquire_owned();
+    let permit = permit.map_err(|_| Problem::busy("as many simulations run as may run at once"))?;
+    let prepared = app.jobs.compute(move || Ok(prepare(&body)?)).await?;
+    let (sender, receiver) = mpsc::channel(WAITING);
+    let (shutdown, runtime) = (app.jobs.shutdown().clone(), Handle::current());
+    tokio::task::spawn_blocking(move || {
+        let _permit = permit;
+        prepared.run(|line| !shutdown.is_cancelled() && send(&runtime, &sender, &line))
+    });
+    let lines = Body::from_stream(ReceiverStream::new(receiver));
+    Ok(([(CONTENT_TYPE, "application/jsonl")], lines).into_response())
+}
+
+fn prepare(body: &[u8]) -> Result<Prepared, InputError> {
+    let scenario = Scenario::parse(body)?;
+    let prepared = scenario.prepare(&NoFiles)?;
+    if prepared.steps() > MOST_STEPS {
+        let reason =
+            format!("{} steps are more than the {MOST_STEPS} that are simulated here", prepared.steps());
+        return Err(InputError::impossible("/duration", reason));
+    }
+    Ok(prepared)
+}
+
+/// Sends a line to the reader; whether there still is one.
+fn send(runtime: &Handle, sender: &mpsc::Sender<Result<Bytes, Infallible>>, line: &Line) -> bool {
+    let Ok(mut text) = serde_json::to_vec(line) else { return false };
+    text.push(b'\n');
+    let text = Ok(Bytes::from(text));
+    match sender.try_send(text) {
+        Ok(()) => true,
+        Err(mpsc::error::TrySendError::Full(text)) => {
+            runtime.block_on(sender.send_timeout(text, PATIENCE)).is_ok()
+        }
+        Err(mpsc::error::TrySendError::Closed(_)) => false,
+    }
+}

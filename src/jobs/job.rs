@@ -1,0 +1,198 @@
+//! A job's record: what was asked for, how far it is, what came of it.
+
+use std::collections::BTreeMap;
+
+use jiff::Timestamp;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use uuid::Uuid;
+
+use super::request::{FORMAT, Settings};
+use crate::learn::{Ended, Generation, Learning};
+use crate::motion::Metrics;
+use crate::scene::{Decision, Effect};
+
+/// Where a job stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    /// Waits for a worker.
+    Queued,
+    /// Is being worked at.
+    Running,
+    /// Ended with a motion.
+    Succeeded,
+    /// Ended without one.
+    Failed,
+    /// Ended because it was asked to.
+    Cancelled,
+}
+
+impl State {
+    /// Every state, in the order of a job's life.
+    pub const ALL: [Self; 5] = [Self::Queued, Self::Running, Self::Succeeded, Self::Failed, Self::Cancelled];
+
+    /// The word used in documents.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Queued => "queued",
+            Self::Running => "running",
+            Self::Succeeded => "succeeded",
+            Self::Failed => "failed",
+            Self::Cancelled => "cancelled",
+        }
+    }
+
+    /// Whether nothing more happens to the job by itself.
+    pub fn is_final(self) -> bool {
+        matches!(self, Self::Succeeded | Self::Failed | Self::Cancelled)
+    }
+}
+
+/// What a running job is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// Finds how the character stands.
+    Standing,
+    /// Learns.
+    Learning,
+    /// Plays what was learned for a long stretch and writes the results.
+    Checking,
+}
+
+/// A job, as stored and as shown. Its learning curve is kept apart.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Job {
+    /// `gaitwright/job@1`.
+    pub format: String,
+    /// Ordered by time of creation (UUID version 7).
+    #[schemars(with = "String")]
+    pub id: Uuid,
+    /// Where it stands.
+    pub state: State,
+    /// What a running job is doing.
+    pub stage: Option<Stage>,
+    /// Name and digest of the character.
+    pub character: CharacterName,
+    /// What was asked for; once the job runs, with the values used in place of those left open.
+    #[serde(flatten)]
+    pub settings: Settings,
+    /// How far it is.
+    pub progress: Progress,
+    /// Fitness of the best behaviour so far, m/s along the task's direction less its costs.
+    pub best_fitness: Option<f64>,
+    /// Share of the transitions that came from the cache, 0 to 1.
+    pub cache_hit_rate: Option<f64>,
+    /// Every effect, whether it is simulated, and why; known once the job runs.
+    pub effects: BTreeMap<Effect, Decision>,
+    /// When things happened and what they took.
+    pub timings: Timings,
+    /// Why the learning stopped.
+    pub ended_by: Option<Ended>,
+    /// Figures of the motion found, from the continuous check.
+    pub metrics: Option<Metrics>,
+    /// Why the job failed.
+    pub error: Option<String>,
+}
+
+/// Which character a job is about.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct CharacterName {
+    /// Its name, as its author wrote it.
+    pub name: String,
+    /// `sha256:…` of the bytes it was read from.
+    pub digest: String,
+}
+
+/// How far a job is.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Progress {
+    /// Share of the learning's budget used so far, 0 to 1.
+    pub fraction: f64,
+    /// Generations evaluated.
+    pub generations: u32,
+    /// Simulated seconds.
+    pub simulated_seconds: f64,
+    /// Simulated seconds saved by the cache.
+    pub saved_seconds: f64,
+}
+
+/// When things happened, and what they took.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Timings {
+    /// When it was posted.
+    #[schemars(with = "String")]
+    pub created: Timestamp,
+    /// When a worker took it up, the last time.
+    #[schemars(with = "Option<String>")]
+    pub started: Option<Timestamp>,
+    /// When it ended.
+    #[schemars(with = "Option<String>")]
+    pub ended: Option<Timestamp>,
+    /// s of the wall clock spent finding the standing pose.
+    pub standing_seconds: Option<f64>,
+    /// s of the wall clock spent learning since it was last taken up.
+    pub learning_seconds: Option<f64>,
+    /// s of the wall clock spent checking and writing the results.
+    pub checking_seconds: Option<f64>,
+}
+
+impl Job {
+    /// A job that waits for a worker.
+    pub fn queued(character: CharacterName, settings: Settings) -> Self {
+        Self {
+            format: FORMAT.to_owned(),
+            id: Uuid::now_v7(),
+            state: State::Queued,
+            stage: None,
+            character,
+            settings,
+            progress: Progress::default(),
+            best_fitness: None,
+            cache_hit_rate: None,
+            effects: BTreeMap::new(),
+            timings: Timings {
+                created: Timestamp::now(),
+                started: None,
+                ended: None,
+                standing_seconds: None,
+                learning_seconds: None,
+                checking_seconds: None,
+            },
+            ended_by: None,
+            metrics: None,
+            error: None,
+        }
+    }
+
+    /// Takes in the figures of a generation.
+    pub fn advance(&mut self, figures: &Generation) {
+        self.progress = Progress {
+            fraction: fraction(&self.settings.learning, figures),
+            generations: figures.generation + 1,
+            simulated_seconds: figures.simulated_seconds,
+            saved_seconds: figures.saved_seconds,
+        };
+        self.best_fitness = Some(figures.best);
+        self.cache_hit_rate = Some(figures.cache_hit_rate);
+        self.timings.learning_seconds = Some(figures.elapsed);
+    }
+
+    /// Ends the job.
+    pub fn end(&mut self, state: State) {
+        self.state = state;
+        self.stage = None;
+        self.timings.ended = Some(Timestamp::now());
+        if state == State::Succeeded {
+            self.progress.fraction = 1.0;
+        }
+    }
+}
+
+/// Share of a learner's budget, of generations or of time, that is used up after a generation, 0 to 1.
+pub fn fraction(budget: &Learning, figures: &Generation) -> f64 {
+    let generations = budget.generations.map(|all| f64::from(figures.generation + 1) / f64::from(all.max(1)));
+    let seconds = budget.seconds.map(|all| figures.elapsed / all);
+    generations.into_iter().chain(seconds).fold(0.0, f64::max).clamp(0.0, 1.0)
+}

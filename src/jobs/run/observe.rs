@@ -1,0 +1,86 @@
+//! What a run shows of its learning while it learns.
+
+use std::path::Path;
+
+use super::publish::{RECORDED, introduction};
+use super::{Order, Prepared, RunError, Watcher};
+use crate::export::{Recording, RecordingError, Subject};
+use crate::jobs::files::Artefact;
+use crate::learn::{Behaviour, Cancel, Checkpoint, Generation, Observer};
+
+/// How long each new best behaviour is recorded after it has entered its loop, s.
+const SHOWN: f64 = 3.0;
+
+/// Writes what a learner does into the recording, and passes it on.
+pub(super) struct Recorder<'a> {
+    recording: Recording,
+    prepared: &'a Prepared,
+    cancel: &'a Cancel,
+    watcher: &'a mut dyn Watcher,
+    /// The first thing that could not be recorded; the learning is called off then.
+    failure: Option<RunError>,
+}
+
+impl<'a> Recorder<'a> {
+    /// Starts the recording in `folder` with the learning curve of an earlier run of the same job.
+    pub(super) fn create(
+        folder: &Path,
+        order: &Order,
+        prepared: &'a Prepared,
+        past: &[Generation],
+        cancel: &'a Cancel,
+        watcher: &'a mut dyn Watcher,
+    ) -> Result<Self, RecordingError> {
+        let character = &order.reading.character;
+        let subject = Subject {
+            id: &format!("{}/{}", character.digest, prepared.setup.seed),
+            title: &character.name,
+            character,
+            joints: &prepared.setup.model.joint_names,
+            ground: prepared.setup.scene.ground,
+        };
+        let mut recording = Recording::create(&Artefact::Recording.path(folder), subject)?;
+        recording.job(&introduction(order, prepared))?;
+        for figures in past {
+            recording.generation(figures)?;
+        }
+        Ok(Self { recording, prepared, cancel, watcher, failure: None })
+    }
+
+    /// The recording, to which more may be added.
+    pub(super) fn finish(self) -> Result<Recording, RunError> {
+        match self.failure {
+            None => Ok(self.recording),
+            Some(error) => Err(error),
+        }
+    }
+
+    fn keep(&mut self, recorded: Result<(), RunError>) {
+        if let Err(error) = recorded {
+            self.cancel.cancel();
+            self.failure.get_or_insert(error);
+        }
+    }
+}
+
+impl Observer for Recorder<'_> {
+    fn generation(&mut self, figures: &Generation) {
+        let recorded = self.recording.generation(figures);
+        self.keep(recorded.map_err(RunError::from));
+        self.watcher.generation(figures);
+    }
+
+    fn improved(&mut self, best: &Behaviour) {
+        let player = self.prepared.player(best);
+        let seconds = player.lead() + SHOWN;
+        let played = self.prepared.act(&player).play(seconds, RECORDED, &|| self.cancel.is_cancelled());
+        let recorded = played
+            .map_err(RunError::from)
+            .and_then(|trace| Ok(self.recording.motion(best.generation, &trace)?));
+        self.keep(recorded);
+    }
+
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+        self.watcher.checkpoint(checkpoint);
+    }
+}

@@ -1,0 +1,220 @@
+//! What a run leaves behind when it has learned: motion, gait, curve, report, the end of the recording.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+use std::time::Instant;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::perform::Checked;
+use super::{Order, Outcome, Prepared, RunError};
+use crate::character::Note;
+use crate::export::{Curve, Performance, Recording, gait_diagram, motion};
+use crate::gait::GaitReport;
+use crate::jobs::check::{Standing, standing};
+use crate::jobs::files::Artefact;
+use crate::jobs::job::CharacterName;
+use crate::jobs::request::Settings;
+use crate::learn::{Behaviour, Cancel, Ended, Learned};
+use crate::motion::{Metrics, Motion, Provenance};
+use crate::playback::Trace;
+use crate::scene::{Decision, Effect};
+
+/// The format of a report.
+const FORMAT: &str = "gaitwright/report@1";
+
+/// Time between two samples of a recorded motion, s.
+pub(super) const RECORDED: f64 = 0.02;
+
+/// Everything about a job and what came of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Report {
+    /// `gaitwright/report@1`.
+    pub format: String,
+    /// Version of the program.
+    pub version: String,
+    /// Name and digest of the character.
+    pub character: CharacterName,
+    /// Everything repaired, approximated or ignored in the character.
+    pub notes: Vec<Note>,
+    /// How the character stands.
+    pub standing: Standing,
+    /// What was asked for, with the values used in place of those left open.
+    #[serde(flatten)]
+    pub settings: Settings,
+    /// Every effect, whether it was simulated, and why.
+    pub effects: BTreeMap<Effect, Decision>,
+    /// Why the learning stopped.
+    pub ended_by: Ended,
+    /// Whether the same job gives the same motion again: not when the clock or somebody ended it.
+    pub reproducible: bool,
+    /// Generations evaluated.
+    pub generations: u32,
+    /// Fitness of the published behaviour, m/s along the task's direction less its costs.
+    pub fitness: Option<f64>,
+    /// Simulated seconds of the learning.
+    pub simulated_seconds: f64,
+    /// Simulated seconds saved by the cache.
+    pub saved_seconds: f64,
+    /// Share of the transitions that came from the cache, 0 to 1.
+    pub cache_hit_rate: f64,
+    /// Figures of the motion found.
+    pub metrics: Option<Metrics>,
+    /// Its gait.
+    pub gait: Option<GaitReport>,
+    /// Why there is no motion.
+    pub unsuccessful: Option<String>,
+}
+
+/// Checks what was learned, and writes everything that is to be left in `folder`.
+pub(super) fn publish(
+    order: &Order,
+    prepared: &Prepared,
+    learned: &Learned,
+    mut recording: Recording,
+    folder: &Path,
+    cancel: &Cancel,
+) -> Result<Outcome, RunError> {
+    let start = Instant::now();
+    Artefact::Curve.publish(folder, Curve::new(&learned.curve).to_csv().as_bytes())?;
+    let found = match &learned.best {
+        None => {
+            Err("nothing was learned that keeps the character upright; more time or generations may help")
+        }
+        Some(behaviour) => {
+            let checked = prepared.act(&prepared.player(behaviour)).check(&|| cancel.is_cancelled())?;
+            recording.motion(behaviour.generation, &thinned(&checked.trace))?;
+            let motion = document(order, prepared, behaviour, &checked);
+            motion
+                .map(|motion| (motion, checked.gait))
+                .ok_or("the character fell before it had gone round its loop once")
+        }
+    };
+    if let Ok((motion, gait)) = &found {
+        Artefact::Motion.publish(folder, motion.to_json()?.as_bytes())?;
+        Artefact::Gait.publish(folder, &json(gait)?)?;
+        Artefact::Diagram.publish(folder, gait_diagram(gait)?.as_bytes())?;
+    }
+    let (found, unsuccessful) = match found {
+        Ok(found) => (Some(found), None),
+        Err(reason) => (None, Some(reason.to_owned())),
+    };
+    let (metrics, gait) = found.map(|(motion, gait)| (motion.metrics, gait)).unzip();
+    let report = report(order, prepared, learned, metrics.clone(), gait, unsuccessful.clone());
+    Artefact::Report.publish(folder, &json(&report)?)?;
+    recording.job(&summary(&report))?;
+    recording.finish()?;
+    let checking_seconds = start.elapsed().as_secs_f64();
+    Ok(Outcome { ended: learned.ended, metrics, unsuccessful, checking_seconds })
+}
+
+fn document(order: &Order, prepared: &Prepared, behaviour: &Behaviour, checked: &Checked) -> Option<Motion> {
+    let setup = &prepared.setup;
+    let value = |value: Result<serde_json::Value, serde_json::Error>| value.unwrap_or_default();
+    let provenance = Provenance {
+        program: env!("CARGO_PKG_NAME").to_owned(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        seed: Some(setup.seed),
+        learning: value(serde_json::to_value(&setup.learning)),
+        task: value(serde_json::to_value(&setup.task)),
+        accuracy: setup.accuracy,
+        effects: prepared.plan.decisions.clone(),
+    };
+    motion(&Performance {
+        character: &order.reading.character,
+        joints: &setup.model.joint_names,
+        standing: &setup.stance.angles,
+        behaviour,
+        trace: &checked.trace,
+        gait: &checked.gait,
+        validity: &checked.validity,
+        scene: &prepared.scene,
+        drive: &setup.stance.gains,
+        provenance: &provenance,
+    })
+}
+
+fn report(
+    order: &Order,
+    prepared: &Prepared,
+    learned: &Learned,
+    metrics: Option<Metrics>,
+    gait: Option<GaitReport>,
+    unsuccessful: Option<String>,
+) -> Report {
+    let (character, setup) = (&order.reading.character, &prepared.setup);
+    let last = learned.curve.last();
+    Report {
+        format: FORMAT.to_owned(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        character: CharacterName { name: character.name.clone(), digest: character.digest.clone() },
+        notes: order.reading.notes.clone(),
+        standing: standing(&setup.model, &setup.stance),
+        settings: Settings { learning: setup.learning.clone(), ..order.settings.clone() },
+        effects: prepared.plan.decisions.clone(),
+        ended_by: learned.ended,
+        reproducible: learned.ended == Ended::Generations,
+        generations: last.map_or(0, |figures| figures.generation + 1),
+        fitness: learned.best.as_ref().map(|behaviour| behaviour.fitness),
+        simulated_seconds: last.map_or(0.0, |figures| figures.simulated_seconds),
+        saved_seconds: last.map_or(0.0, |figures| figures.saved_seconds),
+        cache_hit_rate: last.map_or(0.0, |figures| figures.cache_hit_rate),
+        metrics,
+        gait,
+        unsuccessful,
+    }
+}
+
+/// The trace with samples as far apart as a viewer needs them.
+fn thinned(trace: &Trace) -> Trace {
+    let interval = match trace.samples.as_slice() {
+        [first, second, ..] => second.time - first.time,
+        _ => RECORDED,
+    };
+    let stride = (RECORDED / interval).round().max(1.0) as usize;
+    Trace { samples: trace.samples.iter().step_by(stride).cloned().collect(), ..trace.clone() }
+}
+
+/// What a job is about, as Markdown.
+pub(super) fn introduction(order: &Order, prepared: &Prepared) -> String {
+    let (character, setup) = (&order.reading.character, &prepared.setup);
+    let mut text = format!(
+        "# {}\n\n{:.2} kg, {} joints, seed {}, transitions of {:.0} ms\n\n| effect | | because |\n|---|---|---|\n",
+        character.name,
+        setup.model.mass,
+        setup.model.joint_count(),
+        setup.seed,
+        1000.0 * setup.learning.transition_time.unwrap_or_default(),
+    );
+    for (effect, decision) in &prepared.plan.decisions {
+        let state = if decision.on { "on" } else { "off" };
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "| {} | {state} | {} |", effect.name(), decision.because);
+    }
+    text
+}
+
+/// What came of a job, as Markdown.
+fn summary(report: &Report) -> String {
+    let mut text = format!("# {}\n\n", report.character.name);
+    let _ = match (&report.metrics, &report.unsuccessful) {
+        (Some(metrics), _) => writeln!(
+            text,
+            "**{:.2} m/s**, upright for {:.1} s, gait {}, {} generations, seed {}",
+            metrics.speed,
+            metrics.upright_seconds,
+            metrics.gait.as_deref().unwrap_or("without a name"),
+            report.generations,
+            report.settings.seed
+        ),
+        (None, Some(reason)) => writeln!(text, "{reason}"),
+        (None, None) => Ok(()),
+    };
+    text
+}
+
+fn json<T: Serialize>(document: &T) -> Result<Vec<u8>, RunError> {
+    Ok(serde_json::to_vec_pretty(document).map_err(std::io::Error::from)?)
+}

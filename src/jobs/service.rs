@@ -1,0 +1,359 @@
+//! The service's core: what clients may ask of the jobs, whoever carries the question.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use tokio::sync::{Mutex, Notify, Semaphore, watch};
+use tokio_util::sync::CancellationToken;
+use uuid::Uuid;
+
+use super::check::{Findings, check};
+use super::files::{self, Artefact};
+use super::job::{CharacterName, Job, State};
+use super::live::Live;
+use super::request::{CharacterChoice, Settings};
+use super::run::{Order, read_character};
+use super::store::{Store, StoreError};
+use crate::character::Source;
+use crate::fault::InputError;
+use crate::learn::Generation;
+use crate::scene::Scene;
+
+/// Why a question could not be answered.
+#[derive(Debug, thiserror::Error)]
+pub enum ServiceError {
+    /// The input cannot be used.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// There is no such thing.
+    #[error("there is no {0}")]
+    Unknown(String),
+    /// As many jobs wait as may wait.
+    #[error("{0} jobs are waiting already")]
+    Full(u64),
+    /// The service is about to end.
+    #[error("the service is shutting down")]
+    ShuttingDown,
+    /// The store failed.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A file could not be read or written.
+    #[error("a file failed: {0}")]
+    File(#[from] io::Error),
+    /// Computing the answer broke off.
+    #[error("computing the answer broke off: {0}")]
+    Broken(#[from] tokio::task::JoinError),
+}
+
+/// How a service is set up.
+#[derive(Debug, Clone)]
+pub struct Setting {
+    /// Folder of the store and of the jobs' files.
+    pub data: PathBuf,
+    /// Jobs worked at side by side.
+    pub workers: usize,
+    /// Jobs that may wait.
+    pub queue: u64,
+}
+
+/// The jobs of one data folder; clones share them.
+#[derive(Debug, Clone)]
+pub struct Jobs {
+    shared: Arc<Shared>,
+}
+
+#[derive(Debug)]
+pub(super) struct Shared {
+    pub(super) data: PathBuf,
+    pub(super) workers: usize,
+    pub(super) store: Store,
+    queue: u64,
+    /// Held by whoever moves a job from one state to another, so that no two do at once.
+    pub(super) running: Mutex<BTreeMap<Uuid, Arc<Live>>>,
+    /// Told of every new job.
+    pub(super) posted: Notify,
+    /// Told of every job that is taken up, put back or over.
+    pub(super) changes: watch::Sender<()>,
+    pub(super) shutdown: CancellationToken,
+    /// Short computations done for a waiting client.
+    computations: Arc<Semaphore>,
+    /// Keeps other processes out of the data folder.
+    _lock: File,
+}
+
+impl Jobs {
+    /// Opens the data folder, made if there is none. Jobs that were running when it was last left
+    /// are queued again. Everything ends when `shutdown` is cancelled.
+    ///
+    /// # Errors
+    ///
+    /// When the folder cannot be used, or another process uses it.
+    pub async fn open(setting: Setting, shutdown: CancellationToken) -> Result<Self, ServiceError> {
+        std::fs::create_dir_all(setting.data.join("jobs"))?;
+        let lock = File::create(setting.data.join("lock"))?;
+        lock.try_lock().map_err(|error| {
+            io::Error::new(
+                io::ErrorKind::ResourceBusy,
+                format!("{} is in use: {error}", setting.data.display()),
+            )
+        })?;
+        let store = Store::open(&setting.data).await?;
+        for mut job in store.jobs(Some(State::Running), None, u32::MAX).await? {
+            job.state = State::Queued;
+            job.stage = None;
+            store.update(&job, &[]).await?;
+        }
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let shared = Shared {
+            data: setting.data,
+            workers: setting.workers.max(1),
+            store,
+            queue: setting.queue,
+            running: Mutex::default(),
+            posted: Notify::new(),
+            changes: watch::Sender::default(),
+            shutdown,
+            computations: Arc::new(Semaphore::new(cores)),
+            _lock: lock,
+        };
+        Ok(Self { shared: Arc::new(shared) })
+    }
+
+    pub(super) fn shared(&self) -> &Arc<Shared> {
+        &self.shared
+    }
+
+    /// Told of every job that is taken up, put back or over.
+    pub fn changes(&self) -> watch::Receiver<()> {
+        self.shared.changes.subscribe()
+    }
+
+    /// Lets go of the store; nothing can be asked afterwards.
+    pub async fn close(&self) {
+        self.shared.store.close().await;
+    }
+
+    /// Cancelled when the service is about to end.
+    pub fn shutdown(&self) -> &CancellationToken {
+        &self.shared.shutdown
+    }
+
+    /// Whether the store answers and jobs are taken.
+    ///
+    /// # Errors
+    ///
+    /// When not, and why.
+    pub async fn ready(&self) -> Result<(), ServiceError> {
+        self.open_for_business()?;
+        Ok(self.shared.store.ping().await?)
+    }
+
+    /// Queues a job.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::Input`] with every fault of the character and of what is wanted of it;
+    /// [`ServiceError::Full`]; [`ServiceError::ShuttingDown`].
+    pub async fn submit(&self, character: CharacterChoice, settings: Settings) -> Result<Job, ServiceError> {
+        let (bytes, source, place) = match character {
+            CharacterChoice::Urdf(text) => (text.into_bytes(), Some(Source::Urdf), "/character/urdf"),
+            CharacterChoice::Json(fields) => {
+                let bytes = serde_json::to_vec(&fields).map_err(StoreError::Document)?;
+                (bytes, Some(Source::Json), "/character/json")
+            }
+            CharacterChoice::Id(id) => {
+                let bytes = self.shared.store.character(id).await?.ok_or_else(|| {
+                    InputError::impossible("/character/id", format!("there is no character {id}"))
+                })?;
+                (bytes, None, "")
+            }
+        };
+        self.submit_bytes(bytes, source, place, settings).await
+    }
+
+    /// Queues a job for the character in `bytes`; faults of a character document are named from
+    /// `place` on.
+    ///
+    /// # Errors
+    ///
+    /// As [`Jobs::submit`].
+    pub async fn submit_bytes(
+        &self,
+        bytes: Vec<u8>,
+        source: Option<Source>,
+        place: &'static str,
+        settings: Settings,
+    ) -> Result<Job, ServiceError> {
+        self.open_for_business()?;
+        let bytes = Arc::new(bytes);
+        let name = {
+            let (bytes, settings) = (Arc::clone(&bytes), settings.clone());
+            self.compute(move || {
+                let order = Order::read(&bytes, source, place, settings)?;
+                let character = &order.reading.character;
+                Ok(CharacterName { name: character.name.clone(), digest: character.digest.clone() })
+            })
+            .await?
+        };
+        let job = Job::queued(name, settings);
+        let running = self.shared.running.lock().await;
+        let waiting = self.shared.store.count(State::Queued).await?;
+        if waiting >= self.shared.queue {
+            return Err(ServiceError::Full(waiting));
+        }
+        self.shared.store.insert(&job, &bytes).await?;
+        drop(running);
+        self.shared.posted.notify_one();
+        metrics::counter!("gaitwright_jobs_posted_total").increment(1);
+        Ok(job)
+    }
+
+    /// The job called `id`.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::Unknown`].
+    pub async fn job(&self, id: Uuid) -> Result<Job, ServiceError> {
+        self.shared.store.job(id).await?.ok_or_else(|| ServiceError::Unknown(format!("job {id}")))
+    }
+
+    /// At most `limit` jobs, the newest first: those older than `after`, in the given state.
+    ///
+    /// # Errors
+    ///
+    /// When the store fails.
+    pub async fn list(
+        &self,
+        state: Option<State>,
+        after: Option<Uuid>,
+        limit: u32,
+    ) -> Result<Vec<Job>, ServiceError> {
+        Ok(self.shared.store.jobs(state, after, limit).await?)
+    }
+
+    /// Number of jobs in a state.
+    ///
+    /// # Errors
+    ///
+    /// When the store fails.
+    pub async fn count(&self, state: State) -> Result<u64, ServiceError> {
+        Ok(self.shared.store.count(state).await?)
+    }
+
+    /// Cancels a job that waits or runs, and gives it as it then is; deletes one that has ended, and
+    /// gives nothing. A running job ends within a second of this.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::Unknown`].
+    pub async fn remove(&self, id: Uuid) -> Result<Option<Job>, ServiceError> {
+        let running = self.shared.running.lock().await;
+        let mut job = self.job(id).await?;
+        match job.state {
+            State::Queued => {
+                job.end(State::Cancelled);
+                self.shared.store.update(&job, &[]).await?;
+                self.shared.changes.send_replace(());
+            }
+            State::Running => {
+                if let Some(live) = running.get(&id) {
+                    live.abandon();
+                }
+            }
+            State::Succeeded | State::Failed | State::Cancelled => {
+                self.shared.store.delete(id).await?;
+                match std::fs::remove_dir_all(self.folder(id)) {
+                    Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error.into()),
+                    _ => return Ok(None),
+                }
+            }
+        }
+        Ok(Some(job))
+    }
+
+    /// A job's learning curve so far.
+    ///
+    /// # Errors
+    ///
+    /// When the store fails.
+    pub async fn curve(&self, id: Uuid) -> Result<Vec<Generation>, ServiceError> {
+        match self.live(id).await {
+            Some(live) => Ok(live.curve_from(0)),
+            None => Ok(self.shared.store.curve(id).await?),
+        }
+    }
+
+    /// The job called `id` as it runs, when it does.
+    pub async fn live(&self, id: Uuid) -> Option<Arc<Live>> {
+        self.shared.running.lock().await.get(&id).cloned()
+    }
+
+    /// Where an artefact of the job called `id` lies, whether or not it is there yet.
+    pub fn artefact(&self, id: Uuid, artefact: Artefact) -> PathBuf {
+        artefact.path(&self.folder(id))
+    }
+
+    /// Keeps a character for later jobs, and gives its id and what was found in it.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::Input`] with every fault of the character.
+    pub async fn add_character(
+        &self,
+        bytes: Vec<u8>,
+        source: Option<Source>,
+    ) -> Result<(Uuid, Findings), ServiceError> {
+        self.open_for_business()?;
+        let bytes = Arc::new(bytes);
+        let findings = {
+            let bytes = Arc::clone(&bytes);
+            self.compute(move || {
+                let reading = read_character(&bytes, source)?;
+                Ok(check(&reading, &Scene::default()))
+            })
+            .await?
+        };
+        let id = self.shared.store.keep_character(&findings, &bytes).await?;
+        Ok((id, findings))
+    }
+
+    /// What was found in the character called `id`.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::Unknown`].
+    pub async fn findings(&self, id: Uuid) -> Result<Findings, ServiceError> {
+        self.shared.store.findings(id).await?.ok_or_else(|| ServiceError::Unknown(format!("character {id}")))
+    }
+
+    /// Runs a short computation off the asynchronous threads, as many at once as there are cores.
+    ///
+    /// # Errors
+    ///
+    /// That of the computation; [`ServiceError::Broken`] when it panics.
+    pub async fn compute<T: Send + 'static>(
+        &self,
+        computation: impl FnOnce() -> Result<T, ServiceError> + Send + 'static,
+    ) -> Result<T, ServiceError> {
+        let permit = Arc::clone(&self.shared.computations)
+            .acquire_owned()
+            .await
+            .map_err(|_| ServiceError::ShuttingDown)?;
+        tokio::task::spawn_blocking(move || {
+            let _permit = permit;
+            computation()
+        })
+        .await?
+    }
+
+    fn folder(&self, id: Uuid) -> PathBuf {
+        files::folder(&self.shared.data, id)
+    }
+
+    fn open_for_business(&self) -> Result<(), ServiceError> {
+        if self.shared.shutdown.is_cancelled() { Err(ServiceError::ShuttingDown) } else { Ok(()) }
+    }
+}

@@ -1,0 +1,270 @@
+//! Workers: threads that take jobs from the queue, one at a time.
+//!
+//! Training never runs on an asynchronous thread; a worker enters the runtime only to speak with the
+//! store, and at a bounded rate.
+
+use std::any::Any;
+use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use jiff::Timestamp;
+use tokio::runtime::Handle;
+
+use super::files::{self, Artefact};
+use super::job::{Job, Stage, State};
+use super::live::Live;
+use super::run::{Order, Outcome, Prepared, RunError, Watcher, run};
+use super::service::{Jobs, ServiceError, Shared};
+use crate::learn::{Checkpoint, Ended, Generation};
+
+/// Shortest time between two writings of a running job's record and curve.
+const RECORD_EVERY: Duration = Duration::from_millis(500);
+
+/// Shortest time between two writings of a running job's checkpoint.
+const CHECKPOINT_EVERY: Duration = Duration::from_secs(2);
+
+/// How long a worker waits after the store failed before it asks again.
+const STORE_PAUSE: Duration = Duration::from_secs(1);
+
+/// Starts the workers of `jobs`. They end when the service shuts down; a job that runs then is
+/// queued again, with a checkpoint to go on from.
+///
+/// # Errors
+///
+/// When a thread cannot be started.
+pub fn start(jobs: &Jobs, runtime: &Handle) -> io::Result<Vec<JoinHandle<()>>> {
+    let shared = jobs.shared();
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = (cores / shared.workers).max(1);
+    (0..shared.workers)
+        .map(|number| {
+            let (shared, runtime) = (Arc::clone(shared), runtime.clone());
+            std::thread::Builder::new()
+                .name(format!("job-worker-{number}"))
+                .spawn(move || Worker { shared, runtime, threads }.work())
+        })
+        .collect()
+}
+
+struct Worker {
+    shared: Arc<Shared>,
+    runtime: Handle,
+    threads: usize,
+}
+
+impl Worker {
+    fn work(&self) {
+        while !self.shared.shutdown.is_cancelled() {
+            match self.runtime.block_on(self.take()) {
+                Ok(Some((job, live))) => self.serve(job, &live),
+                Ok(None) => self.runtime.block_on(self.wait()),
+                Err(error) => {
+                    tracing::error!(%error, "no job could be taken from the queue");
+                    self.runtime.block_on(async {
+                        let _ = tokio::time::timeout(STORE_PAUSE, self.shared.shutdown.cancelled()).await;
+                    });
+                }
+            }
+        }
+        // The next worker that waits for a job is to see the end as well.
+        self.shared.posted.notify_one();
+    }
+
+    /// Waits for a new job or for the end.
+    async fn wait(&self) {
+        tokio::select! {
+            () = self.shared.posted.notified() => {}
+            () = self.shared.shutdown.cancelled() => {}
+        }
+    }
+
+    /// Takes the job that has waited longest.
+    async fn take(&self) -> Result<Option<(Job, Arc<Live>)>, ServiceError> {
+        let mut running = self.shared.running.lock().await;
+        let Some(mut job) = self.shared.store.next().await? else { return Ok(None) };
+        job.state = State::Running;
+        job.timings.started = Some(Timestamp::now());
+        self.shared.store.update(&job, &[]).await?;
+        let live = Arc::new(Live::default());
+        running.insert(job.id, Arc::clone(&live));
+        self.shared.changes.send_replace(());
+        // Whoever waits beside this worker looks for the job after this one.
+        self.shared.posted.notify_one();
+        Ok(Some((job, live)))
+    }
+
+    /// Works at a job until it ends, or the service does.
+    fn serve(&self, mut job: Job, live: &Arc<Live>) {
+        let span = tracing::info_span!("job", id = %job.id);
+        let _entered = span.enter();
+        tracing::info!(character = job.character.name, "started");
+        let stopper = {
+            let (live, shutdown) = (Arc::clone(live), self.shared.shutdown.clone());
+            self.runtime.spawn(async move {
+                shutdown.cancelled().await;
+                live.cancel().cancel();
+            })
+        };
+        let result = catch_unwind(AssertUnwindSafe(|| self.run(&mut job, live)));
+        stopper.abort();
+        match result {
+            Ok(Ok(outcome)) => self.conclude(&mut job, live, outcome),
+            Ok(Err(error)) => fail(&mut job, error.to_string()),
+            Err(panic) => fail(&mut job, format!("the program broke off: {}", message(&*panic))),
+        }
+        tracing::info!(state = job.state.name(), error = job.error, "left");
+        if job.state.is_final() {
+            metrics::counter!("gaitwright_jobs_ended_total", "state" => job.state.name()).increment(1);
+        }
+        self.runtime.block_on(async {
+            let mut running = self.shared.running.lock().await;
+            if let Err(error) = self.shared.store.update(&job, &[]).await {
+                tracing::error!(%error, "the end of the job could not be recorded");
+            }
+            running.remove(&job.id);
+        });
+        live.finish();
+        self.shared.changes.send_replace(());
+    }
+
+    fn run(&self, job: &mut Job, live: &Live) -> Result<Outcome, RunError> {
+        let folder = files::folder(&self.shared.data, job.id);
+        std::fs::create_dir_all(&folder)?;
+        let checkpoint = read_checkpoint(&folder);
+        // Generations after the checkpoint are gone through again.
+        self.runtime.block_on(self.shared.store.forget_curve(job.id))?;
+        if let Some(checkpoint) = &checkpoint {
+            self.runtime.block_on(self.shared.store.update(job, &checkpoint.curve))?;
+            live.preload(checkpoint.curve.clone());
+        }
+        let bytes = self.runtime.block_on(self.shared.store.job_character(job.id))?;
+        let order = Order::read(&bytes, None, "", job.settings.clone())?;
+        let cancel = live.cancel().clone();
+        let mut reporter = Reporter::new(self, job, live, folder.clone());
+        let outcome = run(&order, self.threads, &folder, &cancel, checkpoint, &mut reporter);
+        reporter.flush();
+        outcome
+    }
+
+    /// Writes what came of a job into its record.
+    fn conclude(&self, job: &mut Job, live: &Live, outcome: Outcome) {
+        job.ended_by = Some(outcome.ended);
+        job.timings.checking_seconds = Some(outcome.checking_seconds);
+        job.metrics = outcome.metrics;
+        if outcome.ended != Ended::Cancelled {
+            match outcome.unsuccessful {
+                None => job.end(State::Succeeded),
+                Some(reason) => fail(job, reason),
+            }
+        } else if live.is_abandoned() {
+            job.end(State::Cancelled);
+        } else {
+            job.state = State::Queued;
+            job.stage = None;
+            job.ended_by = None;
+        }
+    }
+}
+
+/// Passes on what happens in a run: at once to those who watch, at a bounded rate to the disk.
+struct Reporter<'a> {
+    worker: &'a Worker,
+    job: &'a mut Job,
+    live: &'a Live,
+    folder: PathBuf,
+    /// Points of the curve that are not in the store yet.
+    unwritten: Vec<Generation>,
+    recorded: Instant,
+    /// The newest checkpoint, unless it is on the disk.
+    checkpoint: Option<Checkpoint>,
+    kept: Instant,
+}
+
+impl<'a> Reporter<'a> {
+    fn new(worker: &'a Worker, job: &'a mut Job, live: &'a Live, folder: PathBuf) -> Self {
+        let now = Instant::now();
+        Self { worker, job, live, folder, unwritten: Vec::new(), recorded: now, checkpoint: None, kept: now }
+    }
+
+    fn record(&mut self) {
+        let written =
+            self.worker.runtime.block_on(self.worker.shared.store.update(self.job, &self.unwritten));
+        match written {
+            Ok(()) => self.unwritten.clear(),
+            // They stay unwritten, and are tried again with the next.
+            Err(error) => tracing::error!(%error, "progress could not be recorded"),
+        }
+        self.recorded = Instant::now();
+    }
+
+    fn keep(&mut self) {
+        let Some(checkpoint) = self.checkpoint.take() else { return };
+        let written = serde_json::to_vec(&checkpoint)
+            .map_err(io::Error::from)
+            .and_then(|bytes| Artefact::Checkpoint.publish(&self.folder, &bytes));
+        if let Err(error) = written {
+            tracing::error!(%error, "the checkpoint could not be written");
+        }
+        self.kept = Instant::now();
+    }
+
+    /// Writes what has not been written yet.
+    fn flush(&mut self) {
+        // The curve first: a checkpoint is never ahead of it.
+        self.record();
+        self.keep();
+    }
+}
+
+impl Watcher for Reporter<'_> {
+    fn stage(&mut self, stage: Stage) {
+        self.job.stage = Some(stage);
+        self.record();
+    }
+
+    fn prepared(&mut self, prepared: &Prepared) {
+        self.job.settings.learning = prepared.setup.learning.clone();
+        self.job.effects = prepared.plan.decisions.clone();
+        self.job.timings.standing_seconds = Some(prepared.standing_seconds);
+    }
+
+    fn generation(&mut self, figures: &Generation) {
+        self.job.advance(figures);
+        self.unwritten.push(*figures);
+        self.live.push(*figures);
+        metrics::counter!("gaitwright_generations_total").increment(1);
+        if self.recorded.elapsed() >= RECORD_EVERY {
+            self.record();
+        }
+    }
+
+    fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+        self.checkpoint = Some(checkpoint.clone());
+        if self.kept.elapsed() >= CHECKPOINT_EVERY {
+            self.flush();
+        }
+    }
+}
+
+/// The checkpoint in a job's folder, when there is one that can be read.
+fn read_checkpoint(folder: &Path) -> Option<Checkpoint> {
+    let bytes = std::fs::read(Artefact::Checkpoint.path(folder)).ok()?;
+    serde_json::from_slice(&bytes)
+        .inspect_err(|error| tracing::warn!(%error, "the checkpoint cannot be read; the job starts afresh"))
+        .ok()
+}
+
+fn fail(job: &mut Job, reason: String) {
+    job.error = Some(reason);
+    job.end(State::Failed);
+}
+
+/// What a panic said.
+fn message(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no reason given")
+}

@@ -1,0 +1,117 @@
+//! The transition cache: what was simulated once is not simulated again (the remedy that Tokizaki &
+//! Hasegawa plan in section 5).
+//!
+//! Its key is the pair of states, with the trunk's cell at the start of the transition where the trunk
+//! has cells. What it holds is therefore what the transition did the first time, from whatever
+//! physical state the character was in then; behaviours are judged without it.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::grid::GridState;
+use super::task::Terms;
+
+/// A transition by name.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Key {
+    /// State it starts from; `None` for the standing pose.
+    pub from: Option<GridState>,
+    /// State it leads to.
+    pub to: GridState,
+    /// Cell of the trunk at its start.
+    pub cell: usize,
+}
+
+/// What a transition did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tracked<S> {
+    /// The terms of its reward.
+    pub terms: Terms,
+    /// s simulated: the transition time, or less if the character fell.
+    pub seconds: f64,
+    /// The physical state after it and the trunk's cell there; `None` if the character fell or the
+    /// simulation could not go on.
+    pub after: Option<(S, usize)>,
+}
+
+/// Transitions simulated so far, shared by all individuals of a generation, and changed only between
+/// generations: what an individual finds in it does not depend on the others of its generation, nor
+/// on the number of threads.
+#[derive(Debug, Clone)]
+pub struct Cache<S> {
+    known: HashMap<Key, Arc<Tracked<S>>>,
+    capacity: usize,
+}
+
+/// Transitions an individual simulated for itself, in order.
+pub type Additions<S> = Vec<(Key, Arc<Tracked<S>>)>;
+
+impl<S> Cache<S> {
+    /// An empty one that holds at most `capacity` transitions.
+    pub fn new(capacity: usize) -> Self {
+        Self { known: HashMap::new(), capacity }
+    }
+
+    /// Number of transitions held.
+    pub fn len(&self) -> usize {
+        self.known.len()
+    }
+
+    /// Whether it holds none.
+    pub fn is_empty(&self) -> bool {
+        self.known.is_empty()
+    }
+
+    /// The transition, if it is known.
+    pub fn get(&self, key: &Key) -> Option<&Arc<Tracked<S>>> {
+        self.known.get(key)
+    }
+
+    /// Keeps what an individual added, as far as there is room; of two that did the same transition
+    /// the first merged counts.
+    pub fn merge(&mut self, additions: Additions<S>) {
+        for (key, tracked) in additions {
+            if self.known.len() >= self.capacity {
+                return;
+            }
+            self.known.entry(key).or_insert(tracked);
+        }
+    }
+
+    /// Starts afresh.
+    pub fn clear(&mut self) {
+        self.known.clear();
+    }
+}
+
+/// How much the cache was asked and how much it saved.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Account {
+    /// Transitions the Q-learners asked for.
+    pub asked: u64,
+    /// Those of them that had to be simulated.
+    pub simulated: u64,
+    /// Simulated seconds, those of the continuous trials included.
+    pub seconds: f64,
+}
+
+impl Account {
+    /// Share of the transitions asked for that were not simulated, 0 to 1.
+    pub fn hit_rate(&self) -> f64 {
+        if self.asked == 0 { 0.0 } else { (self.asked - self.simulated) as f64 / self.asked as f64 }
+    }
+
+    /// Simulated seconds saved, with transitions of `transition_time` seconds.
+    pub fn saved_seconds(&self, transition_time: f64) -> f64 {
+        (self.asked - self.simulated) as f64 * transition_time
+    }
+}
+
+impl std::ops::AddAssign for Account {
+    fn add_assign(&mut self, other: Self) {
+        self.asked += other.asked;
+        self.simulated += other.simulated;
+        self.seconds += other.seconds;
+    }
+}

@@ -1,0 +1,137 @@
+//! The genetic algorithm that chooses the next subsets: islands of individuals, bred by tournament,
+//! crossover and mutation, with the best kept.
+
+use rand::{Rng, RngExt};
+use serde::{Deserialize, Serialize};
+
+use super::chance::{Purpose, stream};
+use super::genome::Genome;
+use super::grid::Grid;
+use super::parameters::{Crossover, Learning};
+
+/// Mates drawn for a neighbouring crossover, of which the closest is taken.
+const NEIGHBOURS: usize = 5;
+/// Attempts to breed a child that is not there yet before it is drawn afresh.
+const ATTEMPTS: usize = 4;
+
+/// A subset of states and what its behaviour achieves.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Individual {
+    /// The subset.
+    pub genome: Genome,
+    /// m/s.
+    pub fitness: f64,
+}
+
+/// A population of its own.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Island {
+    /// Fittest first; empty before the first generation.
+    pub members: Vec<Individual>,
+    /// Greatest fitness that passed the continuous check here, m/s.
+    pub proven: Option<f64>,
+}
+
+impl Island {
+    /// The genomes to be evaluated in `generation`: a population drawn at random at first, then the
+    /// children that fill the places below the elite.
+    pub fn ask(
+        &self,
+        grid: &Grid,
+        learning: &Learning,
+        seed: u64,
+        generation: u32,
+        island: usize,
+    ) -> Vec<Genome> {
+        let places =
+            if self.members.is_empty() { learning.population } else { learning.population - learning.elite };
+        let mut asked: Vec<Genome> = Vec::with_capacity(places);
+        for place in 0..places {
+            let mut rng = stream(seed, Purpose::Breeding, generation, island, place);
+            let mut child = Genome::random(grid, learning.states, &mut rng);
+            if !self.members.is_empty() {
+                let bred = (0..ATTEMPTS).map(|_| self.breed(grid, learning, &mut rng));
+                let known = |genome: &Genome| {
+                    asked.contains(genome) || self.members.iter().any(|member| member.genome == *genome)
+                };
+                if let Some(new) = bred.into_iter().find(|genome| !known(genome)) {
+                    child = new;
+                }
+            }
+            asked.push(child);
+        }
+        asked
+    }
+
+    /// Takes in the evaluated children: the elite stays, the rest makes room for them.
+    pub fn tell(&mut self, children: Vec<Individual>, learning: &Learning) {
+        self.members.truncate(learning.elite);
+        self.members.extend(children);
+        self.rank();
+    }
+
+    /// Puts an individual from elsewhere in the place of the least fit, unless it is here already.
+    pub fn welcome(&mut self, guest: Individual) {
+        if self.members.iter().all(|member| member.genome != guest.genome) {
+            self.members.pop();
+            self.members.push(guest);
+            self.rank();
+        }
+    }
+
+    fn rank(&mut self) {
+        // Stable, so that equals keep the order in which they were made.
+        self.members.sort_by(|a, b| b.fitness.total_cmp(&a.fitness));
+    }
+
+    fn breed(&self, grid: &Grid, learning: &Learning, rng: &mut impl Rng) -> Genome {
+        let parent = &self.select(learning, rng).genome;
+        let mut child = if rng.random_bool(learning.crossover_rate) {
+            self.cross(parent, grid, learning, rng)
+        } else {
+            parent.clone()
+        };
+        child.mutate(grid, &learning.mutation, rng);
+        child.repair(grid, rng);
+        child
+    }
+
+    fn cross(&self, parent: &Genome, grid: &Grid, learning: &Learning, rng: &mut impl Rng) -> Genome {
+        let Crossover { uniform, limb, neighbouring } = learning.crossover;
+        let draw = rng.random_range(0.0..uniform + limb + neighbouring);
+        if draw < uniform {
+            parent.cross_uniform(&self.select(learning, rng).genome, rng)
+        } else if draw < uniform + limb {
+            parent.cross_by_limb(&self.select(learning, rng).genome, grid, rng)
+        } else {
+            let mates = (0..NEIGHBOURS).map(|_| &self.select(learning, rng).genome);
+            let others: Vec<&Genome> = mates.filter(|mate| *mate != parent).collect();
+            let apart = |mate: &&Genome| parent.distance(mate);
+            match others.into_iter().min_by(|a, b| apart(a).total_cmp(&apart(b))) {
+                Some(mate) => parent.cross_uniform(mate, rng),
+                None => parent.clone(),
+            }
+        }
+    }
+
+    /// The fittest of a few drawn at random.
+    fn select(&self, learning: &Learning, rng: &mut impl Rng) -> &Individual {
+        let draws = (0..learning.tournament).map(|_| rng.random_range(0..self.members.len()));
+        // Members are ranked: the smallest index is the fittest.
+        &self.members[draws.min().unwrap_or(0)]
+    }
+}
+
+/// Sends each island's best to the next one, all at once, around a ring.
+pub fn migrate(islands: &mut [Island]) {
+    let best: Vec<Option<Individual>> =
+        islands.iter().map(|island| island.members.first().cloned()).collect();
+    let count = islands.len();
+    for (from, guest) in best.into_iter().enumerate() {
+        if let (Some(guest), true) = (guest, count > 1) {
+            islands[(from + 1) % count].welcome(guest);
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! The search as a loop over generations, in any world.
+
+use std::time::Instant;
+
+use rayon::ThreadPool;
+use rayon::prelude::*;
+
+use super::cache::{Account, Cache};
+use super::chance::{Purpose, stream};
+use super::checkpoint::Checkpoint;
+use super::evaluation::World;
+use super::ga::{Individual, Island, migrate};
+use super::genome::Genome;
+use super::grid::Grid;
+use super::observer::{Ended, Generation, Interrupted, Observer, Stop};
+use super::parameters::Parameters;
+use super::subset::Rules;
+use super::task::Objective;
+use super::trial::{Verdict, judge};
+use super::{Behaviour, Learned, Task};
+
+/// What a search is made of; it does not change while it runs.
+#[derive(Debug, Clone)]
+pub struct Search<W> {
+    /// Where behaviours are tried.
+    pub world: W,
+    /// The division of the joints.
+    pub grid: Grid,
+    /// What the motion is for.
+    pub task: Task,
+    /// The same, ready for scoring.
+    pub objective: Objective,
+    /// The learner's parameters.
+    pub parameters: Parameters,
+    /// Where all randomness comes from.
+    pub seed: u64,
+}
+
+/// How far a search has come.
+struct Progress<S> {
+    generations: u32,
+    islands: Vec<Island>,
+    best: Option<Behaviour>,
+    curve: Vec<Generation>,
+    account: Account,
+    cache: Cache<S>,
+    started: Instant,
+    /// s spent before this run, if it was resumed.
+    spent: f64,
+}
+
+/// An individual to be judged: its island, its place there, its genome.
+type Candidate = (usize, usize, Genome);
+
+impl<W: World> Search<W> {
+    /// Runs the search on the threads of `pool`, from `resume` if given, until its budget is used up or
+    /// `stop` says so.
+    pub fn run(
+        &self,
+        pool: &ThreadPool,
+        observer: &mut dyn Observer,
+        stop: &Stop,
+        resume: Option<Checkpoint>,
+    ) -> Learned {
+        let mut progress = self.begin(resume);
+        let ended = loop {
+            if self.parameters.learning.generations.is_some_and(|most| progress.generations >= most) {
+                break Ended::Generations;
+            }
+            let candidates = self.ask(&progress);
+            match self.evaluate(pool, &progress, &candidates, stop) {
+                Ok(verdicts) => self.tell(&mut progress, candidates, verdicts, observer),
+                Err(Interrupted(reason)) => break reason,
+            }
+            if progress.generations.is_multiple_of(self.parameters.learning.cache_generations) {
+                progress.cache.clear();
+                observer.checkpoint(&self.checkpoint(&progress));
+            }
+        };
+        let Progress { best, curve, .. } = progress;
+        Learned { ended, best, curve, learning: self.parameters.learning.clone() }
+    }
+
+    fn begin(&self, resume: Option<Checkpoint>) -> Progress<W::State> {
+        let learning = &self.parameters.learning;
+        let islands = vec![Island::default(); learning.islands];
+        let mut progress = Progress {
+            generations: 0,
+            islands,
+            best: None,
+            curve: Vec::new(),
+            account: Account::default(),
+            cache: Cache::new(learning.cache_transitions),
+            started: Instant::now(),
+            spent: 0.0,
+        };
+        if let Some(checkpoint) = resume {
+            progress.generations = checkpoint.generations;
+            progress.islands = checkpoint.islands;
+            progress.best = checkpoint.best;
+            progress.curve = checkpoint.curve;
+            progress.account = checkpoint.account;
+            progress.spent = checkpoint.elapsed;
+        }
+        progress
+    }
+
+    /// The genomes of the next generation.
+    fn ask(&self, progress: &Progress<W::State>) -> Vec<Candidate> {
+        let islands = progress.islands.iter().enumerate();
+        let asked = islands.flat_map(|(index, island)| {
+            let (learning, generation) = (&self.parameters.learning, progress.generations);
+            let genomes = island.ask(&self.grid, learning, self.seed, generation, index);
+            genomes.into_iter().enumerate().map(move |(place, genome)| (index, place, genome))
+        });
+        asked.collect()
+    }
+
+    /// Judges all candidates, each for itself; the verdicts stand in the candidates' order.
+    fn evaluate(
+        &self,
+        pool: &ThreadPool,
+        progress: &Progress<W::State>,
+        candidates: &[Candidate],
+        stop: &Stop,
+    ) -> Result<Vec<Verdict<W::State>>, Interrupted> {
+        let rules =
+            Rules { grid: &self.grid, objective: &self.objective, parameters: &self.parameters, stop };
+        pool.install(|| {
+            let judged = candidates.par_iter().with_max_len(1).map_init(
+                || self.world.clone(),
+                |world, (island, place, genome)| {
+                    let generation = progress.generations;
+                    let mut rng = stream(self.seed, Purpose::Episodes, generation, *island, *place);
+                    let bar = progress.islands[*island].proven;
+                    judge(rules, world, &progress.cache, genome, (generation, bar), &mut rng)
+                },
+            );
+            judged.collect()
+        })
+    }
+
+    /// Takes the verdicts in, in the candidates' order, and tells the observer.
+    fn tell(
+        &self,
+        progress: &mut Progress<W::State>,
+        candidates: Vec<Candidate>,
+        verdicts: Vec<Verdict<W::State>>,
+        observer: &mut dyn Observer,
+    ) {
+        let learning = &self.parameters.learning;
+        let mut children: Vec<Vec<Individual>> = vec![Vec::new(); progress.islands.len()];
+        let mut champion: Option<Behaviour> = None;
+        for ((island, _, genome), verdict) in candidates.into_iter().zip(verdicts) {
+            progress.cache.merge(verdict.additions);
+            progress.account += verdict.account;
+            if let Some(behaviour) = verdict.proven {
+                let proven = &mut progress.islands[island].proven;
+                *proven = Some(proven.map_or(behaviour.fitness, |known| known.max(behaviour.fitness)));
+                let best = champion.as_ref().or(progress.best.as_ref());
+                if best.is_none_or(|best| behaviour.fitness > best.fitness) {
+                    champion = Some(behaviour);
+                }
+            }
+            children[island].push(Individual { genome, fitness: verdict.fitness });
+        }
+        for (island, children) in progress.islands.iter_mut().zip(children) {
+            island.tell(children, learning);
+        }
+        if (progress.generations + 1).is_multiple_of(learning.migration) {
+            migrate(&mut progress.islands);
+        }
+        if let Some(champion) = champion {
+            observer.improved(&champion);
+            progress.best = Some(champion);
+        }
+        let figures = self.figures(progress);
+        progress.curve.push(figures);
+        progress.generations += 1;
+        observer.generation(&figures);
+    }
+
+    fn figures(&self, progress: &Progress<W::State>) -> Generation {
+        let members =
+            || progress.islands.iter().flat_map(|island| &island.members).map(|member| member.fitness);
+        let count = members().count().max(1) as f64;
+        let mean = members().sum::<f64>() / count;
+        let variance = members().map(|fitness| (fitness - mean).powi(2)).sum::<f64>() / count;
+        let fittest = members().fold(f64::MIN, f64::max);
+        Generation {
+            generation: progress.generations,
+            best: progress.best.as_ref().map_or(fittest, |best| best.fitness),
+            mean,
+            spread: variance.sqrt(),
+            cache_hit_rate: progress.account.hit_rate(),
+            simulated_seconds: progress.account.seconds,
+            saved_seconds: progress.account.saved_seconds(self.parameters.transition_time),
+            elapsed: progress.spent + progress.started.elapsed().as_secs_f64(),
+        }
+    }
+
+    fn checkpoint(&self, progress: &Progress<W::State>) -> Checkpoint {
+        Checkpoint {
+            seed: self.seed,
+            learning: self.parameters.learning.clone(),
+            task: self.task.clone(),
+            generations: progress.generations,
+            islands: progress.islands.clone(),
+            best: progress.best.clone(),
+            curve: progress.curve.clone(),
+            account: progress.account,
+            elapsed: progress.spent + progress.started.elapsed().as_secs_f64(),
+        }
+    }
+}

@@ -1,0 +1,242 @@
+// The page: everything it does goes through the REST interface.
+
+const element = (id) => document.getElementById(id);
+const form = element("job");
+
+/** The character that jobs are posted for: its check document, with its id. */
+let character = null;
+/** The job that is watched, and the stream of its events. */
+let watched = { id: null, events: null, curve: [] };
+
+/** An element with text and children; text is never taken for markup. */
+function make(tag, properties = {}, ...children) {
+  const made = Object.assign(document.createElement(tag), properties);
+  made.append(...children);
+  return made;
+}
+
+async function call(path, options) {
+  const response = await fetch(path, options);
+  if (response.status === 204) return null;
+  const body = await response.json();
+  if (response.ok) return body;
+  const faults = body.errors?.map((fault) => `${fault.pointer}: ${fault.detail}`);
+  throw new Error(faults?.join("\n") || body.detail || response.statusText);
+}
+
+function complain(error) {
+  element("problem").textContent = error?.message ?? "";
+  element("problem").hidden = !error;
+}
+
+// Character
+
+async function check(file) {
+  complain(null);
+  const body = new FormData();
+  body.append("character", file);
+  try {
+    character = await call("/v1/characters", { method: "POST", body });
+  } catch (error) {
+    character = null;
+    complain(new Error(`${file.name}\n${error.message}`));
+  }
+  showCharacter(file.name);
+}
+
+function showCharacter(fileName) {
+  element("check").hidden = !character;
+  form.querySelector("button").disabled = !character;
+  showCurl(fileName);
+  if (!character) return;
+  const { name, mass, links, joints, standing, notes } = character;
+  const stands = standing.stable
+    ? `stands ${standing.root_height.toFixed(2)} m high on ${standing.support.join(", ")}`
+    : "found no pose in which it stands";
+  const summary = `${mass.toFixed(2)} kg, ${links.length} links, ${joints.length} movable joints; ${stands}`;
+  const list = make("ul");
+  for (const note of notes) {
+    const about = note.link ?? note.joint ?? note.character;
+    list.append(make("li", {}, make("span", { className: "kind", textContent: note.kind }), ` ${about}: ${note.message}`));
+  }
+  element("check").replaceChildren(make("strong", { textContent: name }), ` — ${summary}`, list);
+}
+
+const drop = element("drop");
+element("file").addEventListener("change", (event) => event.target.files[0] && check(event.target.files[0]));
+drop.addEventListener("keydown", (event) => event.key === "Enter" && element("file").click());
+drop.addEventListener("dragover", (event) => {
+  event.preventDefault();
+  drop.classList.add("over");
+});
+drop.addEventListener("dragleave", () => drop.classList.remove("over"));
+drop.addEventListener("drop", (event) => {
+  event.preventDefault();
+  drop.classList.remove("over");
+  if (event.dataTransfer.files[0]) check(event.dataTransfer.files[0]);
+});
+
+// Job
+
+function settings() {
+  const value = (name) => form.elements[name].value;
+  const number = (name) => (value(name) === "" ? undefined : Number(value(name)));
+  return {
+    task: { speed: number("speed") },
+    learning: { seconds: number("seconds"), generations: number("generations"), trunk: value("trunk") },
+    seed: number("seed"),
+  };
+}
+
+function showCurl(fileName = "robot.urdf") {
+  element("curl").textContent = [
+    `curl -F character=@${fileName} -F 'job=${JSON.stringify(settings())}' ${location.origin}/v1/jobs`,
+    `curl -N ${location.origin}/v1/jobs/ID/events`,
+    `curl -O ${location.origin}/v1/jobs/ID/recording.rrd`,
+  ].join("\n");
+}
+
+form.addEventListener("input", () => showCurl(element("file").files[0]?.name));
+form.addEventListener("submit", async (event) => {
+  event.preventDefault();
+  complain(null);
+  try {
+    const body = JSON.stringify({ character: { id: character.id }, ...settings() });
+    const job = await call("/v1/jobs", { method: "POST", headers: { "Content-Type": "application/json" }, body });
+    watch(job);
+    listJobs();
+  } catch (error) {
+    complain(error);
+  }
+});
+
+// Learning
+
+function watch(job) {
+  watched.events?.close();
+  const events = new EventSource(job.links.events);
+  watched = { id: job.id, events, curve: [] };
+  element("watch").hidden = false;
+  element("gait").hidden = true;
+  showJob(job);
+  drawCurve();
+  events.addEventListener("state", (event) => showJob(JSON.parse(event.data)));
+  events.addEventListener("generation", (event) => {
+    watched.curve.push(JSON.parse(event.data));
+    requestAnimationFrame(drawCurve);
+  });
+  events.addEventListener("end", (event) => {
+    events.close();
+    showJob(JSON.parse(event.data));
+    listJobs();
+  });
+}
+
+function showJob(job) {
+  if (job.id !== watched.id) return;
+  const { metrics, links, state } = job;
+  const over = ["succeeded", "failed", "cancelled"].includes(state);
+  element("status").replaceChildren(
+    make("strong", { textContent: job.character.name }),
+    ` — ${state}${job.stage ? `, ${job.stage}` : ""}`,
+    ...(job.error ? [make("div", { className: "failed", textContent: job.error })] : []),
+  );
+  element("progress").value = job.progress.fraction;
+  const figures = {
+    Speed: metrics && `${metrics.speed.toFixed(2)} m/s`,
+    Gait: metrics?.gait,
+    Upright: metrics && `${metrics.upright_seconds.toFixed(0)} s`,
+    "Cost of transport": metrics?.cost_of_transport?.toFixed(2),
+    "Cache hits": job.cache_hit_rate != null && `${(100 * job.cache_hit_rate).toFixed(0)} %`,
+    Seed: job.seed,
+  };
+  element("figures").replaceChildren(
+    ...Object.entries(figures)
+      .filter(([, figure]) => figure != null && figure !== false)
+      .map(([name, figure]) => make("div", {}, make("dt", { textContent: name }), make("dd", { textContent: figure }))),
+  );
+  const link = (text, href, className = "button plain") => make("a", { textContent: text, href, className });
+  const actions = [];
+  if (state !== "queued") {
+    actions.push(link("Watch", links.viewer, "button"));
+    actions.push(Object.assign(link("Recording", links.recording), { download: `${job.id}.rrd` }));
+  }
+  if (metrics) {
+    actions.push(Object.assign(link("Motion", links.motion), { download: `${job.id}.json` }));
+    actions.push(link("Gait", links.gait), link("Report", links.report));
+    element("gait").querySelector("img").src = links.diagram;
+  }
+  element("gait").hidden = !metrics;
+  const end = make("button", { className: "plain", textContent: over ? "Delete" : "Cancel" });
+  end.addEventListener("click", () => remove(job, over));
+  element("actions").replaceChildren(...actions, end);
+}
+
+async function remove(job, over) {
+  try {
+    const left = await call(job.links.self, { method: "DELETE" });
+    if (over) element("watch").hidden = true;
+    else if (left) showJob(left);
+  } catch (error) {
+    complain(error);
+  }
+  listJobs();
+}
+
+/** Draws best and mean fitness over generations. */
+function drawCurve() {
+  const svg = element("curve");
+  const [width, height, margin] = [640, 240, 36];
+  const points = watched.curve;
+  const draw = (tag, attributes, text = "") => {
+    const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+    made.textContent = text;
+    return made;
+  };
+  const values = points.flatMap((point) => [point.best, point.mean]).filter((value) => value > -10);
+  const [low, high] = [Math.min(0, ...values), Math.max(0.1, ...values)];
+  const last = Math.max(1, points.at(-1)?.generation ?? 1);
+  const x = (generation) => margin + ((width - 2 * margin) * generation) / last;
+  const y = (value) => height - margin - ((height - 2 * margin) * (Math.max(low, value) - low)) / (high - low);
+  const line = (key) =>
+    draw("polyline", { class: key, points: points.map((point) => `${x(point.generation)},${y(point[key])}`).join(" ") });
+  svg.replaceChildren(
+    draw("line", { class: "axis", x1: margin, x2: width - margin, y1: y(0), y2: y(0) }),
+    draw("line", { class: "axis", x1: margin, x2: margin, y1: margin, y2: height - margin }),
+    draw("text", { x: 4, y: y(high) + 4 }, high.toFixed(2)),
+    draw("text", { x: 4, y: y(0) + 4 }, "0"),
+    draw("text", { x: width - margin, y: height - 12, "text-anchor": "end" }, `generation ${last}`),
+    line("mean"),
+    line("best"),
+  );
+  const newest = points.at(-1);
+  if (newest) element("curve").setAttribute("aria-label", `Learning curve, best ${newest.best.toFixed(2)} m/s`);
+}
+
+// Jobs
+
+async function listJobs(path = "/v1/jobs?limit=10") {
+  const page = await call(path);
+  const rows = page.jobs.map((job) => {
+    const cells = [
+      job.character.name,
+      job.state,
+      job.progress.generations,
+      job.best_fitness?.toFixed(2) ?? "",
+      new Date(job.timings.created).toLocaleString(),
+    ].map((text) => make("td", { textContent: text }));
+    cells[1].className = job.state;
+    const row = make("tr", { tabIndex: 0 }, ...cells);
+    row.addEventListener("click", () => watch(job));
+    row.addEventListener("keydown", (event) => event.key === "Enter" && watch(job));
+    return row;
+  });
+  if (path.includes("after=")) element("jobs").append(...rows);
+  else element("jobs").replaceChildren(...rows);
+  element("more").hidden = !page.next;
+  element("more").onclick = () => listJobs(page.next).catch(complain);
+}
+
+showCurl();
+listJobs().catch(complain);

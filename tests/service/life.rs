@@ -1,0 +1,212 @@
+//! A job from its posting to its deletion.
+
+use std::collections::BTreeSet;
+
+use serde_json::{Value, json};
+
+use super::client::{PADDLER, PADDLER_PART, Receiver, Service, events};
+
+#[test]
+fn a_job_succeeds_and_leaves_everything() {
+    let service = Service::start();
+    let document = json!({ "character": { "urdf": PADDLER }, "seed": 7,
+        "learning": { "generations": 2, "population": 4 } });
+    let answer = service.post_json("/v1/jobs", &document);
+    assert_eq!(answer.status, 202, "{}", answer.text());
+    let path = answer.headers["location"].clone();
+    let job = service.wait_for_end(&path);
+    assert_eq!(job["state"], "succeeded", "{job}");
+    assert_eq!(job["progress"]["generations"], 2);
+    assert_eq!(job["progress"]["fraction"], 1.0);
+    assert_eq!(job["ended_by"], "generations");
+    assert_eq!(job["seed"], 7);
+    assert!(job["learning"]["transition_time"].as_f64().unwrap() > 0.0, "what was left open is decided");
+    assert!(job["effects"]["gravity"]["on"].as_bool().unwrap());
+    assert!(!job["effects"]["gravity"]["because"].as_str().unwrap().is_empty());
+
+    // Every link leads to something.
+    let links = job["links"].as_object().unwrap();
+    for (name, link) in links.iter().filter(|(name, _)| *name != "viewer") {
+        assert_eq!(service.curl(link.as_str().unwrap(), &[]).status, 200, "{name}");
+    }
+    let link = |name: &str| links[name].as_str().unwrap();
+
+    let motion = service.json(link("motion"));
+    assert_eq!(motion["format"], "gaitwright/motion@1");
+    assert_eq!(motion["joints"], json!(["left_hinge", "right_hinge"]));
+    assert_eq!(motion["metrics"], job["metrics"]);
+    assert_eq!(service.json(link("gait"))["format"], "gaitwright/gait@1");
+    let report = service.json(link("report"));
+    assert_eq!(report["format"], "gaitwright/report@1");
+    assert_eq!(report["reproducible"], true);
+    assert_eq!(report["metrics"], job["metrics"]);
+    let diagram = service.curl(link("diagram"), &[]);
+    assert_eq!(diagram.headers["content-type"], "image/svg+xml");
+    assert!(diagram.text().contains("<svg"));
+
+    // The curve as JSON and as CSV.
+    let curve = service.json(link("curve"));
+    let points = curve["points"].as_array().unwrap();
+    assert_eq!(points.len(), 2);
+    let table = service.curl(link("curve"), &["-H", "accept: text/csv"]);
+    assert!(table.headers["content-type"].starts_with("text/csv"));
+    let table = table.text();
+    let rows: Vec<Vec<&str>> = table.lines().map(|row| row.split(',').collect()).collect();
+    assert_eq!(rows.len(), 3);
+    let best = rows[0].iter().position(|name| *name == "best").unwrap();
+    assert_eq!(rows[2][best].parse::<f64>().unwrap(), points[1]["best"].as_f64().unwrap());
+
+    // Events of a job that is over: its whole curve, then the end; or what follows a given event.
+    let told = events(&service.curl(link("events"), &[]).body);
+    let kinds: Vec<&str> = told.iter().map(|(kind, _)| kind.as_str()).collect();
+    assert_eq!(kinds, ["generation", "generation", "end"]);
+    assert_eq!(told[0].1, points[0]);
+    assert_eq!(told[2].1, job);
+    let told = events(&service.curl(link("events"), &["-H", "last-event-id: 0"]).body);
+    assert_eq!(told.len(), 2);
+    assert_eq!(told[0].1["generation"], 1);
+
+    // Deleted, it is gone with its files.
+    assert!(service.folder(&path).is_dir());
+    assert_eq!(service.curl(&path, &["-X", "DELETE"]).status, 204);
+    service.curl(&path, &[]).problem(404);
+    assert!(!service.folder(&path).exists());
+}
+
+#[test]
+fn a_finished_recording_is_served_in_ranges() {
+    let service = Service::start();
+    let path = service.post_job(&json!({ "generations": 1 }));
+    service.wait_for_end(&path);
+    let place = format!("{path}/recording.rrd");
+    let whole = service.curl(&place, &[]);
+    assert_eq!(whole.status, 200);
+    assert_eq!(whole.headers["accept-ranges"], "bytes");
+    assert_eq!(&whole.body[..4], b"RRF2");
+    assert_eq!(whole.body, std::fs::read(service.folder(&path).join("recording.rrd")).unwrap());
+
+    let part = service.curl(&place, &["-H", "range: bytes=100-199"]);
+    assert_eq!(part.status, 206);
+    assert_eq!(part.headers["content-range"], format!("bytes 100-199/{}", whole.body.len()));
+    assert_eq!(part.body, whole.body[100..200]);
+    let tail = service.curl(&place, &["-H", "range: bytes=-10"]);
+    assert_eq!(tail.body, whole.body[whole.body.len() - 10..]);
+    service.curl(&place, &["-H", "range: bytes=999999999-"]).problem(416);
+
+    let tag = format!("if-none-match: {}", whole.headers["etag"]);
+    assert_eq!(service.curl(&place, &["-H", &tag]).status, 304);
+    assert_eq!(service.curl(&place, &["-I"]).headers["content-length"], whole.body.len().to_string());
+}
+
+#[test]
+fn a_running_job_is_followed_and_cancelled() {
+    let service = Service::start();
+    let path = service.post_job(&json!({ "generations": 100_000 }));
+    let stream = Receiver::start(&service.url(&format!("{path}/events")));
+    let recording = Receiver::start(&service.url(&format!("{path}/recording.rrd")));
+    service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 3);
+    service.curl(&format!("{path}/motion"), &[]).problem(409);
+    let head = service.curl(&format!("{path}/recording.rrd"), &["-I"]);
+    assert_eq!(head.headers["accept-ranges"], "none");
+    for _ in 0..10 {
+        assert_eq!(service.curl("/healthz", &[]).status, 200);
+        assert_eq!(service.curl("/v1/jobs", &[]).status, 200);
+    }
+
+    let answer = service.curl(&path, &["-X", "DELETE"]);
+    assert_eq!(answer.status, 202);
+    let job = service.wait_for_end(&path);
+    assert_eq!(job["state"], "cancelled");
+    assert_eq!(job["ended_by"], "cancelled");
+
+    // The events end with the job, and have missed none of its generations.
+    let told = events(&stream.finish());
+    let (last, others) = told.split_last().unwrap();
+    assert_eq!(last.0, "end");
+    assert_eq!(last.1["state"], "cancelled");
+    let generations: Vec<u64> = others
+        .iter()
+        .filter(|(kind, _)| kind == "generation")
+        .map(|(_, figures)| figures["generation"].as_u64().unwrap())
+        .collect();
+    assert!(generations.len() >= 3);
+    assert!(generations.iter().copied().eq(0..generations.len() as u64), "{generations:?}");
+    assert_eq!(service.json(&format!("{path}/curve"))["points"].as_array().unwrap().len(), generations.len());
+
+    // The recording that was followed while it grew is the one that is left. A request from before
+    // the job was taken up is told so instead.
+    let followed = recording.finish();
+    if !followed.starts_with(b"{") {
+        assert_eq!(followed, std::fs::read(service.folder(&path).join("recording.rrd")).unwrap());
+    }
+}
+
+#[test]
+fn a_growing_recording_is_followed_to_its_end() {
+    let service = Service::start();
+    let path = service.post_job(&json!({ "generations": 12 }));
+    service.wait(&path, "running", |job| job["state"] != "queued");
+    let followed = Receiver::start(&service.url(&format!("{path}/recording.rrd"))).finish();
+    service.wait_for_end(&path);
+    assert_eq!(followed, service.curl(&format!("{path}/recording.rrd"), &[]).body);
+}
+
+#[test]
+fn a_waiting_job_is_cancelled_at_once() {
+    let service = Service::start();
+    let first = service.post_job(&json!({ "generations": 100_000 }));
+    service.wait(&first, "running", |job| job["state"] == "running");
+    let second = service.post_job(&json!({ "generations": 1 }));
+    service.curl(&format!("{second}/recording.rrd"), &[]).problem(409);
+    let answer = service.curl(&second, &["-X", "DELETE"]);
+    assert_eq!(answer.status, 202);
+    assert_eq!(answer.json()["state"], "cancelled");
+    let told = events(&service.curl(&format!("{second}/events"), &[]).body);
+    assert_eq!(told.len(), 1);
+    assert_eq!(told[0].0, "end");
+}
+
+#[test]
+fn jobs_are_listed_page_by_page() {
+    let service = Service::start();
+    let first = service.post_job(&json!({ "generations": 100_000 }));
+    service.wait(&first, "running", |job| job["state"] == "running");
+    let mut posted = vec![first];
+    posted.extend((0..4).map(|_| service.post_job(&json!({ "generations": 1 }))));
+    service.curl(&posted[4], &["-X", "DELETE"]);
+
+    let mut seen = Vec::new();
+    let mut next = Some("/v1/jobs?limit=2".to_owned());
+    while let Some(page) = next {
+        let page = service.json(&page);
+        let jobs = page["jobs"].as_array().unwrap();
+        assert!((1..=2).contains(&jobs.len()));
+        seen.extend(jobs.iter().map(|job| job["links"]["self"].as_str().unwrap().to_owned()));
+        next = page["next"].as_str().map(str::to_owned);
+    }
+    assert!(seen.iter().eq(posted.iter().rev()), "the newest first, each once: {seen:?}");
+
+    let states = |state: &str| -> BTreeSet<String> {
+        let page = service.json(&format!("/v1/jobs?state={state}"));
+        page["jobs"].as_array().unwrap().iter().map(|job| job["state"].as_str().unwrap().to_owned()).collect()
+    };
+    for state in ["running", "queued", "cancelled"] {
+        assert_eq!(states(state), BTreeSet::from([state.to_owned()]));
+    }
+    assert!(states("failed").is_empty());
+    let metrics = service.curl("/metrics", &[]).text();
+    assert!(metrics.contains("gaitwright_jobs{state=\"queued\"} 3"), "{metrics}");
+    assert!(metrics.contains("gaitwright_jobs{state=\"running\"} 1"), "{metrics}");
+}
+
+#[test]
+fn a_form_brings_character_and_settings() {
+    let service = Service::start();
+    let job = r#"job={"seed":3,"learning":{"generations":1,"population":4,"trunk":"locked"}}"#;
+    let answer = service.curl("/v1/jobs", &["-F", PADDLER_PART, "-F", job]);
+    assert_eq!(answer.status, 202, "{}", answer.text());
+    let job: Value = service.wait_for_end(&answer.headers["location"]);
+    assert_eq!(job["seed"], 3);
+    assert_eq!(job["effects"]["trunk_rotation_lock"]["on"], true);
+    assert_eq!(job["progress"]["generations"], 1);
+}

@@ -1,0 +1,222 @@
+//! Hostile and mistaken inputs: each is refused with its place, and the service goes on.
+
+use serde_json::{Value, json};
+
+use super::client::{Answer, PADDLER, PADDLER_PART, Service};
+
+/// The pointers of a problem document, all of them.
+fn pointers(problem: &Value) -> Vec<String> {
+    let errors = problem["errors"].as_array().unwrap();
+    assert_eq!(problem["pointer"], errors[0]["pointer"]);
+    errors.iter().map(|error| error["pointer"].as_str().unwrap().to_owned()).collect()
+}
+
+fn assert_goes_on(service: &Service) {
+    assert_eq!(service.curl("/healthz", &[]).status, 200);
+}
+
+fn post_urdf(service: &Service, urdf: &str) -> Answer {
+    let answer = service.post("/v1/jobs", "application/xml", urdf.as_bytes());
+    assert_goes_on(service);
+    answer
+}
+
+#[test]
+fn faulty_urdf() {
+    let service = Service::start();
+    // What is replaced in a sound character, by what; the status; what the place has to name.
+    let cases = [
+        ("xyz=\"0.1 0.18 0\"", "xyz=\"0.1 NaN 0\"", 422, "left_hinge"),
+        ("<mass value=\"2\"/>", "<mass value=\"-2\"/>", 422, "plate"),
+        (
+            "<parent link=\"plate\"/><child link=\"left\"/>",
+            "<parent link=\"left\"/><child link=\"left\"/>",
+            422,
+            "left",
+        ),
+        (
+            "<parent link=\"plate\"/><child link=\"left\"/>",
+            "<parent link=\"right\"/><child link=\"right\"/>",
+            422,
+            "right",
+        ),
+        ("<link name=\"right\">", "<link name=\"left\">", 422, "left"),
+        ("name=\"left_hinge\"", "name=\"right_hinge\"", 422, "right_hinge"),
+        ("type=\"revolute\"", "type=\"rubber\"", 422, "left_hinge"),
+        ("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 0 0\"/>", 422, "left_hinge"),
+        ("</robot>", "</robot", 400, "line"),
+    ];
+    for (sound, faulty, status, place) in cases {
+        let answer = post_urdf(&service, &PADDLER.replacen(sound, faulty, 1));
+        let problem = answer.problem(status);
+        let pointers = pointers(&problem);
+        assert!(
+            pointers.iter().any(|pointer| pointer.contains("line") && pointer.contains(place)),
+            "{faulty}: {problem}"
+        );
+    }
+}
+
+#[test]
+fn two_roots() {
+    let service = Service::start();
+    let urdf = PADDLER.replace("</robot>", "<link name=\"stray\"/></robot>");
+    let problem = post_urdf(&service, &urdf).problem(422);
+    assert!(problem["detail"].as_str().unwrap().contains("stray"), "{problem}");
+}
+
+#[test]
+fn every_fault_of_a_urdf_is_told() {
+    let service = Service::start();
+    let urdf = PADDLER.replacen("<mass value=\"2\"/>", "<mass value=\"-2\"/>", 1).replacen(
+        "xyz=\"0.1 0.18 0\"",
+        "xyz=\"0.1 inf 0\"",
+        1,
+    );
+    let problem = post_urdf(&service, &urdf).problem(422);
+    let pointers = pointers(&problem);
+    assert!(pointers.iter().any(|pointer| pointer.contains("plate")), "{problem}");
+    assert!(pointers.iter().any(|pointer| pointer.contains("left_hinge")), "{problem}");
+}
+
+#[test]
+fn deeply_nested_urdf() {
+    let service = Service::start();
+    let urdf = format!("<robot name=\"deep\">{}{}</robot>", "<a>".repeat(4000), "</a>".repeat(4000));
+    assert!(urdf.len() < 30_000);
+    let answer = post_urdf(&service, &urdf);
+    assert!([400, 413, 422].contains(&answer.status), "{}", answer.text());
+    let problem = answer.problem(answer.status);
+    assert!(pointers(&problem)[0].contains("line"), "{problem}");
+}
+
+#[test]
+fn deeply_nested_json() {
+    let service = Service::start();
+    let document = format!("{{\"character\":{}{}}}", "[".repeat(20_000), "]".repeat(20_000));
+    let problem = service.post("/v1/jobs", "application/json", document.as_bytes()).problem(400);
+    assert!(pointers(&problem)[0].contains("line 1"), "{problem}");
+    assert_goes_on(&service);
+}
+
+#[test]
+fn ten_megabytes_of_rubbish() {
+    let service = Service::start();
+    // A linear congruential generator (Knuth), for bytes without any order.
+    let mut state = 1_u64;
+    let rubbish: Vec<u8> = std::iter::repeat_with(|| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 56) as u8
+    })
+    .take(10_000_000)
+    .collect();
+    for path in ["/v1/jobs", "/v1/characters"] {
+        for media_type in ["application/json", "application/xml", "application/zip"] {
+            let answer = service.post(path, media_type, &rubbish);
+            assert!([400, 413].contains(&answer.status), "{media_type}: {}", answer.text());
+            answer.problem(answer.status);
+            assert_goes_on(&service);
+        }
+    }
+    service.post("/v1/jobs", "application/octet-stream", &rubbish).problem(415);
+    assert_goes_on(&service);
+}
+
+#[test]
+fn more_than_is_taken() {
+    let service = Service::start();
+    let body = vec![b' '; 33 << 20];
+    service.post("/v1/characters", "application/json", &body).problem(413);
+    assert_goes_on(&service);
+}
+
+#[test]
+fn job_documents() {
+    let service = Service::start();
+    let character = json!({ "urdf": PADDLER });
+    let cases = [
+        (json!({ "character": character, "sede": 1 }), vec!["/sede"]),
+        (json!({ "character": character, "learning": { "generation": 2 } }), vec!["/learning/generation"]),
+        (json!({ "character": character, "scene": { "friction": -1 } }), vec!["/scene/friction"]),
+        (json!({ "character": character, "format": "gaitwright/job@9" }), vec!["/format"]),
+        (json!({ "character": character, "seed": -1 }), vec!["/seed"]),
+        (json!({ "seed": 1 }), vec!["/character"]),
+        (json!({ "character": { "id": "01890000-0000-7000-8000-000000000000" } }), vec!["/character/id"]),
+        (
+            json!({ "character": { "json": { "format": "gaitwright/character@1", "legs": 4 } } }),
+            vec!["/character/json"],
+        ),
+        (json!({ "character": { "path": "/etc/passwd" } }), vec!["/character"]),
+        (
+            json!({ "character": character, "scene": { "friction": -1 }, "accuracy": { "step": 7 },
+                "learning": { "seconds": -1.0 }, "task": { "direction": [0, 0, 0] } }),
+            vec!["/scene/friction", "/accuracy/step", "/learning/seconds", "/task/direction"],
+        ),
+        (
+            json!({ "character": { "urdf": PADDLER.replace("\"2\"", "\"-2\"") }, "accuracy": { "step": 7 } }),
+            vec!["/character/urdf: line 4, link \"plate\"", "/accuracy/step"],
+        ),
+    ];
+    for (document, places) in cases {
+        let problem = service.post_json("/v1/jobs", &document).problem(422);
+        let pointers = pointers(&problem);
+        for place in places {
+            assert!(pointers.iter().any(|pointer| pointer.starts_with(place)), "{place}: {problem}");
+        }
+    }
+    let problem = service.post("/v1/jobs", "application/json", b"{\"character\": }").problem(400);
+    assert_eq!(pointers(&problem), ["line 1, column 15"]);
+    assert_goes_on(&service);
+}
+
+#[test]
+fn forms() {
+    let service = Service::start();
+    let post = |parts: &[&str]| {
+        let arguments: Vec<&str> = parts.iter().flat_map(|part| ["-F", part]).collect();
+        service.curl("/v1/jobs", &arguments)
+    };
+    assert_eq!(pointers(&post(&["job={}"]).problem(422)), ["part \"character\""]);
+    assert_eq!(pointers(&post(&[PADDLER_PART, "jab={}"]).problem(422)), ["part \"jab\""]);
+    assert_eq!(pointers(&post(&[PADDLER_PART, "job={\"sede\":1}"]).problem(422)), ["/sede"]);
+    service.post("/v1/jobs", "multipart/form-data", b"no boundary").problem(400);
+    assert_goes_on(&service);
+}
+
+#[test]
+fn routes_methods_and_queries() {
+    let service = Service::start();
+    service.curl("/v2/jobs", &[]).problem(404);
+    service.curl("/v1/jobs/not-an-id", &[]).problem(404);
+    service.curl("/v1/jobs/01890000-0000-7000-8000-000000000000", &[]).problem(404);
+    service.curl("/v1/jobs/01890000-0000-7000-8000-000000000000", &["-X", "DELETE"]).problem(404);
+    service.curl("/v1/jobs/01890000-0000-7000-8000-000000000000/recording.rrd", &[]).problem(404);
+    service.curl("/v1/characters/01890000-0000-7000-8000-000000000000", &[]).problem(404);
+    let answer = service.curl("/v1/jobs", &["-X", "PUT"]);
+    answer.problem(405);
+    assert!(answer.headers["allow"].contains("POST"));
+    service.curl("/v1/jobs", &["-d", "seed=1"]).problem(415);
+    for query in ["limit=0", "limit=many", "state=lost", "after=yesterday", "page=2"] {
+        let problem = service.curl(&format!("/v1/jobs?{query}"), &[]).problem(400);
+        let name = query.split('=').next().unwrap();
+        assert!(problem["detail"].as_str().unwrap().contains(name), "{problem}");
+    }
+    service.curl("/v1/accuracy", &["-X", "POST"]).problem(501);
+    service.post("/v1/jobs", "application/xml", b"").problem(400);
+    let foreign =
+        ["-H", "origin: http://elsewhere.example", "-H", "sec-fetch-site: cross-site", "-F", PADDLER_PART];
+    service.curl("/v1/jobs", &foreign).problem(403);
+}
+
+#[test]
+fn a_full_queue() {
+    let service = Service::with(&["--queue", "1"]);
+    let long = json!({ "generations": 100_000 });
+    let running = service.post_job(&long);
+    service.wait(&running, "running", |job| job["state"] == "running");
+    service.post_job(&long);
+    let answer =
+        service.post_json("/v1/jobs", &json!({ "character": { "urdf": PADDLER }, "learning": long }));
+    answer.problem(429);
+    assert!(answer.headers["retry-after"].parse::<u32>().unwrap() > 0);
+}

@@ -1,0 +1,82 @@
+//! Jobs outlive the process that works at them.
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+use super::client::Service;
+
+/// Enough generations to be interrupted in, and few enough to wait for.
+fn learning() -> Value {
+    json!({ "generations": 40, "cache_generations": 2 })
+}
+
+/// The curve without the time that it took.
+fn figures(service: &Service, path: &str) -> Vec<Value> {
+    let mut curve = service.json(&format!("{path}/curve"));
+    for point in curve["points"].as_array_mut().unwrap() {
+        point.as_object_mut().unwrap().remove("elapsed");
+    }
+    curve["points"].as_array().unwrap().clone()
+}
+
+/// Curve and motion of the job as it comes out undisturbed.
+fn undisturbed() -> (Vec<Value>, Value) {
+    let service = Service::start();
+    let path = service.post_job(&learning());
+    assert_eq!(service.wait_for_end(&path)["state"], "succeeded");
+    (figures(&service, &path), service.json(&format!("{path}/motion")))
+}
+
+#[test]
+fn a_killed_service_goes_on_to_the_same_result() {
+    let data = TempDir::new().unwrap();
+    let mut service = Service::on(data.path(), &[]);
+    let path = service.post_job(&learning());
+    let waiting = service.post_job(&json!({ "generations": 1 }));
+    service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 5);
+    service.signal("KILL");
+    assert!(!service.wait_for_exit());
+
+    let service = Service::on(data.path(), &[]);
+    let job = service.wait_for_end(&path);
+    assert_eq!(job["state"], "succeeded", "{job}");
+    assert_eq!(job["progress"]["generations"], 40);
+    let (curve, motion) = undisturbed();
+    assert_eq!(figures(&service, &path), curve);
+    assert_eq!(service.json(&format!("{path}/motion")), motion);
+    assert_ne!(service.wait_for_end(&waiting)["state"], "cancelled");
+}
+
+#[test]
+fn a_service_shut_down_puts_its_job_back() {
+    let data = TempDir::new().unwrap();
+    let mut service = Service::on(data.path(), &[]);
+    let path = service.post_job(&learning());
+    service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 5);
+    let stream = super::client::Receiver::start(&service.url(&format!("{path}/events")));
+    service.signal("TERM");
+    assert!(service.wait_for_exit(), "it ends by itself, in order");
+    stream.finish();
+    assert!(service.folder(&path).join("checkpoint.json").is_file());
+
+    let service = Service::on(data.path(), &[]);
+    let job = service.wait_for_end(&path);
+    assert_eq!(job["state"], "succeeded", "{job}");
+    let (curve, motion) = undisturbed();
+    assert_eq!(figures(&service, &path), curve);
+    assert_eq!(service.json(&format!("{path}/motion")), motion);
+}
+
+#[test]
+fn a_data_folder_has_one_service() {
+    let data = TempDir::new().unwrap();
+    let _service = Service::on(data.path(), &[]);
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_gaitwright"))
+        .args(["serve", "--listen", "127.0.0.1:0", "--data"])
+        .arg(data.path())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(message.contains(data.path().to_str().unwrap()) && message.contains("in use"), "{message}");
+}
