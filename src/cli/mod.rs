@@ -50,7 +50,10 @@ enum Command {
 /// Runs the command line's command.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn,gaitwright=info"));
+    // A service tells what it does; other commands speak for themselves.
+    let default =
+        if matches!(arguments.command, Command::Serve(_)) { "warn,gaitwright=info" } else { "warn" };
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
     let ansi = std::io::stderr().is_terminal();
     tracing_subscriber::fmt().with_env_filter(filter).with_ansi(ansi).with_writer(std::io::stderr).init();
     let done = match arguments.command {

@@ -1,9 +1,9 @@
 //! Where a job's files lie, and how they come to be there whole.
 
-use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use tempfile::NamedTempFile;
 use uuid::Uuid;
 
 /// What a job leaves behind.
@@ -50,15 +50,26 @@ impl Artefact {
     ///
     /// When it cannot be written.
     pub fn publish(self, folder: &Path, contents: &[u8]) -> io::Result<()> {
-        let unfinished = folder.join(format!(".{}.unfinished", self.file_name()));
-        let mut file = File::create(&unfinished)?;
-        file.write_all(contents)?;
-        file.sync_all()?;
-        std::fs::rename(unfinished, self.path(folder))
+        let mut unfinished = unfinished(folder)?;
+        unfinished.write_all(contents)?;
+        unfinished.as_file().sync_all()?;
+        unfinished.persist(self.path(folder))?;
+        Ok(())
     }
 }
 
 /// The folder of the job called `id` under the folder `data`.
 pub fn folder(data: &Path, id: Uuid) -> PathBuf {
     data.join("jobs").join(id.to_string())
+}
+
+/// A file without a lasting name yet, readable by others as far as the user's mask allows.
+fn unfinished(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder.prefix(".unfinished").tempfile_in(folder)
 }

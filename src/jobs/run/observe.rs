@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::publish::{RECORDED, introduction};
+use super::publish::{RECORDED, describe};
 use super::{Order, Prepared, RunError, Watcher};
 use crate::export::{Recording, RecordingError, Subject};
 use crate::jobs::files::Artefact;
@@ -40,7 +40,7 @@ impl<'a> Recorder<'a> {
             ground: prepared.setup.scene.ground,
         };
         let mut recording = Recording::create(&Artefact::Recording.path(folder), subject)?;
-        recording.job(&introduction(order, prepared))?;
+        recording.job(&describe(order, prepared, None))?;
         for figures in past {
             recording.generation(figures)?;
         }

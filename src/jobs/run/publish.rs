@@ -1,7 +1,6 @@
 //! What a run leaves behind when it has learned: motion, gait, curve, report, the end of the recording.
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
 use std::path::Path;
 use std::time::Instant;
 
@@ -104,7 +103,7 @@ pub(super) fn publish(
     let (metrics, gait) = found.map(|(motion, gait)| (motion.metrics, gait)).unzip();
     let report = report(order, prepared, learned, metrics.clone(), gait, unsuccessful.clone());
     Artefact::Report.publish(folder, &json(&report)?)?;
-    recording.job(&summary(&report))?;
+    recording.job(&describe(order, prepared, Some(&report)))?;
     recording.finish()?;
     let checking_seconds = start.elapsed().as_secs_f64();
     Ok(Outcome { ended: learned.ended, metrics, unsuccessful, checking_seconds })
@@ -177,42 +176,39 @@ fn thinned(trace: &Trace) -> Trace {
     Trace { samples: trace.samples.iter().step_by(stride).cloned().collect(), ..trace.clone() }
 }
 
-/// What a job is about, as Markdown.
-pub(super) fn introduction(order: &Order, prepared: &Prepared) -> String {
+/// What a job is about, and what came of it once there is a report, as Markdown.
+pub(super) fn describe(order: &Order, prepared: &Prepared, report: Option<&Report>) -> String {
     let (character, setup) = (&order.reading.character, &prepared.setup);
-    let mut text = format!(
-        "# {}\n\n{:.2} kg, {} joints, seed {}, transitions of {:.0} ms\n\n| effect | | because |\n|---|---|---|\n",
-        character.name,
+    let mut text = format!("# {}\n\n", character.name);
+    if let Some(report) = report {
+        text += &outcome(report);
+    }
+    let time = 1000.0 * setup.learning.transition_time.unwrap_or_default();
+    text += &format!(
+        "{:.2} kg, {} joints, seed {}, transitions of {time:.0} ms\n\n| effect | | because |\n|---|---|---|\n",
         setup.model.mass,
         setup.model.joint_count(),
         setup.seed,
-        1000.0 * setup.learning.transition_time.unwrap_or_default(),
     );
     for (effect, decision) in &prepared.plan.decisions {
         let state = if decision.on { "on" } else { "off" };
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "| {} | {state} | {} |", effect.name(), decision.because);
+        text += &format!("| {} | {state} | {} |\n", effect.name(), decision.because);
     }
     text
 }
 
-/// What came of a job, as Markdown.
-fn summary(report: &Report) -> String {
-    let mut text = format!("# {}\n\n", report.character.name);
-    let _ = match (&report.metrics, &report.unsuccessful) {
-        (Some(metrics), _) => writeln!(
-            text,
-            "**{:.2} m/s**, upright for {:.1} s, gait {}, {} generations, seed {}",
+fn outcome(report: &Report) -> String {
+    match (&report.metrics, &report.unsuccessful) {
+        (Some(metrics), _) => format!(
+            "**{:.2} m/s**, upright for {:.1} s, gait {}, after {} generations\n\n",
             metrics.speed,
             metrics.upright_seconds,
             metrics.gait.as_deref().unwrap_or("without a name"),
             report.generations,
-            report.settings.seed
         ),
-        (None, Some(reason)) => writeln!(text, "{reason}"),
-        (None, None) => Ok(()),
-    };
-    text
+        (None, Some(reason)) => format!("{reason}\n\n"),
+        (None, None) => String::new(),
+    }
 }
 
 fn json<T: Serialize>(document: &T) -> Result<Vec<u8>, RunError> {

@@ -107,18 +107,20 @@ impl Rows {
         self.matrix.resize(count * count, 0.0);
         self.reach.clear();
         self.reach.extend(self.half.chunks_exact(self.width).map(reach));
-        for row in 0..count {
-            let left = &self.half[row * self.width..(row + 1) * self.width];
-            for column in 0..=row {
-                let right = &self.half[column * self.width..(column + 1) * self.width];
-                let start = self.reach[row].start.max(self.reach[column].start);
-                let end = self.reach[row].end.min(self.reach[column].end).max(start);
+        let rows = || self.half.chunks_exact(self.width).zip(&self.reach);
+        for (row, (left, left_reach)) in rows().enumerate() {
+            let (above, from_row) = self.matrix.split_at_mut(row * count);
+            let columns = rows().take(row + 1).zip(&mut from_row[..=row]);
+            for (column, ((right, right_reach), entry)) in columns.enumerate() {
+                let start = left_reach.start.max(right_reach.start);
+                let end = left_reach.end.min(right_reach.end).max(start);
                 let joints: f64 = left[start..end].iter().zip(&right[start..end]).map(|(a, b)| a * b).sum();
-                let entry = step * (root_dot(left, right) + joints);
-                self.matrix[row * count + column] = entry;
-                self.matrix[column * count + row] = entry;
+                *entry = step * (root_dot(left, right) + joints);
+                if column < row {
+                    above[column * count + row] = *entry;
+                }
             }
-            self.matrix[row * count + row] += self.softness[row];
+            from_row[row] += self.softness[row];
         }
     }
 
