@@ -14,11 +14,14 @@ use super::input::{print, read_character};
 pub struct Check {
     /// URDF, character JSON, or zip of a URDF with its meshes; `-` is standard input
     character: PathBuf,
+    /// Refuse a character whose physics had to be repaired or approximated
+    #[arg(long)]
+    strict: bool,
 }
 
 impl Check {
     pub fn run(self) -> Result<(), Failure> {
-        let reading = read_character(&self.character)?;
+        let reading = read_character(&self.character, self.strict)?;
         print(&check(&reading, &Scene::default()))
     }
 }

@@ -31,7 +31,7 @@ impl Gait {
         let Some(path) = &self.character else {
             return print(&motion.metrics);
         };
-        let reading = read_character(path)?;
+        let reading = read_character(path, false)?;
         if reading.character.digest != motion.character.digest {
             let reason = format!(
                 "the motion was made for \"{}\" ({}), not for this character ({})",

@@ -31,13 +31,15 @@ pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     Ok(bytes)
 }
 
-/// The character in the file at `path`; on standard input when it is `-`.
-pub fn read_character(path: &Path) -> Result<Reading, Failure> {
+/// The character in the file at `path`; on standard input when it is `-`. With `strict`, notes about its
+/// physics are faults.
+pub fn read_character(path: &Path, strict: bool) -> Result<Reading, Failure> {
+    let options = Options { strict };
     let reading = if path.as_os_str() == "-" {
-        jobs::read_character(&read(path)?, None)
+        jobs::read_character(&read(path)?, None, options)
     } else {
         // A URDF's meshes lie beside it.
-        character::read_file(path, Options::default())
+        character::read_file(path, options)
     };
     reading.map_err(Failure::input(name(path)))
 }

@@ -22,6 +22,9 @@ const LINE_EVERY: Duration = Duration::from_secs(2);
 pub struct Train {
     /// URDF, character JSON, or zip of a URDF with its meshes; `-` is standard input
     character: PathBuf,
+    /// Refuse a character whose physics had to be repaired or approximated
+    #[arg(long)]
+    strict: bool,
     /// Folder for recording.rrd, motion.json, report.json, curve.csv, gait.svg
     #[arg(long)]
     out: PathBuf,
@@ -44,7 +47,7 @@ pub struct Train {
 
 impl Train {
     pub fn run(self) -> Result<(), Failure> {
-        let reading = read_character(&self.character)?;
+        let reading = read_character(&self.character, self.strict)?;
         let (settings, place) = self.settings()?;
         let order = Order::new(reading, settings).map_err(Failure::input(place))?;
         let out = &self.out;

@@ -17,7 +17,7 @@ use super::live::Live;
 use super::request::{CharacterChoice, Settings};
 use super::run::{Order, read_character};
 use super::store::{Store, StoreError};
-use crate::character::Source;
+use crate::character::{Options, Source};
 use crate::fault::InputError;
 use crate::learn::Generation;
 use crate::scene::Scene;
@@ -311,7 +311,7 @@ impl Jobs {
         let findings = {
             let bytes = Arc::clone(&bytes);
             self.compute(move || {
-                let reading = read_character(&bytes, source)?;
+                let reading = read_character(&bytes, source, Options::default())?;
                 Ok(check(&reading, &Scene::default()))
             })
             .await?

@@ -265,7 +265,7 @@ fn finite_faults(place: &str, values: &[f64], faults: &mut Vec<Fault>) {
 
 fn unit_fault(place: &str, quaternion: &[f64; 4], faults: &mut Vec<Fault>) {
     let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
-    if !((norm - 1.0).abs() <= UNIT) {
+    if norm.is_nan() || (norm - 1.0).abs() > UNIT {
         faults.push(Fault::new(place, format!("the quaternion has norm {norm}, not 1")));
     }
 }

@@ -1,6 +1,6 @@
 //! What of a character are limbs and feet, and where its surface is in a pose.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
 use crate::model::Model;
 use crate::sim::contact::ground;
@@ -56,10 +56,14 @@ impl Posed {
         if lowest.is_finite() { lowest } else { 0.0 }
     }
 
-    /// The lowest surface point of body `body`.
-    pub fn lowest_of(&self, body: usize) -> Option<Point3<f64>> {
-        let points = self.surface.iter().filter(|touch| touch.body == body).map(|touch| touch.at);
-        points.min_by(|a, b| a.z.total_cmp(&b.z)).map(Point3::from)
+    /// Where the end of `limb` would stand: the middle of its lowest points, m.
+    pub fn foot(&self, limb: &Limb) -> Option<Vector3<f64>> {
+        let foot = *limb.bodies.last()?;
+        let points = || self.surface.iter().filter(|touch| touch.body == foot).map(|touch| touch.at);
+        let lowest = points().map(|at| at.z).fold(f64::INFINITY, f64::min);
+        let sole = || points().filter(|at| at.z < lowest + SOLE * limb.length);
+        let middle = sole().sum::<Vector3<f64>>() / sole().count().max(1) as f64;
+        lowest.is_finite().then_some(Vector3::new(middle.x, middle.y, lowest))
     }
 }
 

@@ -41,8 +41,10 @@ pub fn suited(model: &Model, scene: &Scene, angles: &[f64]) -> Gains {
         let carried = posed.surface.iter().filter(|touch| model.carries(joint + 1, touch.body));
         let origin = posed.bodies[joint + 1].origin;
         let farthest = carried.map(|touch| (touch.at - origin).norm()).fold(0.0, f64::max);
+        // An ankle holds little below it but the whole character above, as an inverted pendulum.
+        let above = if farthest > 0.0 { posed.center_of_mass.z - origin.z } else { 0.0 };
         // A joint with nothing to touch the ground beyond it still has its links to hold.
-        if farthest > 0.0 { farthest } else { 0.2 * extent.max(0.1) }
+        if farthest > 0.0 { farthest.max(above) } else { 0.2 * extent.max(0.1) }
     };
     let stiffness: Vec<f64> = joints
         .clone()

@@ -1,8 +1,8 @@
 //! A standing pose for any character, found and proven in the simulator, and the gains that hold it.
 //!
-//! The author's pose is taken where there is one. Otherwise a pose is searched for ([`pose`]), with its
+//! The author's pose is taken where there is one. Otherwise a pose is searched for, with its
 //! feet level and below their limbs, the limbs a little bent and the centre of mass above the feet. Either
-//! is then held in the simulator until it has settled ([`prove`]), which shows whether it stands.
+//! is then held in the simulator until it has settled, which shows whether it stands.
 
 mod anatomy;
 mod gains;

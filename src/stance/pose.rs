@@ -115,12 +115,7 @@ struct Cost<'a> {
 impl Cost<'_> {
     fn of(&self, angles: &[f64]) -> f64 {
         let posed = Posed::new(self.model, angles);
-        let feet: Vec<Vector3<f64>> = self
-            .limbs
-            .iter()
-            .filter_map(|limb| limb.bodies.last().and_then(|foot| posed.lowest_of(*foot)))
-            .map(|point| point.coords)
-            .collect();
+        let feet: Vec<Vector3<f64>> = self.limbs.iter().filter_map(|limb| posed.foot(limb)).collect();
         let count = feet.len() as f64;
         let mean: Vector3<f64> = feet.iter().sum::<Vector3<f64>>() / count;
         let size = self.limbs.iter().map(|limb| limb.length).sum::<f64>() / count;

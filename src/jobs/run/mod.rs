@@ -123,7 +123,7 @@ impl Order {
         place: &str,
         settings: Settings,
     ) -> Result<Self, InputError> {
-        match read_character(bytes, source).map_err(|error| error.under(place)) {
+        match read_character(bytes, source, Options::default()).map_err(|error| error.under(place)) {
             Ok(reading) => Self::new(reading, settings),
             Err(InputError::Impossible(mut faults)) => {
                 faults.extend(settings.faults());
@@ -215,9 +215,9 @@ pub fn replay(motion: &Motion, reading: &Reading) -> Result<GaitReport, InputErr
 /// # Errors
 ///
 /// Every fault of the character.
-pub fn read_character(bytes: &[u8], source: Option<Source>) -> Result<Reading, InputError> {
+pub fn read_character(bytes: &[u8], source: Option<Source>, options: Options) -> Result<Reading, InputError> {
     match source.or_else(|| Source::detect(bytes)) {
-        Some(source) => character::read(bytes, source, Options::default()),
+        Some(source) => character::read(bytes, source, options),
         None => {
             let reason = "neither a URDF document, nor a character JSON document, nor a zip archive";
             Err(InputError::Malformed(Fault::new("", reason)))

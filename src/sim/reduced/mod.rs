@@ -1,5 +1,8 @@
 //! Joint coordinates on the kinematic tree: kinematics, articulated dynamics, response to forces.
 
+// Indices run over several arrays at once here: bodies, their parents, triangular factors.
+#![allow(clippy::needless_range_loop)]
+
 pub mod articulated;
 pub mod kinematics;
 pub mod response;
