@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Behaviour {
-    /// Over the continuous check, m/s.
+    /// Over the continuous check, m/s: the least of its fitnesses undisturbed and after small pushes.
     pub fitness: f64,
     /// Generation that found it.
     pub generation: u32,

@@ -60,7 +60,8 @@ impl Checkpoint {
                 genome.states.len() == learning.states
                     && genome.states.iter().all(|state| state.0.len() == joints)
             };
-            if island.members.len() != learning.population
+            // An island that was given up is empty until the next generation.
+            if !(island.members.is_empty() || island.members.len() == learning.population)
                 || !island.members.iter().all(|member| sound(&member.genome))
             {
                 let reason = "the individuals do not fit the character and the parameters";

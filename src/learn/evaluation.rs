@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use super::parameters::{Parameters, Trunk};
-use super::task::Terms;
+use super::task::{STANDARD_GRAVITY, Terms};
 use crate::fault::InputError;
 use crate::model::Model;
 use crate::scene::{Accuracy, Effect, Scene, StepPlan, Switch};
@@ -15,6 +15,8 @@ use crate::stance::{Stance, Upright};
 
 /// Roll or pitch from the middle of one trunk cell to the next, rad.
 const CELL_TILT: f64 = 0.2;
+/// Speed of the pushes that a behaviour has to survive, as a share of √(g h) (Froude number 1).
+const PUSH: f64 = 0.03;
 
 /// What tracking targets did to the character.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,6 +39,8 @@ pub trait World: Clone + Send + Sync {
     type State: Clone + Send + Sync;
     /// The character at rest in its standing pose.
     fn standing(&self) -> &Self::State;
+    /// The same, slightly disturbed: where a behaviour has to come through as well before it counts.
+    fn disturbed(&self) -> &[Self::State];
     /// Goes on from `state`, tracking `targets` over the given steps of the simulation, counted from
     /// time 0 of the targets. The outcome depends on the arguments alone.
     fn track(&mut self, state: &Self::State, targets: Targets<'_>, steps: Range<u64>)
@@ -52,6 +56,7 @@ pub trait World: Clone + Send + Sync {
 pub struct SimulatedWorld {
     simulator: Simulator,
     standing: Arc<State>,
+    disturbed: Arc<[State]>,
     /// World's vertical in the root's frame when standing.
     up: Unit<Vector3<f64>>,
     upright: Upright,
@@ -83,6 +88,7 @@ impl SimulatedWorld {
             simulator: Simulator::new(model.clone(), Arc::new(plan), stance.state.clone()),
             up: Unit::new_normalize(stance.state.root.orientation.inverse() * Vector3::z()),
             standing: Arc::new(stance.state.clone()),
+            disturbed: pushes(model, stance).into(),
             cell_levels: parameters.learning.trunk_cells,
             now: vec![0.0; model.joint_count()],
             next: vec![0.0; model.joint_count()],
@@ -111,6 +117,10 @@ impl World for SimulatedWorld {
 
     fn standing(&self) -> &State {
         &self.standing
+    }
+
+    fn disturbed(&self) -> &[State] {
+        &self.disturbed
     }
 
     fn track(&mut self, state: &State, targets: Targets<'_>, steps: Range<u64>) -> Outcome<State> {
@@ -158,6 +168,21 @@ impl World for SimulatedWorld {
         let level = |tilt: f64| ((tilt / CELL_TILT).round().clamp(-half, half) + half) as usize;
         level(roll) * usize::from(self.cell_levels) + level(pitch)
     }
+}
+
+/// The standing state with the root pushed back a little and to one side, once each; none for a root
+/// that is bolted to the world.
+fn pushes(model: &Model, stance: &Stance) -> Vec<State> {
+    if model.fixed_base {
+        return Vec::new();
+    }
+    let speed = PUSH * (STANDARD_GRAVITY * stance.root_height.max(0.01)).sqrt();
+    let pushed = [-1.0, 1.0].map(|side| {
+        let mut state = stance.state.clone();
+        state.root.linear_velocity += Vector3::new(-speed, side * speed, 0.0);
+        state
+    });
+    pushed.to_vec()
 }
 
 /// Heading of the root's x axis, rad, counter-clockwise from the world's x axis seen from above.

@@ -30,8 +30,10 @@ pub struct Individual {
 pub struct Island {
     /// Fittest first; empty before the first generation.
     pub members: Vec<Individual>,
-    /// Greatest fitness that passed the continuous check here, m/s.
-    pub proven: Option<f64>,
+    /// Fitness of the best behaviour that passed the continuous check here, m/s, at every look of it.
+    pub proven: Option<Vec<f64>>,
+    /// Generations since that last changed.
+    pub stale: u32,
 }
 
 impl Island {
@@ -50,16 +52,13 @@ impl Island {
         let mut asked: Vec<Genome> = Vec::with_capacity(places);
         for place in 0..places {
             let mut rng = stream(seed, Purpose::Breeding, generation, island, place);
-            let mut child = Genome::random(grid, learning.states, &mut rng);
-            if !self.members.is_empty() {
-                let bred = (0..ATTEMPTS).map(|_| self.breed(grid, learning, &mut rng));
-                let known = |genome: &Genome| {
-                    asked.contains(genome) || self.members.iter().any(|member| member.genome == *genome)
-                };
-                if let Some(new) = bred.into_iter().find(|genome| !known(genome)) {
-                    child = new;
-                }
-            }
+            let known = |genome: &Genome| {
+                asked.contains(genome) || self.members.iter().any(|member| member.genome == *genome)
+            };
+            let attempts = if self.members.is_empty() { 0 } else { ATTEMPTS };
+            let child =
+                (0..attempts).map(|_| self.breed(grid, learning, &mut rng)).find(|genome| !known(genome));
+            let child = child.unwrap_or_else(|| Genome::random(grid, learning.states, &mut rng));
             asked.push(child);
         }
         asked
@@ -70,12 +69,23 @@ impl Island {
         self.members.truncate(learning.elite);
         self.members.extend(children);
         self.rank();
+        self.stale += 1;
     }
 
-    /// Puts an individual from elsewhere in the place of the least fit, unless it is here already.
+    /// Raises the bar to a proven behaviour's looks, if its final fitness is the greatest here.
+    pub fn prove(&mut self, looks: &[f64]) {
+        let known = self.proven.as_ref().and_then(|known| known.last());
+        if known.is_none_or(|known| looks.last().is_some_and(|new| new > known)) {
+            self.proven = Some(looks.to_vec());
+            self.stale = 0;
+        }
+    }
+
+    /// Puts an individual from elsewhere in the place of the least fit, unless it is here already or
+    /// nobody is here yet.
     pub fn welcome(&mut self, guest: Individual) {
-        if self.members.iter().all(|member| member.genome != guest.genome) {
-            self.members.pop();
+        let known = self.members.iter().any(|member| member.genome == guest.genome);
+        if !known && self.members.pop().is_some() {
             self.members.push(guest);
             self.rank();
         }
@@ -121,6 +131,20 @@ impl Island {
         let draws = (0..learning.tournament).map(|_| rng.random_range(0..self.members.len()));
         // Members are ranked: the smallest index is the fittest.
         &self.members[draws.min().unwrap_or(0)]
+    }
+}
+
+/// Gives up every island that has made no progress for `patience` generations, except the one with the
+/// best proven behaviour: it is drawn afresh, and so gets another chance where it had run into a dead end.
+pub fn resettle(islands: &mut [Island], patience: u32) {
+    let fitness = |island: &Island| island.proven.as_ref().and_then(|looks| looks.last().copied());
+    let height = |island: &Island| fitness(island).unwrap_or(f64::NEG_INFINITY);
+    let best = (0..islands.len())
+        .reduce(|best, index| if height(&islands[index]) > height(&islands[best]) { index } else { best });
+    for (index, island) in islands.iter_mut().enumerate() {
+        if island.stale >= patience && best != Some(index) {
+            *island = Island::default();
+        }
     }
 }
 

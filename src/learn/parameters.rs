@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::task::STANDARD_GRAVITY;
 use crate::fault::{Fault, InputError};
 use crate::stance::Stance;
 
@@ -60,8 +61,8 @@ pub struct Mutation {
     pub velocity: f64,
     /// Probability of each state to be drawn afresh.
     pub state: f64,
-    /// Probability of each limb in each state to take over the levels of another limb with as many
-    /// joints: legs that do the same are found far sooner together than each by itself.
+    /// Probability of each limb to follow another one from now on, or to go its own way again: legs
+    /// that do the same, together or in turn, are found far sooner than each by itself.
     pub limb: f64,
 }
 
@@ -86,7 +87,7 @@ pub struct Learning {
     /// States of a subset.
     pub states: usize,
     /// T, s: from one state to the next; rounded to whole steps of the simulation. Where `null`, the
-    /// time scale √(h/g) of a pendulum as long as the root stands high.
+    /// half of √(h/g), the time scale of a pendulum as long as the root stands high.
     pub transition_time: Option<f64>,
     /// Episodes of Q-learning an individual is given.
     pub episodes: u32,
@@ -101,6 +102,9 @@ pub struct Learning {
     pub islands: usize,
     /// Generations from one migration (of each island's best to the next island) to another.
     pub migration: u32,
+    /// Generations without progress after which an island is given up and drawn afresh, unless it is the
+    /// one with the best behaviour.
+    pub patience: u32,
     /// Best individuals of an island that are kept as they are.
     pub elite: usize,
     /// Individuals drawn for each selection of a parent; the fittest is taken.
@@ -131,7 +135,8 @@ pub struct Learning {
     pub swing: f64,
     /// Continuous simulation by which every individual is judged, s.
     pub trial_seconds: f64,
-    /// Continuous simulation that a behaviour has to pass, upright, to become the best of its island, s.
+    /// Continuous simulation that a behaviour has to pass, upright, to become the best of its island, s:
+    /// from the standing pose, and after a small push to either side.
     pub check_seconds: f64,
     /// Generations after which the transition cache starts afresh. A checkpoint is handed out then, so
     /// that it need not hold the cache to be resumed to the same result.
@@ -145,7 +150,7 @@ impl Default for Learning {
         Self {
             generations: None,
             seconds: None,
-            population: 24,
+            population: 12,
             states: 6,
             transition_time: None,
             episodes: 12,
@@ -153,7 +158,8 @@ impl Default for Learning {
             trunk_cells: 1,
             coding: Coding::default(),
             islands: 4,
-            migration: 8,
+            migration: 50,
+            patience: 20,
             elite: 2,
             tournament: 3,
             crossover_rate: 0.6,
@@ -167,7 +173,7 @@ impl Default for Learning {
             angle_levels: 9,
             velocity_levels: 5,
             swing: 1.0,
-            trial_seconds: 3.0,
+            trial_seconds: 1.5,
             check_seconds: 20.0,
             cache_generations: 5,
             cache_transitions: 100_000,
@@ -197,7 +203,7 @@ impl Learning {
         if learning.generations.is_none() && learning.seconds.is_none() {
             learning.seconds = Some(DEFAULT_SECONDS);
         }
-        let wanted = self.transition_time.unwrap_or_else(|| pendulum_time(stance.root_height));
+        let wanted = self.transition_time.unwrap_or_else(|| default_time(stance.root_height));
         let steps = (wanted / step).round().max(1.0);
         let transition_time = step * steps;
         learning.transition_time = Some(transition_time);
@@ -222,6 +228,7 @@ impl Learning {
         faults.count("/episodes", self.episodes.into(), 1, 100_000);
         faults.count("/episode_length", self.episode_length.into(), 1, 100_000);
         faults.count("/migration", self.migration.into(), 1, 1_000_000);
+        faults.count("/patience", self.patience.into(), 1, 1_000_000);
         faults.count("/elite", self.elite as u64, 1, self.population.saturating_sub(1) as u64);
         faults.count("/tournament", self.tournament as u64, 1, self.population as u64);
         faults.count("/cache_generations", self.cache_generations.into(), 1, 1_000_000);
@@ -231,7 +238,7 @@ impl Learning {
         faults.odd("/velocity_levels", self.velocity_levels, 1, 101);
         faults.real("/transition_time", self.transition_time.unwrap_or(1.0), 0.001, 10.0);
         faults.real("/reach", self.reach, 0.001, 3.2);
-        faults.real("/swing", self.swing, 0.0, 100.0);
+        faults.real("/swing", self.swing, 0.001, 100.0);
         faults.real("/trial_seconds", self.trial_seconds, 0.01, 1000.0);
         faults.real("/check_seconds", self.check_seconds, self.trial_seconds, 10_000.0);
         faults.real("/learning_rate", self.learning_rate, 0.001, 1.0);
@@ -253,9 +260,9 @@ impl Learning {
     }
 }
 
-/// √(h/g), s, kept within what a character of any size can be asked.
-fn pendulum_time(root_height: f64) -> f64 {
-    (root_height.max(0.0) / 9.81).sqrt().clamp(0.05, 0.5)
+/// Half of √(h/g), s, kept within what a character of any size can be asked.
+fn default_time(root_height: f64) -> f64 {
+    (0.5 * (root_height.max(0.0) / STANDARD_GRAVITY).sqrt()).clamp(0.04, 0.4)
 }
 
 /// Faults found so far.

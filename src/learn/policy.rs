@@ -109,11 +109,12 @@ fn extreme_walk(situations: usize, edges: &[Edge]) -> Option<Vec<Edge>> {
     // best[k][v]: greatest reward of a walk of k edges that ends in v, wherever it starts.
     let mut best = vec![vec![0.0; situations]];
     let mut last = Vec::with_capacity(situations);
-    for k in 0..situations {
+    for _ in 0..situations {
+        let shorter = &best[best.len() - 1];
         let mut longer = vec![f64::NEG_INFINITY; situations];
         let mut through: Vec<Option<Edge>> = vec![None; situations];
         for edge in edges {
-            let reward = best[k][edge.from] + edge.reward;
+            let reward = shorter[edge.from] + edge.reward;
             if reward > longer[edge.to] {
                 longer[edge.to] = reward;
                 through[edge.to] = Some(*edge);

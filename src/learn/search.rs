@@ -9,14 +9,14 @@ use super::cache::{Account, Cache};
 use super::chance::{Purpose, stream};
 use super::checkpoint::Checkpoint;
 use super::evaluation::World;
-use super::ga::{Individual, Island, migrate};
+use super::ga::{Individual, Island, migrate, resettle};
 use super::genome::Genome;
 use super::grid::Grid;
 use super::observer::{Ended, Generation, Interrupted, Observer, Stop};
 use super::parameters::Parameters;
 use super::subset::Rules;
 use super::task::Objective;
-use super::trial::{Verdict, judge};
+use super::trial::{Proven, Verdict, judge};
 use super::{Behaviour, Learned, Task};
 
 /// What a search is made of; it does not change while it runs.
@@ -132,7 +132,7 @@ impl<W: World> Search<W> {
                 |world, (island, place, genome)| {
                     let generation = progress.generations;
                     let mut rng = stream(self.seed, Purpose::Episodes, generation, *island, *place);
-                    let bar = progress.islands[*island].proven;
+                    let bar = progress.islands[*island].proven.as_deref();
                     judge(rules, world, &progress.cache, genome, (generation, bar), &mut rng)
                 },
             );
@@ -154,9 +154,8 @@ impl<W: World> Search<W> {
         for ((island, _, genome), verdict) in candidates.into_iter().zip(verdicts) {
             progress.cache.merge(verdict.additions);
             progress.account += verdict.account;
-            if let Some(behaviour) = verdict.proven {
-                let proven = &mut progress.islands[island].proven;
-                *proven = Some(proven.map_or(behaviour.fitness, |known| known.max(behaviour.fitness)));
+            if let Some(Proven { behaviour, looks }) = verdict.proven {
+                progress.islands[island].prove(&looks);
                 let best = champion.as_ref().or(progress.best.as_ref());
                 if best.is_none_or(|best| behaviour.fitness > best.fitness) {
                     champion = Some(behaviour);
@@ -175,6 +174,7 @@ impl<W: World> Search<W> {
             progress.best = Some(champion);
         }
         let figures = self.figures(progress);
+        resettle(&mut progress.islands, learning.patience);
         progress.curve.push(figures);
         progress.generations += 1;
         observer.generation(&figures);

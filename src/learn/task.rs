@@ -9,7 +9,7 @@ use crate::stance::Stance;
 
 /// Gravity to which energies are related, m/s²: costs of transport of scenes with different gravity
 /// stay comparable.
-const STANDARD_GRAVITY: f64 = 9.81;
+pub(super) const STANDARD_GRAVITY: f64 = 9.81;
 
 /// What the motion is for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -19,18 +19,27 @@ use crate::motion::Player;
 pub struct Verdict<S> {
     /// m/s.
     pub fitness: f64,
-    /// The behaviour, if it passed the whole continuous check upright.
-    pub proven: Option<Behaviour>,
+    /// Its behaviour, if that passed the whole continuous check upright.
+    pub proven: Option<Proven>,
     /// Transitions it simulated.
     pub additions: Additions<S>,
     /// What it cost.
     pub account: Account,
 }
 
+/// A behaviour that stayed upright over the whole continuous check.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Proven {
+    /// With its fitness over the check.
+    pub behaviour: Behaviour,
+    /// Its fitness at every look of the check, m/s.
+    pub looks: Vec<f64>,
+}
+
 /// Learns in the subset `genome` and tries what was learned: the greedy behaviour, and beside it the
 /// best cycle among the transitions it came to know, where that is another.
 ///
-/// `bar` is the fitness that a behaviour has to exceed to be checked for longer than a trial.
+/// `bar` is what a behaviour has to exceed to be checked for longer than a trial (see [`race`]).
 ///
 /// # Errors
 /// The reason to break off.
@@ -39,7 +48,7 @@ pub fn judge<W: World>(
     world: &mut W,
     shared: &Cache<W::State>,
     genome: &Genome,
-    (generation, bar): (u32, Option<f64>),
+    (generation, bar): (u32, Option<&[f64]>),
     rng: &mut impl Rng,
 ) -> Result<Verdict<W::State>, Interrupted> {
     let mut subset = Subset::new(rules, world, shared, genome);
@@ -53,17 +62,19 @@ pub fn judge<W: World>(
     let transition_time = rules.parameters.transition_time;
     let stood = greedy.entry.len() as f64 * transition_time;
     let check_seconds = rules.parameters.learning.check_seconds;
-    let (mut fitness, mut proven) = (rules.objective.fallen(&Terms::default(), stood, check_seconds), None);
+    let mut fitness = rules.objective.fallen(&Terms::default(), stood, check_seconds);
+    let mut proven = None;
     let exact = exact.filter(|path| !path.same_cycle(&greedy));
     let cyclic = [Some(greedy), exact].into_iter().flatten().filter(|path| !path.cycle.is_empty());
     for (place, path) in cyclic.enumerate() {
         let behaviour = compose(&path, &postures, transition_time, generation);
-        let bar = if place == 0 { bar } else { Some(bar.map_or(fitness, |bar| bar.max(fitness))) };
+        let bar = proven.as_ref().map_or(bar, |proven: &Proven| Some(&proven.looks));
         let run = race(rules, world, &behaviour, bar)?;
         account.seconds += run.seconds;
         if place == 0 || run.fitness > fitness {
             fitness = run.fitness;
-            proven = run.proven.then_some(Behaviour { fitness, ..behaviour });
+            let behaviour = Behaviour { fitness, ..behaviour };
+            proven = run.looks.map(|looks| Proven { behaviour, looks });
         }
     }
     Ok(Verdict { fitness, proven, additions, account })
@@ -77,19 +88,25 @@ fn compose(path: &Path, postures: &[Posture], transition_time: f64, generation: 
 }
 
 /// How a behaviour fared in a continuous simulation.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Run {
     /// m/s.
     pub fitness: f64,
     /// s simulated.
     pub seconds: f64,
-    /// Whether it stayed upright over the whole check.
-    pub proven: bool,
+    /// Fitness at every look, m/s, if it stayed upright over the whole check.
+    pub looks: Option<Vec<f64>>,
 }
 
 /// Plays a behaviour from the standing pose in one continuous simulation, without the cache. It is
 /// looked at after the trial's time and whenever the time has doubled since, until the check's time
-/// is over, and goes on only as long as its fitness so far exceeds `bar`.
+/// is over. What comes so far is then played from the world's disturbed starts too, and has the least
+/// of its fitnesses: a motion that a breath upsets has not learned to walk.
+///
+/// `bar` holds the fitness that the best behaviour so far had at each look. One that is not above it
+/// at some look ends there, with a fitness as far below the best's final one as it was below at that
+/// look: behaviours of which one is still gathering speed, or has already turned aside, are compared
+/// at the same age, and nothing unproven ranks above what is proven.
 ///
 /// # Errors
 /// The reason to break off.
@@ -97,18 +114,40 @@ pub fn race<W: World>(
     rules: Rules<'_>,
     world: &mut W,
     behaviour: &Behaviour,
-    bar: Option<f64>,
+    bar: Option<&[f64]>,
+) -> Result<Run, Interrupted> {
+    let player = player(rules, behaviour);
+    let standing = world.standing().clone();
+    let mut run = play(rules, world, &player, standing, bar)?;
+    for start in world.disturbed().to_vec() {
+        let Some(looks) = &mut run.looks else { break };
+        let again = play(rules, world, &player, start, None)?;
+        run.seconds += again.seconds;
+        run.fitness = run.fitness.min(again.fitness);
+        match (again.looks, looks.last_mut()) {
+            (Some(_), Some(last)) => *last = run.fitness,
+            _ => run.looks = None,
+        }
+    }
+    Ok(run)
+}
+
+/// One continuous simulation from `start`, looked at as [`race`] says.
+fn play<W: World>(
+    rules: Rules<'_>,
+    world: &mut W,
+    player: &Player,
+    start: W::State,
+    bar: Option<&[f64]>,
 ) -> Result<Run, Interrupted> {
     let learning = &rules.parameters.learning;
-    let player = player(rules, behaviour);
     let targets = |t: f64, angles: &mut [f64]| player.targets(t, angles);
     let (length, duration) = (rules.parameters.transition_steps, rules.parameters.transition_time);
     // Whole transitions are counted, so that no sum of seconds decides when to look.
     let transitions = |seconds: f64| (seconds / duration - 1e-9).ceil() as u64;
     let last = transitions(learning.check_seconds);
     let mut look = transitions(learning.trial_seconds);
-    let mut state = world.standing().clone();
-    let mut terms = Terms::default();
+    let (mut state, mut terms, mut looks) = (start, Terms::default(), Vec::new());
     let mut done = 0;
     loop {
         rules.stop.check()?;
@@ -117,16 +156,22 @@ pub fn race<W: World>(
         let Some(after) = outcome.after else {
             let seconds = done as f64 * duration + outcome.seconds;
             let fitness = rules.objective.fallen(&terms, seconds, learning.check_seconds);
-            return Ok(Run { fitness, seconds, proven: false });
+            return Ok(Run { fitness, seconds, looks: None });
         };
         state = after;
         done += 1;
         if done == look {
             let seconds = done as f64 * duration;
             let fitness = rules.objective.fitness(&terms, seconds);
-            let proven = look == last;
-            if proven || bar.is_some_and(|bar| fitness <= bar) {
-                return Ok(Run { fitness, seconds, proven });
+            let best = bar.and_then(|bar| Some((*bar.get(looks.len())?, *bar.last()?)));
+            looks.push(fitness);
+            if look == last {
+                return Ok(Run { fitness, seconds, looks: Some(looks) });
+            }
+            if let Some((now, finally)) = best
+                && fitness <= now
+            {
+                return Ok(Run { fitness: finally + fitness - now, seconds, looks: None });
             }
             look = (2 * look).min(last);
         }

@@ -2,10 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use serde_json::error::Category;
-
 use super::document::{Keyframe, Motion, RootAdvance, RootMotion};
-use crate::fault::{Fault, InputError};
+use crate::fault::{self, Fault, InputError};
 
 /// Greatest size of a document that is read, bytes.
 const MAX_BYTES: usize = 64 << 20;
@@ -30,12 +28,7 @@ impl Motion {
             let reason = format!("the document has {} bytes, more than {MAX_BYTES}", bytes.len());
             return Err(InputError::TooLarge(Fault::new("", reason)));
         }
-        let mut reader = serde_json::Deserializer::from_slice(bytes);
-        let motion: Self = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
-            let pointer = pointer(error.path());
-            read_fault(pointer, error.inner())
-        })?;
-        reader.end().map_err(|error| read_fault(String::new(), &error))?;
+        let motion: Self = fault::from_json(bytes)?;
         let faults = motion.faults();
         if faults.is_empty() { Ok(motion) } else { Err(InputError::Impossible(faults)) }
     }
@@ -185,36 +178,6 @@ impl Motion {
             loop_seam_faults(self.keyframes.len() - 1, first, last, advance, faults);
         }
     }
-}
-
-/// Malformed JSON is named by line and column, everything else by its JSON pointer.
-fn read_fault(pointer: String, error: &serde_json::Error) -> InputError {
-    match error.classify() {
-        Category::Data => InputError::impossible(pointer, without_place(error)),
-        Category::Syntax | Category::Eof | Category::Io => {
-            let place = format!("line {}, column {}", error.line(), error.column());
-            InputError::Malformed(Fault::new(place, without_place(error)))
-        }
-    }
-}
-
-/// The parser's message without the line and column at its end.
-fn without_place(error: &serde_json::Error) -> String {
-    let message = error.to_string();
-    message.split(" at line ").next().unwrap_or(&message).to_owned()
-}
-
-/// The JSON pointer (RFC 6901) of a path into a document.
-fn pointer(path: &serde_path_to_error::Path) -> String {
-    use serde_path_to_error::Segment;
-    path.iter()
-        .map(|segment| match segment {
-            Segment::Seq { index } => format!("/{index}"),
-            Segment::Map { key } => format!("/{}", key.replace('~', "~0").replace('/', "~1")),
-            Segment::Enum { variant } => format!("/{variant}"),
-            Segment::Unknown => "/?".to_owned(),
-        })
-        .collect()
 }
 
 fn keyframe_faults(place: &str, keyframes: &[Keyframe], joints: usize, faults: &mut Vec<Fault>) {

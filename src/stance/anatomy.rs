@@ -7,6 +7,9 @@ use crate::sim::contact::ground;
 use crate::sim::reduced::kinematics::{BodyMotion, place};
 use crate::sim::{State, contact::Touch};
 
+/// A segment shorter than this share of the limb's longest one does not count for its length.
+const SHORT: f64 = 0.5;
+
 /// A foot with three corners within this share of the limb's length of its lowest point has a sole.
 const SOLE: f64 = 0.02;
 
@@ -15,7 +18,10 @@ const SOLE: f64 = 0.02;
 pub struct Limb {
     /// Bodies from the one that is joined to the trunk to the foot.
     pub bodies: Vec<usize>,
-    /// Length from the first joint to the farthest surface point of the foot when stretched, m.
+    /// The body of `bodies` with which the long segments begin: a short one before it only turns the
+    /// limb out (a hip's abduction).
+    pub first_long: usize,
+    /// Length from there to the farthest surface point of the foot when stretched, m.
     pub length: f64,
     /// Whether the foot is a sole (corners) and not a ball.
     pub flat: bool,
@@ -85,15 +91,20 @@ pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
             bodies.push(body);
         }
         bodies.reverse();
-        let segments: f64 = bodies.windows(2).map(|pair| model.bodies[pair[1]].offset.norm()).sum();
         let origin = posed.bodies[leaf].origin;
         let end = touching.iter().map(|touch| (touch.at - origin).norm()).fold(0.0, f64::max);
-        let length = segments + end;
+        let mut segments: Vec<f64> =
+            bodies.windows(2).map(|pair| model.bodies[pair[1]].offset.norm()).collect();
+        segments.push(end);
+        let longest = segments.iter().copied().fold(0.0, f64::max);
+        let first = segments.iter().position(|segment| *segment > SHORT * longest).unwrap_or(0);
+        let length: f64 = segments[first..].iter().sum();
+        let first_long = bodies[first];
         let lowest = touching.iter().map(|touch| touch.at.z).fold(f64::INFINITY, f64::min);
         let sole = touching.iter().filter(|touch| touch.at.z < lowest + SOLE * length);
-        limbs.push(Limb { bodies, length, flat: sole.count() >= 3 });
+        limbs.push(Limb { bodies, first_long, length, flat: sole.count() >= 3 });
     }
-    let bottom = |limb: &Limb| posed.bodies[limb.bodies[0]].origin.z - limb.length;
+    let bottom = |limb: &Limb| posed.bodies[limb.first_long].origin.z - limb.length;
     let lowest = limbs.iter().map(&bottom).fold(f64::INFINITY, f64::min);
     let longest = limbs.iter().map(|limb| limb.length).fold(0.0, f64::max);
     limbs.retain(|limb| bottom(limb) < lowest + 0.3 * longest);

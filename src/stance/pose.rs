@@ -1,7 +1,7 @@
 //! A pose that looks like standing.
 //!
 //! The pose minimises a sum of squares over the joint angles, starting from the angles nearest to zero
-//! that the limits allow: feet level, feet below the joints their limbs hang from, limbs a little bent,
+//! that the limits allow: feet level, feet below the joints their limbs swing from, limbs a little bent,
 //! soles flat, the centre of mass above the feet, joints away from their limits and near where they began.
 //! A character that lies rather than stands (a snake) keeps the pose it was drawn in.
 
@@ -10,8 +10,9 @@ use nalgebra::{Vector2, Vector3};
 use super::anatomy::{Limb, Posed, limbs};
 use crate::model::{Freedom, Model};
 
-/// Share of a limb's length between its first joint and the ground.
-const EXTENSION: f64 = 0.82;
+/// Share of a limb's length between its first joint and the ground: bent far enough to push off with, which
+/// learning turned out to need more than a straight leg's rest.
+const EXTENSION: f64 = 0.7;
 
 /// Joints keep this share of their range away from its ends where they can.
 const MARGIN: f64 = 0.12;
@@ -93,15 +94,17 @@ fn moves(model: &Model, limbs: &[Limb]) -> Vec<Vec<(usize, f64)>> {
         let parent = model.bodies[joint + 1].parent;
         (parent > 0).then(|| vec![(joint, 2.0 * unit(joint)), (parent - 1, -unit(parent - 1))])
     };
-    let joints = 0..model.joint_count();
-    let mut moves: Vec<_> = joints.clone().map(|joint| vec![(joint, unit(joint))]).collect();
-    moves.extend(joints.filter_map(fold));
+    let mut moves = Vec::new();
+    // All limbs first, so that limbs alike bend alike.
     let longest = limbs.iter().map(|limb| limb.bodies.len()).max().unwrap_or(0);
     for place in 0..longest {
         let alike = || limbs.iter().filter_map(move |limb| limb.bodies.get(place)).map(|body| body - 1);
         moves.push(alike().map(|joint| (joint, unit(joint))).collect());
         moves.push(alike().filter_map(fold).flatten().collect());
     }
+    let joints = 0..model.joint_count();
+    moves.extend(joints.clone().map(|joint| vec![(joint, unit(joint))]));
+    moves.extend(joints.filter_map(fold));
     moves
 }
 
@@ -123,7 +126,7 @@ impl Cost<'_> {
 
         let mut cost = 4.0 * relative(flat(posed.center_of_mass - mean).norm());
         for (limb, foot) in self.limbs.iter().zip(&feet) {
-            let attached = posed.bodies[limb.bodies[0]].origin;
+            let attached = posed.bodies[limb.first_long].origin;
             let extension = (attached.z - foot.z) / limb.length;
             cost += 20.0 * relative(foot.z - mean.z) / count;
             cost += 1.0 * relative(flat(attached - foot).norm()) / count;
