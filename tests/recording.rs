@@ -107,9 +107,11 @@ impl Content {
     }
 
     fn has_static(&self, entity: &str, component: &str) -> bool {
-        self.chunks.get(entity).into_iter().flatten().any(|chunk| {
-            chunk.is_static() && chunk.components().keys().any(|name| name.to_string() == component)
-        })
+        self.chunks
+            .get(entity)
+            .into_iter()
+            .flatten()
+            .any(|chunk| chunk.is_static() && chunk.components().keys().any(|name| *name == component))
     }
 }
 

@@ -158,7 +158,7 @@ impl Default for Learning {
             trunk_cells: 1,
             coding: Coding::default(),
             islands: 4,
-            migration: 50,
+            migration: 10,
             patience: 20,
             elite: 2,
             tournament: 3,

@@ -46,10 +46,10 @@ impl Maze {
                     permitted.map(|a| q[s][a]).fold(f64::NEG_INFINITY, f64::max)
                 })
                 .collect();
-            for s in 0..self.situations() {
-                for a in (0..self.actions()).filter(|&a| self.permits(s, a)) {
+            for (s, row) in q.iter_mut().enumerate() {
+                for (a, value) in row.iter_mut().enumerate().filter(|(a, _)| self.permits(s, *a)) {
                     let (reward, next) = self.moves[s][a];
-                    q[s][a] = reward + discount * next.map_or(0.0, |next| best[next]);
+                    *value = reward + discount * next.map_or(0.0, |next| best[next]);
                 }
             }
         }

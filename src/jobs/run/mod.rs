@@ -220,7 +220,7 @@ pub fn read_character(bytes: &[u8], source: Option<Source>, options: Options) ->
         Some(source) => character::read(bytes, source, options),
         None => {
             let reason = "neither a URDF document, nor a character JSON document, nor a zip archive";
-            Err(InputError::Malformed(Fault::new("", reason)))
+            Err(InputError::Malformed(Fault::new("line 1", reason)))
         }
     }
 }
