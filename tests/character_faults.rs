@@ -502,7 +502,8 @@ fn a_file_that_is_no_character_is_malformed() {
     let Err(InputError::Malformed(fault)) = character::read_file(&missing, Options::default()) else {
         panic!()
     };
-    assert!(fault.pointer.ends_with("none.urdf") && fault.reason.contains("cannot be read"), "{fault}");
+    // Whoever named the file names it in the message.
+    assert!(fault.pointer.is_empty() && fault.reason.contains("cannot be read"), "{fault}");
     let text = folder.path().join("text.txt");
     std::fs::write(&text, "hello").unwrap();
     let Err(InputError::Malformed(fault)) = character::read_file(&text, Options::default()) else { panic!() };
