@@ -76,8 +76,8 @@ pub struct MomentumLine {
 pub struct ContactLine {
     /// The character's link.
     pub link: String,
-    /// What it touches.
-    pub other: &'static str,
+    /// What it touches: `ground`, or another link.
+    pub other: String,
     /// World frame, m.
     pub position: [f64; 3],
     /// From the other into the link.

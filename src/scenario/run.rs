@@ -10,6 +10,7 @@ use crate::fault::{Fault, InputError};
 use crate::model::Model;
 use crate::motion::{Motion, Player};
 use crate::scene::{Drive, Feedforward, Gains, Ground, MaxTorque, StepPlan};
+use crate::sim::contact::Against;
 use crate::sim::{Command, Simulator, State};
 use crate::stance::{self, Stance};
 
@@ -294,7 +295,10 @@ impl Prepared {
         let momentum = simulator.momentum();
         let contacts = simulator.contacts().map(|contact| ContactLine {
             link: model.character.links[contact.link].name.clone(),
-            other: "ground",
+            other: match contact.against {
+                Against::Ground => "ground".to_owned(),
+                Against::Link { link, .. } => model.character.links[link].name.clone(),
+            },
             position: contact.position.coords.into(),
             normal: contact.normal.into(),
             force: contact.force.into(),

@@ -6,6 +6,6 @@ mod wire;
 
 pub use plan::{Decision, DrivePlan, StepPlan};
 pub use wire::{
-    Accuracy, Coordinates, Drive, Effect, Feedforward, FrictionCone, Gains, Ground, Integrator, MaxTorque,
-    Scene, SolverChoice, SolverKind, Switch,
+    Accuracy, Coordinates, Drive, Effect, Feedforward, FrictionCone, Gains, Ground, Integrator, JointBias,
+    MaxTorque, Scene, SolverChoice, SolverKind, Switch,
 };

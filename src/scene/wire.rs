@@ -185,14 +185,19 @@ pub enum Switch {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Accuracy {
-    /// Time step, s.
+    /// Time step, s; with `step_tolerance` the longest.
     pub step: f64,
+    /// Greatest error that one step may add to a joint angle (rad), a joint position or the root's
+    /// position (m): steps are divided until they keep it. `null` takes every step as it is.
+    pub step_tolerance: Option<f64>,
     /// Method of integration.
     pub integrator: Integrator,
     /// Solver of the complementarity problem.
     pub solver: SolverChoice,
     /// Coordinates in which the character is simulated.
     pub coordinates: Coordinates,
+    /// What joint rows ask for in maximal coordinates; of no effect in reduced ones.
+    pub joint_bias: JointBias,
     /// Shape of the set of admissible friction forces.
     pub friction_cone: FrictionCone,
 }
@@ -201,9 +206,11 @@ impl Default for Accuracy {
     fn default() -> Self {
         Self {
             step: 0.002,
+            step_tolerance: None,
             integrator: Integrator::default(),
             solver: SolverChoice::default(),
             coordinates: Coordinates::default(),
+            joint_bias: JointBias::default(),
             friction_cone: FrictionCone::default(),
         }
     }
@@ -216,12 +223,25 @@ impl Accuracy {
         if !(1e-7..=0.1).contains(&self.step) {
             faults.push(Fault::new("/step", "the step must lie between 1e-7 and 0.1 s"));
         }
+        if self.step_tolerance.is_some_and(|tolerance| !(1e-12..=1.0).contains(&tolerance)) {
+            faults
+                .push(Fault::new("/step_tolerance", "the tolerance of a step must lie between 1e-12 and 1"));
+        }
         if !(1..=100_000).contains(&self.solver.iterations) {
             faults.push(Fault::new("/solver/iterations", "iterations must lie between 1 and 100000"));
         }
         if !(self.solver.tolerance.is_finite() && self.solver.tolerance >= 0.0) {
             faults
                 .push(Fault::new("/solver/tolerance", "the tolerance must be a finite number of at least 0"));
+        }
+        for (asked, place, what) in [
+            (self.integrator == Integrator::MoreauJean, "/integrator", "the integrator moreau_jean"),
+            (self.coordinates == Coordinates::Maximal, "/coordinates", "maximal coordinates"),
+            (self.step_tolerance.is_some(), "/step_tolerance", "error control"),
+        ] {
+            if asked {
+                faults.push(Fault::new(place, format!("this simulator does not have {what} yet")));
+            }
         }
         if self.solver.kind == SolverKind::Lemke && self.friction_cone == FrictionCone::Cone {
             faults.push(Fault::new(
@@ -240,6 +260,9 @@ pub enum Integrator {
     /// New velocities first, then positions with the new velocities (Tokizaki & Hasegawa eqs. 8-9).
     #[default]
     SemiImplicitEuler,
+    /// Moreau and Jean's time stepping with θ = 1/2: forces and contacts at the middle of the step, of
+    /// second order where the motion is smooth.
+    MoreauJean,
 }
 
 /// A solver and its budget.
@@ -281,6 +304,19 @@ pub enum Coordinates {
     /// Joint coordinates on the kinematic tree.
     #[default]
     Reduced,
+    /// Six coordinates a body, with joints as rows (Tokizaki & Hasegawa eqs. 5-27).
+    Maximal,
+}
+
+/// What a joint's rows ask of the new velocities of its two bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum JointBias {
+    /// J v⁺ = −h J̇ v: what joint coordinates imply, so that both coordinates move alike.
+    #[default]
+    Consistent,
+    /// J v⁺ = 0, as the paper has it: the joint's own turning is left to the next step.
+    Paper,
 }
 
 /// Shape of the set of admissible friction forces.

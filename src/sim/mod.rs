@@ -2,7 +2,7 @@
 //! linear complementarity problem each step.
 //!
 //! A [`Simulator`] is a model, a step plan, a state and a workspace; a step is a function of the four
-//! ([`Simulator::step`], whose stages stand by name in `step.rs`). It allocates nothing once it is warm.
+//! ([`Simulator::step`], whose stages stand by name in `reduced/stages.rs`). It allocates nothing once it is warm.
 
 pub mod contact;
 mod diagnostics;
@@ -22,6 +22,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::model::Model;
 use crate::scene::StepPlan;
+use contact::Against;
 use workspace::Workspace;
 
 pub use state::{Root, State};
@@ -48,13 +49,16 @@ pub enum Command<'a> {
 pub struct Contact {
     /// Index of the character's link.
     pub link: usize,
+    /// What it touches.
+    pub against: Against,
     /// Where, in the world frame, m.
     pub position: Point3<f64>,
-    /// From the ground into the character, of unit length.
+    /// From what is touched into the link, of unit length.
     pub normal: Vector3<f64>,
-    /// On the character, world frame, N.
+    /// On the link, world frame, N.
     pub force: Vector3<f64>,
-    /// Velocity of the character's material point there after the step, world frame, m/s.
+    /// Velocity of the link's material point there after the step, against that of what it touches, world
+    /// frame, m/s.
     pub velocity: Vector3<f64>,
     /// Depth of penetration at the beginning of the step, m; negative for a gap.
     pub depth: f64,
@@ -132,7 +136,9 @@ impl Simulator {
 
     /// Contacts of the last step that carried force or penetrate, in the order of the model's slots.
     pub fn contacts(&self) -> impl Iterator<Item = Contact> + '_ {
-        self.work.contacts(&self.plan).filter(|contact| contact.depth > 0.0 || contact.force.z > 0.0)
+        self.work
+            .contacts(&self.plan)
+            .filter(|contact| contact.depth > 0.0 || contact.force.dot(&contact.normal) > 0.0)
     }
 
     /// Frame of a link of the character in the world, at the present state.

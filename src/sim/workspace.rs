@@ -115,19 +115,11 @@ impl Workspace {
     }
 
     /// Detects contact with the plan's ground.
-    pub fn detect(&mut self, model: &Model, plan: &StepPlan, root_height: f64) {
+    pub fn detect(&mut self, model: &Model, plan: &StepPlan, root_height: f64, step: f64) {
         let Some(height) = plan.ground else { return };
         let gravity = plan.gravity.norm();
         let height = height - root_height;
-        ground::detect(
-            model,
-            &self.bodies,
-            height,
-            plan.step(),
-            gravity,
-            plan.stabilization,
-            &mut self.touches,
-        );
+        ground::detect(model, &self.bodies, height, step, gravity, plan.stabilization, &mut self.touches);
     }
 
     /// Every touch of the last step with its force.
@@ -136,13 +128,13 @@ impl Workspace {
         self.touches.iter().enumerate().map(move |(index, touch)| {
             let first = index * rows_per_touch;
             let forces = self.rows.force.get(first..first + rows_per_touch).unwrap_or_default();
-            let force = forces.iter().zip(contact::FRAME).map(|(force, axis)| axis * *force).sum();
             Contact {
                 link: touch.link,
                 position: self.common_point + touch.at,
-                normal: contact::FRAME[0],
-                force,
-                velocity: self.free[touch.body].plus(self.changes[touch.body]).at(touch.at),
+                against: touch.against,
+                normal: touch.frame[0],
+                force: touch.force(forces),
+                velocity: touch.slip(|body| self.free[body].plus(self.changes[body])),
                 depth: touch.depth,
             }
         })

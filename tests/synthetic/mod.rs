@@ -174,6 +174,7 @@ impl Gait {
                 let foot = shank * Point3::new(0.0, 0.0, -SHANK);
                 contacts.push(Contact {
                     link: foot_link(leg),
+                    against: gaitwright::sim::contact::Against::Ground,
                     position: Point3::new(foot.x, foot.y, 0.0),
                     normal: Vector3::z(),
                     force: Vector3::new(0.0, 0.0, mass() * GRAVITY / standing as f64),

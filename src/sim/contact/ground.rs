@@ -2,9 +2,13 @@
 
 use nalgebra::Vector3;
 
-use super::Touch;
+use super::{Against, Touch};
 use crate::model::{CYLINDER_SLOTS, GroundShape, Model, Surface};
 use crate::sim::reduced::kinematics::BodyMotion;
+
+/// Normal and tangents of a horizontal plane.
+const FRAME: [Vector3<f64>; 3] =
+    [Vector3::new(0.0, 0.0, 1.0), Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.0)];
 
 /// A corner-only shape of more corners than this is represented by its deepest and widest four.
 const CORNERS_KEPT_WHOLE: usize = 8;
@@ -47,7 +51,16 @@ pub fn detect(
         let mut add = |slot: usize, at: Vector3<f64>| {
             let depth = height - at.z;
             if depth >= -margin(at) {
-                touches.push(Touch { slot, link: shape.link, body: shape.body, at, depth });
+                let against = Against::Ground;
+                touches.push(Touch {
+                    slot,
+                    link: shape.link,
+                    body: shape.body,
+                    against,
+                    at,
+                    frame: FRAME,
+                    depth,
+                });
             }
         };
         match shape.surface {

@@ -7,4 +7,5 @@ pub mod articulated;
 pub mod kinematics;
 pub mod response;
 pub mod root;
+pub(super) mod stages;
 pub mod velocity_control;

@@ -13,18 +13,24 @@ use crate::sim::spatial::{Force, Motion};
 /// Numbers of a half-solved row that belong to the root.
 pub const ROOT: usize = 6;
 
-/// Half-solves a unit of the row that is `force` on body `body`: fills `half`, [`ROOT`] numbers of
-/// the root and then one for every joint, and zeroes the rest.
-pub fn of_body(
+/// Half-solves a unit of the row that is `force` on body `body`, and the opposite on body `other` if there
+/// is one: fills `half`, [`ROOT`] numbers of the root and then one for every joint, and zeroes the rest.
+#[inline]
+pub fn of_bodies(
     model: &Model,
     bodies: &[BodyMotion],
     factor: &Articulated,
     body: usize,
+    other: Option<usize>,
     force: Force,
     half: &mut [f64],
 ) {
     half.fill(0.0);
-    climb(model, bodies, factor, body, force, half);
+    let mut at_root = climb(model, bodies, factor, body, force, half);
+    if let Some(other) = other {
+        at_root = at_root.plus(climb(model, bodies, factor, other, force.scaled(-1.0), half));
+    }
+    half[..ROOT].copy_from_slice(&factor.root.half_solve(at_root));
 }
 
 /// Half-solves a unit of the row that is a force along joint `joint`.
@@ -32,9 +38,12 @@ pub fn of_joint(model: &Model, bodies: &[BodyMotion], factor: &Articulated, join
     half.fill(0.0);
     let share = &factor.joints[joint];
     half[ROOT + joint] = share.root_inverse_d;
-    climb(model, bodies, factor, model.bodies[joint + 1].parent, share.u.scaled(-share.inverse_d), half);
+    let rest = share.u.scaled(-share.inverse_d);
+    let at_root = climb(model, bodies, factor, model.bodies[joint + 1].parent, rest, half);
+    half[..ROOT].copy_from_slice(&factor.root.half_solve(at_root));
 }
 
+/// Walks `force` on `body` to the root, adds each joint's share to `half`, and gives what reaches the root.
 #[inline]
 fn climb(
     model: &Model,
@@ -43,16 +52,16 @@ fn climb(
     mut body: usize,
     mut force: Force,
     half: &mut [f64],
-) {
+) -> Force {
     while body > 0 {
         let joint = body - 1;
         let share = &factor.joints[joint];
         let along = bodies[body].freedom.dot(force);
-        half[ROOT + joint] = along * share.root_inverse_d;
+        half[ROOT + joint] += along * share.root_inverse_d;
         force = force.plus_scaled(share.u, -along * share.inverse_d);
         body = model.bodies[body].parent;
     }
-    half[..ROOT].copy_from_slice(&factor.root.half_solve(force));
+    force
 }
 
 /// Change of velocity that belongs to the half-solved impulse `half`: of the root as the result, of
