@@ -113,7 +113,8 @@ fn a_resting_cube_stays_where_it_is_and_its_contacts_carry_its_weight() {
     let mut simulator = simulator(&model, &Accuracy::default(), None, state);
     run(&mut simulator, 10.0, Command::Passive);
     let carried: f64 = simulator.contacts().map(|contact| contact.force.z).sum();
-    assert!((carried - 2.0 * GRAVITY).abs() < 1e-6, "{carried} N");
+    // The solver may leave 1e-9 m/s in each of four normal rows, whose diagonal is at least h/m.
+    assert!((carried - 2.0 * GRAVITY).abs() < 4.0 * 1e-9 * 2.0 / 0.002, "{carried} N");
     let root = simulator.state().root;
     assert!(
         root.position.xy().coords.norm() < 1e-9 && (root.position.z - 0.1).abs() < 1e-9,
@@ -269,19 +270,21 @@ fn a_limit_violated_at_the_start_is_recovered_at_a_bounded_rate() {
     let mut state = State::new(&model);
     state.angles[0] = 1.5;
     let mut simulator = Simulator::new(model.clone(), plan, state);
-    let mut fastest: f64 = 0.0;
-    // Half way after half a second, and within the range a little after the whole one.
+    // Half way after half a second, and back at the limit a little after the whole one.
     run(&mut simulator, 0.5, Command::Passive);
-    assert!(simulator.state().angles[0] > 0.9, "it is pushed faster than 1 rad/s");
+    assert!(simulator.state().angles[0] > 0.99, "it is pushed faster than 1 rad/s");
     for _ in 0..350 {
         simulator.step(Command::Passive).unwrap();
-        fastest = fastest.max(simulator.state().velocities[0].abs());
+        assert_eq!(simulator.state().velocities[0], 0.0, "the correction leaves a speed behind");
     }
-    assert!(fastest < 1.0 + 1e-9, "{fastest} rad/s");
-    assert!((-0.5..=0.5).contains(&simulator.state().angles[0]), "{} rad", simulator.state().angles[0]);
+    let angle = simulator.state().angles[0];
+    assert!((-0.5..=0.5 + 1e-9).contains(&angle), "{angle} rad");
 }
 
-/// f₀ of the first pass gives the target's velocity exactly when nothing else acts.
+/// f₀ of the first pass gives the target's velocity when nothing else acts: exactly, but for forces of velocity,
+/// which it takes at the old velocities and the step at the mean. At rates of 1 rad/s that accelerate by
+/// 10 rad/s² they differ by some 0.01 rad/s² of the joint's inertia, which is 4e-8 rad a step and, over the 150 steps of
+/// a swing, less than 1e-5 rad.
 #[test]
 fn feedforward_follows_a_reachable_target_exactly() {
     let model = common::example("quadruped.urdf");
@@ -302,7 +305,7 @@ fn feedforward_follows_a_reachable_target_exactly() {
         simulator.step(Command::Track { now: &now, next: &next }).unwrap();
         let error =
             simulator.state().angles.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(error < 1e-9, "{error} rad at step {index}");
+        assert!(error < 1e-5, "{error} rad at step {index}");
     }
 }
 

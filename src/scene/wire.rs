@@ -234,14 +234,8 @@ impl Accuracy {
             faults
                 .push(Fault::new("/solver/tolerance", "the tolerance must be a finite number of at least 0"));
         }
-        for (asked, place, what) in [
-            (self.integrator == Integrator::MoreauJean, "/integrator", "the integrator moreau_jean"),
-            (self.coordinates == Coordinates::Maximal, "/coordinates", "maximal coordinates"),
-            (self.step_tolerance.is_some(), "/step_tolerance", "error control"),
-        ] {
-            if asked {
-                faults.push(Fault::new(place, format!("this simulator does not have {what} yet")));
-            }
+        if self.coordinates == Coordinates::Maximal {
+            faults.push(Fault::new("/coordinates", "this simulator does not have maximal coordinates yet"));
         }
         if self.solver.kind == SolverKind::Lemke && self.friction_cone == FrictionCone::Cone {
             faults.push(Fault::new(

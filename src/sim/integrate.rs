@@ -1,19 +1,19 @@
-//! From new velocities to new positions.
+//! From velocities to positions.
 
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 
+use super::spatial::Motion;
 use super::state::State;
 
-/// Moves all positions along the present velocities for `step` seconds (Tokizaki & Hasegawa eq. 9);
-/// the orientation by the exponential map, so that it stays a rotation.
-pub fn advance(state: &mut State, step: f64) {
-    let root = &mut state.root;
-    root.position += root.linear_velocity * step;
-    let turn: Vector3<f64> = root.angular_velocity * step;
-    root.orientation = UnitQuaternion::from_scaled_axis(turn) * root.orientation;
-    root.orientation.renormalize_fast();
-    for (angle, rate) in state.angles.iter_mut().zip(&state.velocities) {
+/// Moves all positions for `step` seconds (Tokizaki & Hasegawa eq. 9): the root along `root`, the velocity
+/// of its origin and its angular velocity, and the joints along `rates`. The orientation moves by the
+/// exponential map, so that it stays a rotation.
+pub fn advance(state: &mut State, root: Motion, rates: &[f64], step: f64) {
+    let place = &mut state.root;
+    place.position += root.linear * step;
+    place.orientation = UnitQuaternion::from_scaled_axis(root.angular * step) * place.orientation;
+    place.orientation.renormalize_fast();
+    for (angle, rate) in state.angles.iter_mut().zip(rates) {
         *angle += rate * step;
     }
-    state.time += step;
 }

@@ -46,6 +46,15 @@ pub struct State {
     pub(super) memory: Memory,
 }
 
+/// A body that swings about its joint under tension, like a weight on a string.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Swing {
+    /// Index of the body.
+    pub body: usize,
+    /// rad/s.
+    pub rate: f64,
+}
+
 /// What the solver remembers of the last step.
 #[derive(Debug, PartialEq)]
 pub(super) struct Memory {
@@ -57,6 +66,12 @@ pub(super) struct Memory {
     pub dry_friction: Vec<f64>,
     /// Torque of every joint whose actuator is at its limit, N m; 0 for all others.
     pub saturated: Vec<f64>,
+    /// Force that every joint carried, N.
+    pub pull: Vec<f64>,
+    /// The fastest swing of a body under that force; `None` before the first step.
+    pub swing: Option<Swing>,
+    /// Length of the next part of a step under error control, s; 0 for a whole step.
+    pub part: f64,
 }
 
 impl State {
@@ -73,8 +88,23 @@ impl State {
                 limit: vec![0.0; joints],
                 dry_friction: vec![0.0; joints],
                 saturated: vec![0.0; joints],
+                pull: vec![0.0; joints],
+                swing: None,
+                part: 0.0,
             },
         }
+    }
+
+    /// How far two states are apart in position: the greatest difference of a joint angle (rad), a joint
+    /// position (m), a coordinate of the root (m), or the angle between the root's orientations (rad).
+    pub fn distance(&self, other: &Self) -> f64 {
+        let joints = self.angles.iter().zip(&other.angles).map(|(a, b)| (a - b).abs());
+        let roots = (self.root.position - other.root.position).amax();
+        let turn = self.root.orientation.angle_to(&other.root.orientation);
+        // Unlike f64::max, this does not pass over a NaN.
+        joints.fold(roots.max(turn) + (roots + turn) * 0.0, |worst, each| {
+            if each > worst || each.is_nan() { each } else { worst }
+        })
     }
 
     /// Forgets the forces of the last step, as after a change of pose by hand.
@@ -83,6 +113,9 @@ impl State {
         self.memory.limit.fill(0.0);
         self.memory.dry_friction.fill(0.0);
         self.memory.saturated.fill(0.0);
+        self.memory.pull.fill(0.0);
+        self.memory.swing = None;
+        self.memory.part = 0.0;
     }
 }
 
@@ -114,6 +147,9 @@ impl Clone for Memory {
             limit: self.limit.clone(),
             dry_friction: self.dry_friction.clone(),
             saturated: self.saturated.clone(),
+            pull: self.pull.clone(),
+            swing: self.swing,
+            part: self.part,
         }
     }
 
@@ -122,5 +158,8 @@ impl Clone for Memory {
         self.limit.clone_from(&source.limit);
         self.dry_friction.clone_from(&source.dry_friction);
         self.saturated.clone_from(&source.saturated);
+        self.pull.clone_from(&source.pull);
+        self.swing = source.swing;
+        self.part = source.part;
     }
 }

@@ -1,19 +1,62 @@
-//! One step of time.
+//! One step of time: whole, in parts where a body turns too far, or in parts as short as an error
+//! tolerance asks.
 
 use super::lcp::Status;
 use super::reduced::root::RootFreedom;
-use super::{Command, Failure, Simulator, reduced};
+use super::reduced::stages::{self, Outcome};
+use super::{Command, Failure, Simulator, State};
 use crate::model::Model;
-use crate::scene::StepPlan;
-use crate::sim::State;
+use crate::scene::{Integrator, StepPlan};
+
+/// Greatest number of parts that a step is divided into.
+const MOST_PARTS: f64 = 4096.0;
+
+/// Part of the aim at which the next part's error is put, so that most parts are not computed twice.
+const SAFETY: f64 = 0.9;
+
+/// Bounds on how much longer the next part may be than the last.
+const GROWTH: [f64; 2] = [0.2, 4.0];
+
+/// What dividing a step needs to keep in mind.
+#[derive(Debug, Clone)]
+pub(super) struct Division {
+    /// The state before a part.
+    before: State,
+    /// The state before a probe.
+    probed: State,
+    /// Targets at the beginning and at the end of a part, rad or m.
+    now: Vec<f64>,
+    next: Vec<f64>,
+    /// Under error control: the state before a part, and that after the part taken as a whole.
+    control: Option<[State; 2]>,
+}
+
+impl Division {
+    pub fn new(model: &Model, plan: &StepPlan) -> Self {
+        let joints = model.joint_count();
+        let state = || State::new(model);
+        Self {
+            before: state(),
+            probed: state(),
+            now: vec![0.0; joints],
+            next: vec![0.0; joints],
+            control: plan.accuracy.step_tolerance.map(|_| [state(), state()]),
+        }
+    }
+}
 
 impl Simulator {
     /// One step of the plan's step length (Tokizaki & Hasegawa eqs. 8-9 with the mixed LCP of
     /// eqs. 25-27). Allocates nothing once it is warm.
     ///
+    /// A step in which a body would turn by more than half a radian, or swing under tension by more than one
+    /// radian of its phase, is computed in parts; with a tolerance in the plan, in parts as short as it
+    /// asks.
+    ///
     /// # Errors
-    /// [`Failure`] when nothing resists an acceleration, when the problem has no solution, or when a
-    /// number became non-finite. The state is then that of the failed step and must not be gone on from.
+    /// [`Failure`] when nothing resists an acceleration, when the problem has no solution, when a body
+    /// turns too fast to be followed, or when a number became non-finite. The state is then that of the failed
+    /// step and must not be gone on from.
     ///
     /// # Panics
     /// If a slice of `command` does not have one number for each joint.
@@ -26,8 +69,121 @@ impl Simulator {
                 assert_eq!((now.len(), next.len()), (joints, joints), "one target a joint");
             }
         }
-        let step = self.plan.step();
-        reduced::stages::step(&self.model, &self.plan, &mut self.state, &mut self.work, command, step)
+        if self.state.memory.swing.is_none() {
+            self.probe(command)?;
+        }
+        let end = self.state.time + self.plan.step();
+        match self.plan.accuracy.step_tolerance {
+            None => self.resolve(command, 0.0, self.plan.step())?,
+            Some(tolerance) => self.control(command, tolerance)?,
+        }
+        self.state.time = end;
+        Ok(())
+    }
+
+    /// Finds how fast the bodies swing under tension before anything is stepped: what pulls at them shows in
+    /// two steps that are taken back.
+    fn probe(&mut self, command: Command<'_>) -> Result<(), Failure> {
+        self.division.probed.clone_from(&self.state);
+        for _ in 0..2 {
+            self.part(command, 0.0, self.plan.step())?;
+        }
+        let found = &mut self.state.memory;
+        let kept = &mut self.division.probed.memory;
+        kept.swing = found.swing;
+        kept.pull.clone_from(&found.pull);
+        self.state.clone_from(&self.division.probed);
+        Ok(())
+    }
+
+    /// From `from` to `to` seconds after the beginning of the step, in one or, where a body turns too far,
+    /// in equal parts.
+    fn resolve(&mut self, command: Command<'_>, from: f64, to: f64) -> Result<(), Failure> {
+        let moves_first = self.plan.accuracy.integrator == Integrator::MoreauJean;
+        let mut done = from;
+        let mut length = to - from;
+        while done < to {
+            let until = if to - done < 1.5 * length { to } else { done + length };
+            if moves_first {
+                self.division.before.clone_from(&self.state);
+            }
+            match self.part(command, done, until)? {
+                Outcome::Done => done = until,
+                Outcome::TooFast { body, longest } => {
+                    if moves_first {
+                        self.state.clone_from(&self.division.before);
+                    }
+                    length = (to - done) / ((to - done) / (SAFETY * longest)).ceil();
+                    if length.is_nan() || length * MOST_PARTS < self.plan.step() {
+                        return Err(too_fast(&self.model, &self.state, body));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// From `from` to `until` seconds after the beginning of the step.
+    fn part(&mut self, command: Command<'_>, from: f64, until: f64) -> Result<Outcome, Failure> {
+        let Self { model, plan, state, work, division } = self;
+        let whole = plan.step();
+        let command = match command {
+            Command::Track { now, next } if until - from < whole => {
+                let targets = division.now.iter_mut().zip(&mut division.next).zip(now.iter().zip(next));
+                for ((part_now, part_next), (now, next)) in targets {
+                    *part_now = now + (next - now) * (from / whole);
+                    *part_next = now + (next - now) * (until / whole);
+                }
+                Command::Track { now: &division.now, next: &division.next }
+            }
+            command => command,
+        };
+        stages::step(model, plan, state, work, command, until - from)
+    }
+
+    /// The whole step in parts, each as long as `tolerance` (rad or m) allows: every part is computed
+    /// as a whole and in two halves, whose difference estimates the error of the first
+    /// (Hairer, Nørsett & Wanner 1993, section II.4). The halves are kept.
+    fn control(&mut self, command: Command<'_>, tolerance: f64) -> Result<(), Failure> {
+        let order = match self.plan.accuracy.integrator {
+            Integrator::SemiImplicitEuler => 1,
+            Integrator::MoreauJean => 2,
+        };
+        let whole = self.plan.step();
+        let shortest = whole / MOST_PARTS;
+        let Some([mut before, mut coarse]) = self.division.control.take() else { return Ok(()) };
+        let mut length = match self.state.memory.part {
+            0.0 => whole,
+            part => part.min(whole),
+        };
+        let mut done = 0.0;
+        let mut outcome = Ok(());
+        while done < whole && outcome.is_ok() {
+            // What would be left by a hair is taken along.
+            let until = if whole - done < 1.01 * length { whole } else { done + length };
+            let part = until - done;
+            before.clone_from(&self.state);
+            let middle = done + 0.5 * part;
+            let failed = self.resolve(command, done, until).is_err();
+            coarse.clone_from(&self.state);
+            self.state.clone_from(&before);
+            outcome = self.resolve(command, done, middle).and_then(|()| self.resolve(command, middle, until));
+            let error = if failed || outcome.is_err() { f64::INFINITY } else { coarse.distance(&self.state) };
+            let growth = SAFETY * (tolerance / error).powf(1.0 / f64::from(order + 1));
+            let next = (part * growth.clamp(GROWTH[0], GROWTH[1])).clamp(shortest, whole);
+            if error <= tolerance || (part <= shortest && outcome.is_ok()) {
+                // A part that the end of the step cut short says nothing against longer ones.
+                length = if part < length { next.max(length) } else { next };
+                done = until;
+            } else if part > shortest {
+                outcome = Ok(());
+                length = next;
+                self.state.clone_from(&before);
+            }
+        }
+        self.state.memory.part = length;
+        self.division.control = Some([before, coarse]);
+        outcome
     }
 }
 
@@ -54,4 +210,12 @@ pub(super) fn fail_unless_usable(status: Status, model: &Model, state: &State) -
         place: format!("character {}", model.character.name),
         cause: cause.into(),
     })
+}
+
+fn too_fast(model: &Model, state: &State, body: usize) -> Failure {
+    let place = match body {
+        0 => format!("root link {}", model.character.links[0].name),
+        _ => format!("body of joint {}", model.joint_names[body - 1]),
+    };
+    Failure { time: state.time, place, cause: "turns or swings too fast to be followed".into() }
 }

@@ -1,11 +1,11 @@
 //! Scratch memory of a step. Nothing here outlives the step but what the observers read after it.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::contact::Touch;
 use super::lcp::{Lemke, Newton, Pgs, Problem, Solution, Solver};
 use super::reduced::articulated::{Articulated, JointLoad};
-use super::reduced::kinematics::BodyMotion;
+use super::reduced::kinematics::{BodyMotion, carried_inertia, levers};
 use super::reduced::response::ROOT;
 use super::reduced::velocity_control::VelocityControl;
 use super::rows::{Rows, contact};
@@ -18,8 +18,10 @@ use crate::scene::{Feedforward, SolverChoice, SolverKind, StepPlan};
 /// Scratch memory of a step; each field says which stage fills it.
 #[derive(Debug, Clone)]
 pub(super) struct Workspace {
-    /// Poses and velocities of the bodies at the beginning of the step. (kinematics)
+    /// Poses of the bodies, and the velocities at which forces of velocity are taken. (kinematics, mean motion)
     pub bodies: Vec<BodyMotion>,
+    /// Velocities of the bodies at the beginning of the step. (kinematics)
+    pub old: Vec<Motion>,
     /// Touches. (detection)
     pub touches: Vec<Touch>,
     /// Common point of the step: the root's origin at its beginning, m. (kinematics)
@@ -30,14 +32,34 @@ pub(super) struct Workspace {
     pub springs: Vec<Spring>,
     /// Joints whose actuator has a row of its own. (tracking, saturation)
     pub saturated: Vec<bool>,
+    /// Ends of the joints' ranges, lower and upper, that have rows. (rows, passing)
+    pub near_limit: Vec<[bool; 2]>,
     /// Loads of the joints. (tracking)
     pub loads: Vec<JointLoad>,
     /// The factorised mass matrix. (free motion)
     pub articulated: Articulated,
     /// Joint accelerations: as wanted (velocity control), then as they are without rows (free motion).
     pub joint_acceleration: Vec<f64>,
-    /// Joint velocities after the step if no row acted (free motion), then as they are (response).
+    /// Joint velocities with which forces of velocity are taken. (kinematics, mean motion)
+    pub mean_rates: Vec<f64>,
+    /// Joint velocities after the step if no row acted. (free motion)
+    pub free_rates: Vec<f64>,
+    /// Joint velocities after the step. (response)
     pub joint_rates: Vec<f64>,
+    /// Velocity of the root along which it moves. (recovery)
+    pub drift: Motion,
+    /// Joint velocities along which the joints move. (recovery)
+    pub drift_rates: Vec<f64>,
+    /// Change of each body's velocity by rows that also correct positions. (recovery)
+    pub drift_changes: Vec<Motion>,
+    /// Forces of the rows while those of the recovery are looked for. (recovery)
+    pub forces: Vec<f64>,
+    /// Inertia that each joint carries, kg m² or kg.
+    pub carried_inertia: Vec<f64>,
+    /// Distance from each joint to the farthest place of its body that pulls at it, m; 0 for a prismatic one.
+    pub levers: Vec<f64>,
+    /// Force that each body hands on to its parent, N. (pulls)
+    pub carried: Vec<Vector3<f64>>,
     /// Velocity of each body after the step if no row acted. (free motion)
     pub free: Vec<Motion>,
     /// Rows and their problem. (rows)
@@ -48,6 +70,8 @@ pub(super) struct Workspace {
     pub changes: Vec<Motion>,
     /// Torques of the actuators, N m or N. (saturation)
     pub torque: Vec<f64>,
+    /// How often new velocities were computed.
+    pub evaluations: u64,
     /// Residual of the solution, m/s or rad/s. (solve)
     pub residual: f64,
     /// The rigid character of the first pass and its rows, if the plan asks for them.
@@ -93,20 +117,32 @@ impl Workspace {
         let control_rows = if feedforward == Feedforward::ContactAware { contact_rows } else { 0 };
         Self {
             bodies: vec![BodyMotion::REST; bodies],
+            old: vec![Motion::ZERO; bodies],
             touches: Vec::with_capacity(slots),
             common_point: Point3::origin(),
             feedforward: vec![0.0; joints],
             springs: vec![Spring::default(); joints],
             saturated: vec![false; joints],
+            near_limit: vec![[false; 2]; joints],
             loads: vec![JointLoad::default(); joints],
             articulated: Articulated::new(bodies),
             joint_acceleration: vec![0.0; joints],
+            mean_rates: vec![0.0; joints],
+            free_rates: vec![0.0; joints],
             joint_rates: vec![0.0; joints],
+            drift: Motion::ZERO,
+            drift_rates: vec![0.0; joints],
+            drift_changes: vec![Motion::ZERO; bodies],
+            forces: Vec::with_capacity(contact_rows + 2 * joints),
+            carried_inertia: carried_inertia(model),
+            levers: levers(model),
+            carried: vec![Vector3::zeros(); bodies],
             free: vec![Motion::ZERO; bodies],
             rows: Rows::new(contact_rows + 2 * joints, ROOT + joints),
             half: vec![0.0; ROOT + joints],
             changes: vec![Motion::ZERO; bodies],
             torque: vec![0.0; joints],
+            evaluations: 0,
             residual: 0.0,
             control: (feedforward != Feedforward::None).then(|| VelocityControl::new(bodies)),
             control_rows: Rows::new(control_rows, ROOT),

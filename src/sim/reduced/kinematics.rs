@@ -76,3 +76,40 @@ pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
         bodies[index] = BodyMotion { rotation, origin, freedom, velocity, center, inertia };
     }
 }
+
+/// Gives `bodies` the velocities that go with `root` and the joint velocities `rates`, where they are.
+pub fn move_along(model: &Model, root: Motion, rates: &[f64], bodies: &mut [BodyMotion]) {
+    bodies[0].velocity = root;
+    for (index, body) in model.bodies.iter().enumerate().skip(1) {
+        let velocity = bodies[body.parent].velocity.plus_scaled(bodies[index].freedom, rates[index - 1]);
+        bodies[index].velocity = velocity;
+    }
+}
+
+/// Inertia that each joint carries with all joints beyond it stiff and at zero, and its rotor's, kg m² or kg.
+pub fn carried_inertia(model: &Model) -> Vec<f64> {
+    let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
+    place(model, &State::new(model), &mut bodies);
+    let mut carried: Vec<RigidInertia> = bodies.iter().map(|body| body.inertia).collect();
+    for index in (1..bodies.len()).rev() {
+        let parent = model.bodies[index].parent;
+        carried[parent] = carried[parent].plus(carried[index]);
+    }
+    let along = |index: usize| bodies[index].freedom.dot(carried[index].times(bodies[index].freedom));
+    model.armature.iter().enumerate().map(|(joint, rotor)| rotor + along(joint + 1)).collect()
+}
+
+/// Distance from each joint to the farthest of its body's centre of mass and of the joints beyond, m; 0 for
+/// a prismatic joint, whose body does not swing.
+pub fn levers(model: &Model) -> Vec<f64> {
+    let mut levers: Vec<f64> = model.bodies.iter().skip(1).map(|body| body.center.norm()).collect();
+    for body in model.bodies.iter().skip(1).filter(|body| body.parent > 0) {
+        levers[body.parent - 1] = levers[body.parent - 1].max(body.offset.norm());
+    }
+    for (lever, body) in levers.iter_mut().zip(&model.bodies[1..]) {
+        if body.freedom == Freedom::Prismatic {
+            *lever = 0.0;
+        }
+    }
+    levers
+}

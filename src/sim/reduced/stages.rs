@@ -1,19 +1,27 @@
-//! One step of time: the stages by name, in order.
+//! One step of time in joint coordinates: the stages by name, in order.
+//!
+//! The paper's step takes everything at the beginning of the step but the new velocities, and then moves the
+//! positions along them (Tokizaki & Hasegawa eqs. 8-9). Moreau and Jean's with θ = 1/2 moves the positions
+//! half-way along the old velocities, takes everything there, and moves them the other half along the new
+//! ones: over a sequence of steps that is the same staggered scheme, so that contacts and limits look a
+//! whole step ahead in both, but forces of position are taken in the middle, and forces of velocity are
+//! repeated until they are those of the mean of old and new velocities. That is of second order, and neither
+//! feeds nor drains a rotation.
 
 use super::articulated::{JointLoad, Singular};
-use super::kinematics::place;
+use super::kinematics::{BodyMotion, move_along, place};
 use super::response;
 use super::root::RootFreedom;
 use crate::model::Model;
-use crate::scene::{DrivePlan, Feedforward, StepPlan};
+use crate::scene::{DrivePlan, Feedforward, Integrator, StepPlan};
 use crate::sim::contact::Touch;
 use crate::sim::diagnostics::check_finite;
 use crate::sim::integrate::advance;
 use crate::sim::rows::{Owner, contact, dry_friction, limit, torque};
 use crate::sim::spatial::{Force, Motion};
-use crate::sim::state::State;
+use crate::sim::state::{State, Swing};
 use crate::sim::step::{fail_unless_usable, root_freedom};
-use crate::sim::tracking::Spring;
+use crate::sim::tracking::{Shares, Spring, Target, implicit_share};
 use crate::sim::workspace::Workspace;
 use crate::sim::{Command, Failure};
 
@@ -23,10 +31,42 @@ const NO_RESISTANCE: f64 = 1e-12;
 /// An actuator counts as saturated within this share of its greatest torque.
 const AT_LIMIT: f64 = 1.0 - 1e-12;
 
-/// One step of `step` seconds.
+/// Farthest that a body may turn in a step, rad. What turns faster has to be stepped more finely.
+const FARTHEST_TURN: f64 = 0.5;
+
+/// Farthest that the phase of a body swinging under tension may go in a step, rad: such a swing is explicit
+/// in its position, and unstable from 2 on.
+const FARTHEST_SWING: f64 = 1.0;
+
+/// Forces of velocity are settled when another pass would move no body farther than this in the step,
+/// rad or m.
+const SETTLED: f64 = 1e-6;
+
+/// The same in the middle of a step, whose own error is smaller.
+const SETTLED_IN_THE_MIDDLE: f64 = 1e-9;
+
+/// Greatest number of passes until then. Each has to halve what is left, or the step is too long.
+const MOST_PASSES: usize = 20;
+
+/// How a step ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Outcome {
+    /// The state is that after the step.
+    Done,
+    /// A body turns or swings too fast for the step. The state's positions may have moved, its
+    /// velocities not.
+    TooFast {
+        /// Index of the body.
+        body: usize,
+        /// Longest step that could follow it, s.
+        longest: f64,
+    },
+}
+
+/// One step of `step` seconds, unless a body would turn too far in it.
 ///
 /// # Errors
-/// As [`super::super::Simulator::step`].
+/// As [`crate::sim::Simulator::step`].
 pub fn step(
     model: &Model,
     plan: &StepPlan,
@@ -34,25 +74,84 @@ pub fn step(
     work: &mut Workspace,
     command: Command<'_>,
     step: f64,
-) -> Result<(), Failure> {
+) -> Result<Outcome, Failure> {
     let freedom = root_freedom(model, plan);
-    let mut stages = Stages { model, plan, state, work, freedom, step };
+    let middle = plan.accuracy.integrator == Integrator::MoreauJean;
+    let time = state.time;
+    let mut stages = Stages { model, plan, state, work, freedom, step, time, middle, turn: 0.0 };
+    if middle {
+        stages.first_half();
+    }
     stages.kinematics();
+    let (body, turn) = stages.fastest_turn();
+    if turn * step > FARTHEST_TURN {
+        return Ok(Outcome::TooFast { body, longest: FARTHEST_TURN / turn });
+    }
+    if let Some(Swing { body, rate }) = stages.state.memory.swing
+        && rate * step > FARTHEST_SWING
+    {
+        return Ok(Outcome::TooFast { body, longest: FARTHEST_SWING / rate });
+    }
+    stages.turn = turn * step;
     stages.detection();
     stages.drives(command)?;
-    loop {
-        stages.free_motion()?;
-        stages.rows();
-        stages.solve()?;
-        stages.response();
-        // An actuator that would exceed its limit gets a row of its own. Each joint can be added
-        // only once, so this ends.
-        if !stages.saturation() {
-            break;
+    if !stages.velocities()? || !stages.mean_velocities(command)? {
+        return Ok(Outcome::TooFast { body, longest: 0.5 * step });
+    }
+    stages.pulls();
+    stages.recovery()?;
+    stages.commit();
+    check_finite(model, state, || work.rows.worst())?;
+    Ok(Outcome::Done)
+}
+
+/// New velocities as far as they are known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Ahead {
+    /// As if no row acted.
+    Free,
+    /// With all rows.
+    Rows,
+}
+
+/// Passes over the forces of velocity, which depend on the new velocities that they help to make.
+#[derive(Debug)]
+struct Passes {
+    count: usize,
+    /// Change that the last pass brought, rad or m a step.
+    last: f64,
+    /// Change that is next to nothing.
+    settled: f64,
+}
+
+/// What a pass leaves to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Left {
+    Nothing,
+    Something,
+    /// The passes do not approach anything.
+    Everything,
+}
+
+impl Passes {
+    fn until(settled: f64) -> Self {
+        Self { count: 0, last: f64::INFINITY, settled }
+    }
+
+    /// What is left after a pass that brought `change`, where a body turns by `turn` (rad) in the step, which is
+    /// about the share of a change that the next pass brings.
+    fn left(&mut self, change: f64, turn: f64) -> Left {
+        let share = turn.max(change / self.last);
+        self.count += 1;
+        self.last = change;
+        if change * share <= self.settled {
+            Left::Nothing
+        } else if share <= 0.5 && self.count < MOST_PASSES {
+            Left::Something
+        } else {
+            Left::Everything
         }
     }
-    stages.commit();
-    check_finite(model, state, || work.rows.worst())
 }
 
 /// The stages of a step over their common data.
@@ -64,6 +163,12 @@ struct Stages<'a> {
     freedom: RootFreedom,
     /// Length of the step, s.
     step: f64,
+    /// Farthest that a body turns in it, rad.
+    turn: f64,
+    /// Time at its beginning, s.
+    time: f64,
+    /// Whether positions are those of the middle of the step while it is computed.
+    middle: bool,
 }
 
 impl Stages<'_> {
@@ -71,8 +176,105 @@ impl Stages<'_> {
     fn kinematics(&mut self) {
         let Self { model, plan, state, work, .. } = self;
         place(model, state, &mut work.bodies);
+        for (old, body) in work.old.iter_mut().zip(&work.bodies) {
+            *old = body.velocity;
+        }
         work.common_point = state.root.position;
-        work.articulated.prepare(model, &work.bodies, &state.velocities, plan.velocity_forces);
+        work.mean_rates.copy_from_slice(&state.velocities);
+        work.articulated.prepare(model, &work.bodies, &work.mean_rates, plan.velocity_forces);
+    }
+
+    /// Moves the positions to the middle of the step, along the old velocities.
+    fn first_half(&mut self) {
+        let root =
+            Motion { angular: self.state.root.angular_velocity, linear: self.state.root.linear_velocity };
+        self.work.joint_rates.copy_from_slice(&self.state.velocities);
+        advance(self.state, root, &self.work.joint_rates, 0.5 * self.step);
+    }
+
+    /// The body that turns fastest, and its turn, rad/s.
+    fn fastest_turn(&self) -> (usize, f64) {
+        let mut fastest = (0, 0.0);
+        for (index, body) in self.work.bodies.iter().enumerate() {
+            let square = body.velocity.angular.norm_squared();
+            if square > fastest.1 {
+                fastest = (index, square);
+            }
+        }
+        (fastest.0, fastest.1.sqrt())
+    }
+
+    /// New velocities. The paper's step takes forces of velocity at the mean of the old velocities and those that
+    /// no row acts on: at the old ones alone they would feed every rotation by half the square of its
+    /// turn in a step. Whether they settled.
+    fn velocities(&mut self) -> Result<bool, Failure> {
+        self.work.evaluations += 1;
+        loop {
+            self.free_motion()?;
+            if self.plan.velocity_forces && !self.middle {
+                let mut passes = Passes::until(SETTLED);
+                loop {
+                    let change = self.mean_motion(Ahead::Free);
+                    self.free_motion()?;
+                    match passes.left(change, self.turn) {
+                        Left::Nothing => break,
+                        Left::Something => {}
+                        Left::Everything => return Ok(false),
+                    }
+                }
+            }
+            self.rows();
+            self.solve()?;
+            self.response();
+            // An actuator that would exceed its greatest torque gets a row of its own, and so does a limit
+            // that would be passed. Each can be added only once, so this ends.
+            let saturated = self.saturation();
+            if !self.passing() && !saturated {
+                return Ok(true);
+            }
+        }
+    }
+
+    /// In the middle of a step, repeats all with the forces of velocity of the mean of old and new velocities;
+    /// whether they settled.
+    fn mean_velocities(&mut self, command: Command<'_>) -> Result<bool, Failure> {
+        if !(self.middle && self.plan.velocity_forces) {
+            return Ok(true);
+        }
+        let mut passes = Passes::until(SETTLED_IN_THE_MIDDLE);
+        loop {
+            let change = self.mean_motion(Ahead::Rows);
+            self.drives(command)?;
+            self.velocities()?;
+            match passes.left(change, self.turn) {
+                Left::Nothing => return Ok(true),
+                Left::Something => {}
+                Left::Everything => return Ok(false),
+            }
+        }
+    }
+
+    /// Lets the bodies move with the mean of old and new velocities, as far as forces of velocity see
+    /// them, and gives how much farther that moves one of them in the step, rad or m, than before.
+    fn mean_motion(&mut self, ahead: Ahead) -> f64 {
+        let Self { model, state, work, step, .. } = self;
+        let root = &state.root;
+        let old = Motion { angular: root.angular_velocity, linear: root.linear_velocity };
+        let (new, new_rates) = match ahead {
+            Ahead::Free => (work.free[0], &work.free_rates),
+            Ahead::Rows => (work.free[0].plus(work.changes[0]), &work.joint_rates),
+        };
+        let mean = if model.fixed_base { Motion::ZERO } else { old.plus(new).scaled(0.5) };
+        let before = work.bodies[0].velocity;
+        let mut change = (mean.angular - before.angular).amax().max((mean.linear - before.linear).amax());
+        for joint in 0..work.mean_rates.len() {
+            let mean = 0.5 * (state.velocities[joint] + new_rates[joint]);
+            change = change.max((mean - work.mean_rates[joint]).abs());
+            work.mean_rates[joint] = mean;
+        }
+        move_along(model, mean, &work.mean_rates, &mut work.bodies);
+        work.articulated.prepare(model, &work.bodies, &work.mean_rates, true);
+        change * *step
     }
 
     /// Where the character touches the ground.
@@ -101,6 +303,7 @@ impl Stages<'_> {
         let step = self.step;
         let work = &mut *self.work;
         work.saturated.fill(false);
+        work.near_limit.fill([false; 2]);
         work.springs.fill(Spring::default());
         work.torque.fill(0.0);
         match command {
@@ -119,8 +322,15 @@ impl Stages<'_> {
                     let offset = work.feedforward[joint];
                     let (stiffness, damping) = (drive.stiffness[joint], drive.damping[joint]);
                     let angle = self.state.angles[joint];
-                    let mut spring =
-                        Spring::new(stiffness, damping, offset, angle, now[joint], next[joint], step);
+                    let target = Target { now: now[joint], next: next[joint] };
+                    let mut spring = if self.middle {
+                        let per_inertia = step / work.carried_inertia[joint];
+                        let shares = Shares::new(per_inertia * step * stiffness, per_inertia * damping);
+                        let rate = self.state.velocities[joint];
+                        Spring::in_the_middle(stiffness, damping, shares, offset, angle, rate, target, step)
+                    } else {
+                        Spring::new(stiffness, damping, offset, angle, target, step)
+                    };
                     if let Some(limits) = &drive.max_torque {
                         if spring.resistance <= NO_RESISTANCE {
                             spring.at_rest = spring.at_rest.clamp(-limits[joint], limits[joint]);
@@ -161,7 +371,7 @@ impl Stages<'_> {
             )
             .ok_or_else(|| singular(model, state, Singular::Root))?;
         if drive.feedforward == Feedforward::ContactAware && !work.touches.is_empty() {
-            work.free[0] = after(state, root, plan.velocity_forces, step);
+            work.free[0] = after(state, root, &work.bodies[0], plan.velocity_forces, step);
             for index in 1..work.bodies.len() {
                 let parent = work.free[model.bodies[index].parent];
                 work.free[index] =
@@ -208,13 +418,15 @@ impl Stages<'_> {
     /// Velocities after the step if no row acted.
     fn free_motion(&mut self) -> Result<(), Failure> {
         let (given, lifted, step) = (self.given(), self.lifted(), self.step);
-        let Self { model, plan, state, work, freedom, .. } = self;
+        let Self { model, plan, state, work, freedom, middle, .. } = self;
         for joint in 0..work.loads.len() {
             let rate = state.velocities[joint];
             let mut load = JointLoad { torque: 0.0, inertia: model.armature[joint] };
             if let Some(damping) = &plan.damping {
+                let whole = step * damping[joint];
+                let share = if *middle { implicit_share(whole / work.carried_inertia[joint]) } else { 1.0 };
                 load.torque -= damping[joint] * rate;
-                load.inertia += step * damping[joint];
+                load.inertia += share * whole;
             }
             if !work.saturated[joint] {
                 let drive = work.springs[joint].load(rate, step);
@@ -236,10 +448,10 @@ impl Stages<'_> {
                 &mut work.joint_acceleration,
             )
             .map_err(|cause| singular(model, state, cause))?;
-        work.free[0] = after(state, root, plan.velocity_forces, step);
-        for joint in 0..work.joint_rates.len() {
+        work.free[0] = after(state, root, &work.bodies[0], plan.velocity_forces, step);
+        for joint in 0..work.free_rates.len() {
             let rate = state.velocities[joint] + step * work.joint_acceleration[joint];
-            work.joint_rates[joint] = rate;
+            work.free_rates[joint] = rate;
             let parent = work.free[model.bodies[joint + 1].parent];
             work.free[joint + 1] = parent.plus_scaled(work.bodies[joint + 1].freedom, rate);
         }
@@ -250,8 +462,18 @@ impl Stages<'_> {
     fn rows(&mut self) {
         let step = self.step;
         let Self { model, plan, state, work, .. } = self;
-        let Workspace { bodies, touches, springs, saturated, articulated, joint_rates, free, rows, .. } =
-            &mut **work;
+        let Workspace {
+            bodies,
+            touches,
+            springs,
+            saturated,
+            near_limit,
+            articulated,
+            free_rates,
+            free,
+            rows,
+            ..
+        } = &mut **work;
         let memory = &state.memory;
         rows.clear();
         let of_joint =
@@ -279,15 +501,29 @@ impl Stages<'_> {
         );
         if let Some(limits) = &plan.limits {
             let angles = &state.angles;
-            limit::add(rows, limits, angles, joint_rates, step, plan.stabilization, &memory.limit, of_joint);
+            for (joint, near) in near_limit.iter_mut().enumerate() {
+                let [lower, upper] = limit::near(limits[joint], angles[joint], free_rates[joint], step);
+                *near = [near[0] || lower, near[1] || upper];
+            }
+            limit::add(
+                rows,
+                limits,
+                near_limit,
+                angles,
+                free_rates,
+                step,
+                plan.stabilization,
+                &memory.limit,
+                of_joint,
+            );
         }
         if let Some(friction) = &plan.dry_friction {
-            dry_friction::add(rows, friction, joint_rates, &memory.dry_friction, of_joint);
+            dry_friction::add(rows, friction, free_rates, &memory.dry_friction, of_joint);
         }
         if let Some(limits) = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_ref()) {
             for joint in (0..saturated.len()).filter(|joint| saturated[*joint]) {
                 let guess = memory.saturated[joint];
-                torque::add(rows, joint, springs[joint], limits[joint], joint_rates[joint], guess, of_joint);
+                torque::add(rows, joint, springs[joint], limits[joint], free_rates[joint], guess, of_joint);
             }
         }
     }
@@ -309,6 +545,7 @@ impl Stages<'_> {
     /// New velocities.
     fn response(&mut self) {
         let Self { model, work, step, .. } = self;
+        work.joint_rates.copy_from_slice(&work.free_rates);
         if work.rows.is_empty() {
             work.changes.fill(Motion::ZERO);
             return;
@@ -344,9 +581,93 @@ impl Stages<'_> {
         again
     }
 
+    /// The force that each joint carries, which makes its body a pendulum under tension, and how fast the
+    /// fastest of them swings: ω² = F r / d, with lever r and the inertia d felt at the joint.
+    fn pulls(&mut self) {
+        let Self { model, plan, state, work, step, .. } = self;
+        let Workspace { bodies, free, changes, carried, touches, rows, articulated, levers, old, .. } =
+            &mut **work;
+        for (index, body) in bodies.iter().enumerate() {
+            let new = free[index].plus(changes[index]);
+            let gain = new.at(body.center) - old[index].at(body.center);
+            let turning = body.velocity.angular.cross(&body.velocity.at(body.center));
+            carried[index] = (gain / *step + turning - plan.gravity) * model.bodies[index].mass;
+        }
+        let rows_per_touch = contact::rows_per_touch(plan.friction);
+        for (touch, forces) in touches.iter().zip(rows.force.chunks_exact(rows_per_touch)) {
+            let force = touch.force(forces);
+            carried[touch.body] -= force;
+            if let Some(other) = touch.against.body() {
+                carried[other] += force;
+            }
+        }
+        let mut fastest = Swing::default();
+        for index in (1..bodies.len()).rev() {
+            let joint = index - 1;
+            let force = carried[index];
+            carried[model.bodies[index].parent] += force;
+            // What pulls for one step only is a blow.
+            let pull = force.norm();
+            let lasting = pull.min(state.memory.pull[joint]);
+            state.memory.pull[joint] = pull;
+            let square = lasting * levers[joint] * articulated.joints[joint].inverse_d;
+            if square > fastest.rate {
+                fastest = Swing { body: index, rate: square };
+            }
+        }
+        fastest.rate = fastest.rate.sqrt();
+        state.memory.swing = Some(fastest);
+    }
+
+    /// The velocities along which positions move: the new ones, and where a penetration or a violated
+    /// limit is to be corrected, new ones that also correct it. Correcting leaves no speed behind.
+    fn recovery(&mut self) -> Result<(), Failure> {
+        let Self { model, plan, state, work, step, .. } = self;
+        work.drift = work.free[0].plus(work.changes[0]);
+        work.drift_rates.copy_from_slice(&work.joint_rates);
+        if !work.rows.recovering() {
+            return Ok(());
+        }
+        work.forces.clone_from(&work.rows.force);
+        work.rows.ask_for_recovery(true);
+        let (problem, force) = work.rows.problem(plan.circular_friction());
+        let solution = work.engine.solve(&problem, force);
+        fail_unless_usable(solution.status, model, state)?;
+        work.rows.impulse(*step, &mut work.half);
+        work.drift_rates.copy_from_slice(&work.free_rates);
+        let change = response::finish(
+            model,
+            &work.bodies,
+            &work.articulated,
+            &work.half,
+            &mut work.drift_rates,
+            &mut work.drift_changes,
+        );
+        work.drift = work.free[0].plus(change);
+        work.rows.ask_for_recovery(false);
+        work.rows.force.clone_from(&work.forces);
+        Ok(())
+    }
+
+    /// Whether a joint without a row for its limit would pass it in this step; it gets one.
+    fn passing(&mut self) -> bool {
+        let Self { plan, state, work, step, .. } = self;
+        let Some(limits) = &plan.limits else { return false };
+        let mut again = false;
+        for (joint, limit) in limits.iter().enumerate() {
+            let Some([lower, upper]) = *limit else { continue };
+            let end = state.angles[joint] + *step * work.joint_rates[joint];
+            for (near, passed) in work.near_limit[joint].iter_mut().zip([end < lower, end > upper]) {
+                again |= passed && !*near;
+                *near |= passed;
+            }
+        }
+        again
+    }
+
     /// The new state, and what the next step remembers of this one.
     fn commit(&mut self) {
-        let step = self.step;
+        let (step, time) = (self.step, self.time);
         let Self { model, plan, state, work, .. } = self;
         let memory = &mut state.memory;
         memory.contact.fill([0.0; 3]);
@@ -379,19 +700,22 @@ impl Stages<'_> {
             state.root.angular_velocity = root.angular;
         }
         state.velocities.copy_from_slice(&work.joint_rates);
-        advance(state, step);
+        let drift = if model.fixed_base { Motion::ZERO } else { work.drift };
+        advance(state, drift, &work.drift_rates, if self.middle { 0.5 * step } else { step });
+        state.time = time + step;
     }
 }
 
 /// Velocity of the root after a step at spatial acceleration `acceleration`.
 ///
 /// The velocity kept in a state is that of the root's origin, which moves: its rate of change is the
-/// spatial acceleration plus ω × v (Featherstone 2008, section 2.11).
-fn after(state: &State, acceleration: Motion, velocity_forces: bool, step: f64) -> Motion {
+/// spatial acceleration plus ω × v (Featherstone 2008, section 2.11), with ω and v as the forces of
+/// velocity see them.
+fn after(state: &State, acceleration: Motion, root: &BodyMotion, velocity_forces: bool, step: f64) -> Motion {
     let velocity = Motion { angular: state.root.angular_velocity, linear: state.root.linear_velocity };
     let mut acceleration = acceleration;
     if velocity_forces {
-        acceleration.linear += velocity.angular.cross(&velocity.linear);
+        acceleration.linear += root.velocity.angular.cross(&root.velocity.linear);
     }
     velocity.plus_scaled(acceleration, step)
 }

@@ -8,13 +8,13 @@
 
 use nalgebra::Vector3;
 
-use super::{Owner, Rows, gap_bias};
+use super::{Owner, Rows, gap_bias, gap_recovery};
 use crate::sim::contact::Touch;
 use crate::sim::lcp::Bound;
 use crate::sim::spatial::Motion;
 
 /// Greatest speed at which a penetrating contact is pushed apart, m/s.
-const FASTEST_RECOVERY: f64 = 0.2;
+const FASTEST_RECOVERY: f64 = 0.5;
 
 /// Adds the rows of all `touches`.
 ///
@@ -36,10 +36,13 @@ pub fn add(
         let velocity = touch.slip(|body| free[body]);
         let remembered = guess[touch.slot];
         let normal = rows.len();
-        let bias = gap_bias(-touch.depth, step, stabilization, FASTEST_RECOVERY);
+        let bias = gap_bias(-touch.depth, step);
         let [up, tangents @ ..] = touch.frame;
         let half = rows.push(owner, Bound::NonNegative, up.dot(&velocity) + bias, 0.0, remembered[0]);
         half_solve(touch, up, half);
+        if stabilization {
+            rows.recover(gap_recovery(-touch.depth, step, FASTEST_RECOVERY));
+        }
         let Some(coefficient) = friction else { continue };
         for (tangent, remembered) in tangents.into_iter().zip(&remembered[1..]) {
             let bound = Bound::Friction { normal, coefficient };

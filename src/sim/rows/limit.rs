@@ -4,19 +4,24 @@
 //! −q̇⁺ (rows c, Tokizaki & Hasegawa eq. 16), with the bias of the angle that is left: a joint may reach
 //! its limit within the step but not pass it.
 
-use super::{Owner, Rows, gap_bias};
+use super::{Owner, Rows, gap_bias, gap_recovery};
 use crate::sim::lcp::Bound;
 
 /// Greatest speed at which a violated limit is corrected, rad/s or m/s.
 const FASTEST_RECOVERY: f64 = 1.0;
 
-/// A limit has a row when the joint is within this many steps of it at its present speed ...
-const STEPS_AHEAD: f64 = 3.0;
+/// A limit has a row when the joint is within this many steps of it at the velocity it has if no row acts.
+const STEPS_AHEAD: f64 = 2.0;
 
-/// ... or within this angle, rad or m, so that a push from elsewhere in the same step cannot pass it.
-const NEARBY: f64 = 0.02;
+/// Which ends of `limit`, lower and upper, a joint at `angle` comes near within a step of `step` seconds, or is
+/// beyond, when its velocity is `free` if no row acts.
+pub fn near(limit: Option<[f64; 2]>, angle: f64, free: f64, step: f64) -> [bool; 2] {
+    let Some([lower, upper]) = limit else { return [false; 2] };
+    let reach = STEPS_AHEAD * step * free;
+    [angle - lower <= (-reach).max(0.0), upper - angle <= reach.max(0.0)]
+}
 
-/// Adds a row for every limit that the joints could reach.
+/// Adds a row for every end of a joint's range that is `near`, lower and upper.
 ///
 /// `angles` are those at the beginning of the step, `free` the joint velocities if no row acted,
 /// `guess` the last step's forces; `half_solve` fills the half-solved row of a force along a joint,
@@ -25,6 +30,7 @@ const NEARBY: f64 = 0.02;
 pub fn add(
     rows: &mut Rows,
     limits: &[Option<[f64; 2]>],
+    near: &[[bool; 2]],
     angles: &[f64],
     free: &[f64],
     step: f64,
@@ -38,17 +44,19 @@ pub fn add(
             (Owner::LowerLimit(joint), 1.0, angles[joint] - lower),
             (Owner::UpperLimit(joint), -1.0, upper - angles[joint]),
         ];
-        for (owner, sign, gap) in ends {
-            if gap > NEARBY + STEPS_AHEAD * step * free[joint].abs() {
+        for ((owner, sign, gap), near) in ends.into_iter().zip(near[joint]) {
+            if !near {
                 continue;
             }
-            let bias = gap_bias(gap, step, stabilization, FASTEST_RECOVERY);
-            let offset = sign * free[joint] + bias;
+            let offset = sign * free[joint] + gap_bias(gap, step);
             let remembered = (sign * guess[joint]).max(0.0);
             let half = rows.push(owner, Bound::NonNegative, offset, 0.0, remembered);
             half_solve(joint, half);
             if sign < 0.0 {
                 half.iter_mut().for_each(|entry| *entry = -*entry);
+            }
+            if stabilization {
+                rows.recover(gap_recovery(gap, step, FASTEST_RECOVERY));
             }
         }
     }

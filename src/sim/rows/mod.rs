@@ -41,6 +41,8 @@ pub struct Rows {
     reach: Vec<Range<usize>>,
     matrix: Vec<f64>,
     softness: Vec<f64>,
+    /// What each row's velocity is to be greater by while positions move, to correct them.
+    recovery: Vec<f64>,
     /// Bound of every row's force.
     pub bounds: Vec<Bound>,
     /// J v_free + bias, m/s or rad/s.
@@ -60,6 +62,7 @@ impl Rows {
             reach: Vec::with_capacity(capacity),
             matrix: Vec::with_capacity(capacity * capacity),
             softness: Vec::with_capacity(capacity),
+            recovery: Vec::with_capacity(capacity),
             bounds: Vec::with_capacity(capacity),
             offset: Vec::with_capacity(capacity),
             force: Vec::with_capacity(capacity),
@@ -71,6 +74,7 @@ impl Rows {
     pub fn clear(&mut self) {
         self.half.clear();
         self.softness.clear();
+        self.recovery.clear();
         self.bounds.clear();
         self.offset.clear();
         self.force.clear();
@@ -95,8 +99,30 @@ impl Rows {
         self.bounds.push(bound);
         self.offset.push(offset);
         self.softness.push(softness);
+        self.recovery.push(0.0);
         self.force.push(guess);
         &mut self.half[start..]
+    }
+
+    /// Lets the last row correct its position at `speed` (m/s or rad/s): positions move along velocities
+    /// for which w is greater by it.
+    pub fn recover(&mut self, speed: f64) {
+        if let Some(recovery) = self.recovery.last_mut() {
+            *recovery = speed;
+        }
+    }
+
+    /// Whether a row corrects its position.
+    pub fn recovering(&self) -> bool {
+        self.recovery.iter().any(|speed| *speed != 0.0)
+    }
+
+    /// Makes the problem that of the velocities along which positions move, or again that of the step.
+    pub fn ask_for_recovery(&mut self, asked: bool) {
+        let sign = if asked { -1.0 } else { 1.0 };
+        for (offset, speed) in self.offset.iter_mut().zip(&self.recovery) {
+            *offset += sign * speed;
+        }
     }
 
     /// Computes the matrix for a step of `step` seconds.
@@ -179,22 +205,17 @@ fn root_dot(left: &[f64], right: &[f64]) -> f64 {
     (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5])
 }
 
-/// How fast a violated constraint may be corrected.
-///
-/// The error shrinks by a fifth each step, but never faster than `fastest`, so that a character that
-/// starts deep in the ground rises instead of being thrown.
+/// How much of a violation is corrected in a step.
 const SHARE_PER_STEP: f64 = 0.2;
 
-/// Bias of a row that keeps a gap from becoming negative: w + bias ≥ 0.
-///
-/// A gap `gap ≥ 0` may be closed within the step but not overdrawn: w ≥ −gap / h. A violation is
-/// corrected at a bounded rate if `stabilization` is on, and otherwise merely kept from growing.
-fn gap_bias(gap: f64, step: f64, stabilization: bool, fastest: f64) -> f64 {
-    if gap >= 0.0 {
-        gap / step
-    } else if stabilization {
-        -(-gap * SHARE_PER_STEP / step).min(fastest)
-    } else {
-        0.0
-    }
+/// What keeps a gap from becoming negative: w + bias ≥ 0 for the new velocities, which may close a gap `gap` ≥ 0
+/// within the step but not overdraw it.
+fn gap_bias(gap: f64, step: f64) -> f64 {
+    gap.max(0.0) / step
+}
+
+/// Speed at which a violated gap opens while positions move: a fifth of the violation each step, but never
+/// faster than `fastest`, so that a character that starts deep in the ground rises instead of jumping.
+fn gap_recovery(gap: f64, step: f64, fastest: f64) -> f64 {
+    (SHARE_PER_STEP * (-gap).max(0.0) / step).min(fastest)
 }
