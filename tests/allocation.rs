@@ -1,16 +1,24 @@
-//! A step allocates nothing once it is warm.
+//! A step allocates nothing once it is warm, and a simulator nothing for what its scene does not call for.
 
 mod common;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::sync::Arc;
 
-use gaitwright::scene::{Accuracy, Scene, SolverChoice, SolverKind};
-use gaitwright::sim::{Command, Simulator};
+use gaitwright::model::Model;
+use gaitwright::scene::{Accuracy, Effect, Feedforward, Gains, Scene, SolverChoice, SolverKind, StepPlan};
+use gaitwright::sim::{Command, Simulator, State};
 use gaitwright::stance::Stance;
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+    static BYTES: Cell<usize> = const { Cell::new(0) };
+}
+
+fn count(bytes: usize) {
+    ALLOCATIONS.with(|count| count.set(count.get() + 1));
+    BYTES.with(|sum| sum.set(sum.get() + bytes));
 }
 
 struct Counting;
@@ -18,7 +26,7 @@ struct Counting;
 // SAFETY: every call is handed on to the system's allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        count(layout.size());
         // SAFETY: as required of the caller.
         unsafe { System.alloc(layout) }
     }
@@ -29,7 +37,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        count(size);
         // SAFETY: as required of the caller.
         unsafe { System.realloc(pointer, layout, size) }
     }
@@ -68,5 +76,54 @@ fn a_warm_step_allocates_nothing() {
             let allocations = ALLOCATIONS.with(Cell::get) - before;
             assert!(round == 0 || allocations == 0, "{allocations} allocations with {kind:?}");
         }
+    }
+}
+
+/// Bytes that a simulator of `plan` asks for.
+fn memory(model: &Arc<Model>, plan: &Arc<StepPlan>) -> usize {
+    let (model, plan, state) = (model.clone(), plan.clone(), State::new(model));
+    let before = BYTES.with(Cell::get);
+    let simulator = Simulator::new(model, plan, state);
+    let after = BYTES.with(Cell::get);
+    drop(simulator);
+    after - before
+}
+
+#[test]
+fn what_is_off_takes_no_memory() {
+    let model = common::example("quadruped.urdf");
+    let mut with = Model::clone(&model);
+    with.friction.fill(0.3);
+    let with = Arc::new(with);
+    let mut without = Model::clone(&with);
+    without.friction.fill(0.0);
+    without.limits.fill(None);
+    let without = Arc::new(without);
+    let gains =
+        Gains { feedforward: Feedforward::ContactAware, ..Stance::find(&model, &Scene::default()).gains };
+    let unlimited = Gains { max_torque: vec![None; model.joint_count()], ..gains.clone() };
+    let direct = Gains { feedforward: Feedforward::None, ..gains.clone() };
+    let bytes = |model: &Arc<Model>, scene: &Scene, gains: &Gains| {
+        memory(model, &common::plan(model, scene, &Accuracy::default(), Some(gains)))
+    };
+    let scene = Scene::default();
+    let all = bytes(&with, &scene, &gains);
+    // Beside each effect, the same scene or character without what it acts on.
+    let cases = [
+        (Effect::GroundContact, bytes(&with, &Scene { ground: None, ..scene.clone() }, &gains)),
+        (Effect::Friction, bytes(&with, &Scene { friction: 0.0, ..scene.clone() }, &gains)),
+        (Effect::TorqueLimits, bytes(&with, &scene, &unlimited)),
+        (Effect::Feedforward, bytes(&with, &scene, &direct)),
+    ];
+    let off = |effects: &[Effect]| bytes(&with, &common::without(effects), &gains);
+    for (effect, absent) in cases {
+        let off = off(&[effect]);
+        assert!(off < all, "{}: {off} bytes when off, {all} when on", effect.name());
+        assert_eq!(off, absent, "{}", effect.name());
+    }
+    let joints = [Effect::JointLimits, Effect::JointFriction];
+    assert_eq!(off(&joints), bytes(&without, &scene, &gains));
+    for effect in joints {
+        assert!(off(&[effect]) < all, "{}", effect.name());
     }
 }

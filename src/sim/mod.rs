@@ -132,6 +132,11 @@ impl Simulator {
         self.work.evaluations
     }
 
+    /// What each row of the last step's complementarity problem belonged to, in the order of the rows.
+    pub fn rows(&self) -> &[rows::Owner] {
+        &self.work.rows.owner
+    }
+
     /// Greatest distance by which a joint is outside its range of motion, rad or m.
     pub fn limit_violation(&self) -> f64 {
         let outside = self

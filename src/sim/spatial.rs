@@ -167,46 +167,76 @@ impl RigidInertia {
     }
 }
 
+/// `turn · inertia · turnᵀ`: a symmetric matrix given along a body's axes, along those that `turn` leads to.
+#[inline]
+pub fn turned(turn: &Matrix3<f64>, inertia: &Matrix3<f64>) -> Matrix3<f64> {
+    let half = turn * inertia;
+    let entry = |row: usize, column: usize| {
+        half[(row, 0)] * turn[(column, 0)]
+            + half[(row, 1)] * turn[(column, 1)]
+            + half[(row, 2)] * turn[(column, 2)]
+    };
+    let (xy, xz, yz) = (entry(0, 1), entry(0, 2), entry(1, 2));
+    Matrix3::new(entry(0, 0), xy, xz, xy, entry(1, 1), yz, xz, yz, entry(2, 2))
+}
+
 /// Inertia that a body shows at the common point when the joints beyond it may give way
-/// (articulated-body inertia, Featherstone 2008 chapter 7): a symmetric 6 × 6 matrix by blocks.
+/// (articulated-body inertia, Featherstone 2008 chapter 7): a symmetric 6 × 6 matrix.
+///
+/// Rows are those of a [`Force`], moment first, and columns those of a [`Motion`], rotation first. Whole
+/// aligned columns, both halves of the matrix kept, are what compiles to the fewest instructions.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(align(16))]
 pub struct ArticulatedInertia {
-    /// Moment per angular acceleration, kg m².
-    pub rotational: Matrix3<f64>,
-    /// Moment per linear acceleration, kg m; its transpose is force per angular acceleration.
-    pub coupling: Matrix3<f64>,
-    /// Force per linear acceleration, kg.
-    pub translational: Matrix3<f64>,
+    columns: [[f64; 6]; 6],
 }
 
 impl From<RigidInertia> for ArticulatedInertia {
     #[inline]
     fn from(rigid: RigidInertia) -> Self {
+        let i = &rigid.rotational;
+        let (x, y, z) = (rigid.first_moment.x, rigid.first_moment.y, rigid.first_moment.z);
+        let m = rigid.mass;
         Self {
-            rotational: rigid.rotational,
-            coupling: rigid.first_moment.cross_matrix(),
-            translational: Matrix3::from_diagonal_element(rigid.mass),
+            columns: [
+                [i[(0, 0)], i[(1, 0)], i[(2, 0)], 0.0, -z, y],
+                [i[(0, 1)], i[(1, 1)], i[(2, 1)], z, 0.0, -x],
+                [i[(0, 2)], i[(1, 2)], i[(2, 2)], -y, x, 0.0],
+                [0.0, z, -y, m, 0.0, 0.0],
+                [-z, 0.0, x, 0.0, m, 0.0],
+                [y, -x, 0.0, 0.0, 0.0, m],
+            ],
         }
     }
 }
 
 impl ArticulatedInertia {
     /// Force that gives the acceleration `motion`.
-    #[inline]
+    #[inline(always)] // the two sweeps of the dynamics spend most of their time here
     pub fn times(&self, motion: Motion) -> Force {
-        Force {
-            moment: self.rotational * motion.angular + self.coupling * motion.linear,
-            force: self.coupling.tr_mul(&motion.angular) + self.translational * motion.linear,
+        let (angular, linear) = (motion.angular, motion.linear);
+        let motion = [angular.x, angular.y, angular.z, linear.x, linear.y, linear.z];
+        let mut force = [0.0; 6];
+        for (column, scale) in self.columns.iter().zip(motion) {
+            force = std::array::from_fn(|row| force[row] + column[row] * scale);
         }
+        let [moment @ .., fx, fy, fz] = force;
+        Force { moment: moment.into(), force: [fx, fy, fz].into() }
     }
 
     /// Adds `other` less what its joint gives way to: `other − u uᵀ / d`.
     #[inline]
     pub fn add_reduced(&mut self, other: &Self, u: Force, inverse_d: f64) {
-        let moment = u.moment * inverse_d;
-        let force = u.force * inverse_d;
-        self.rotational += other.rotational - moment * u.moment.transpose();
-        self.coupling += other.coupling - moment * u.force.transpose();
-        self.translational += other.translational - force * u.force.transpose();
+        let u = [u.moment.x, u.moment.y, u.moment.z, u.force.x, u.force.y, u.force.z];
+        for ((sum, column), each) in self.columns.iter_mut().zip(&other.columns).zip(u) {
+            let scale = each * inverse_d;
+            *sum = std::array::from_fn(|row| sum[row] + (column[row] - scale * u[row]));
+        }
+    }
+
+    /// An entry, row and column both in the order moment and rotation first.
+    #[inline]
+    pub fn entry(&self, row: usize, column: usize) -> f64 {
+        self.columns[column][row]
     }
 }

@@ -138,7 +138,7 @@ impl Workspace {
             levers: levers(model),
             carried: vec![Vector3::zeros(); bodies],
             free: vec![Motion::ZERO; bodies],
-            rows: Rows::new(contact_rows + 2 * joints, ROOT + joints),
+            rows: Rows::new(contact_rows + joint_rows(plan).min(64), ROOT + joints),
             half: vec![0.0; ROOT + joints],
             changes: vec![Motion::ZERO; bodies],
             torque: vec![0.0; joints],
@@ -175,4 +175,12 @@ impl Workspace {
             }
         })
     }
+}
+
+/// How many rows of joints `plan` can call for, each limited joint being near one end of its range.
+fn joint_rows(plan: &StepPlan) -> usize {
+    let limits = plan.limits.iter().flatten().flatten().count();
+    let friction = plan.dry_friction.iter().flatten().filter(|friction| **friction > 0.0).count();
+    let torques = plan.drive.iter().filter_map(|drive| drive.max_torque.as_ref()).flatten();
+    limits + friction + torques.filter(|limit| limit.is_finite()).count()
 }

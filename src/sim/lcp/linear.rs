@@ -33,16 +33,50 @@ pub(super) fn solve(augmented: &mut [f64], m: usize) -> Option<()> {
         }
         let inverse = 1.0 / leader[pivot];
         // Whole lanes: what the first of them does left of the pivot is never read.
-        let done = pivot - pivot % LANES;
-        let (leader, _) = leader[done..].as_chunks::<LANES>();
+        let first = pivot - pivot % LANES;
+        let (leader, _) = leader[first..].as_chunks::<LANES>();
         for entries in lower.chunks_exact_mut(width) {
             let factor = entries[pivot] * inverse;
-            let (entries, _) = entries[done..].as_chunks_mut::<LANES>();
-            for (entries, lead) in entries.iter_mut().zip(leader) {
-                *entries = std::array::from_fn(|lane| entries[lane] - factor * lead[lane]);
-            }
+            let (entries, _) = entries[first..].as_chunks_mut::<LANES>();
+            subtract(entries, leader, factor);
         }
     }
+    substitute_back(augmented, m)
+}
+
+/// The same for a symmetric positive definite K, of which only the entries on and above the diagonal are read:
+/// half the work, and no search for pivots. `None` when a pivot is not positive.
+pub(super) fn solve_symmetric(augmented: &mut [f64], m: usize) -> Option<()> {
+    let (lanes, _) = augmented.as_chunks_mut::<LANES>();
+    let width = width(m) / LANES;
+    for pivot in 0..m {
+        let (upper, lower) = lanes.split_at_mut((pivot + 1) * width);
+        let leader = upper.get(pivot * width..)?;
+        let beside = &leader.as_flattened()[pivot..m];
+        if beside[0].is_nan() || beside[0] <= 0.0 {
+            return None;
+        }
+        let inverse = 1.0 / beside[0];
+        // What stands below the pivot is what stands beside it.
+        for ((row, entry), entries) in (pivot + 1..).zip(&beside[1..]).zip(lower.chunks_exact_mut(width)) {
+            let first = row / LANES;
+            subtract(&mut entries[first..], &leader[first..], entry * inverse);
+        }
+    }
+    substitute_back(augmented, m)
+}
+
+/// Subtracts `factor` times `leader` from `entries`.
+#[inline]
+fn subtract(entries: &mut [[f64; LANES]], leader: &[[f64; LANES]], factor: f64) {
+    for (entries, lead) in entries.iter_mut().zip(leader) {
+        *entries = std::array::from_fn(|lane| entries[lane] - factor * lead[lane]);
+    }
+}
+
+/// Solves the triangle that the elimination leaves on and above the diagonal.
+fn substitute_back(augmented: &mut [f64], m: usize) -> Option<()> {
+    let width = width(m);
     for row in (0..m).rev() {
         let (upper, lower) = augmented.split_at_mut((row + 1) * width);
         let entries = upper.get_mut(row * width..)?;

@@ -21,6 +21,7 @@ mod standard;
 pub use lemke::Lemke;
 pub use newton::Newton;
 pub use pgs::Pgs;
+pub(super) use residual::dot;
 pub use residual::{project, residual};
 
 /// What the force of a row may be, and what its velocity must then do.

@@ -76,6 +76,9 @@ impl Solver for Newton {
         self.trial.extend_from_slice(lambda);
         self.start.clear();
         self.start.extend_from_slice(lambda);
+        if residual > self.tolerance {
+            self.active.prepare(problem);
+        }
         let mut contradiction = false;
         let mut iterations = 0;
         let mut sweeps = 0;

@@ -144,7 +144,7 @@ pub(super) fn norm(vector: [f64; 2]) -> f64 {
 
 /// The scalar product, summed in four lanes so that it becomes vector instructions.
 #[inline]
-pub(super) fn dot(left: &[f64], right: &[f64]) -> f64 {
+pub(in crate::sim) fn dot(left: &[f64], right: &[f64]) -> f64 {
     let (left, left_rest) = left.as_chunks::<4>();
     let (right, right_rest) = right.as_chunks::<4>();
     let mut lanes = [0.0; 4];

@@ -1,8 +1,8 @@
 //! Articulated-body dynamics (Featherstone 2008, chapter 7) with joint springs and dampers inside.
 //!
-//! One sweep from the leaves to the root gives every joint's share of the mass matrix's factor, one
-//! sweep back gives the velocities that the character would have after the step if no row acted. The
-//! work grows with the number of bodies.
+//! One sweep from the leaves to the root gives every joint's share of the mass matrix's factor; another, and one
+//! back, give the velocities that the character would have after the step if no row acted. The work grows with
+//! the number of bodies.
 //!
 //! A joint that is driven toward a target has its spring and damper in the factor: eliminating
 //! λ_s = f₀ − K (q − q*) − (D + K h)(q̇⁺ − v*) from the rows s (Tokizaki & Hasegawa eqs. 19-20) adds
@@ -41,12 +41,15 @@ pub struct Articulated {
     pub joints: Vec<JointFactor>,
     /// The root's factor.
     pub root: RootFactor,
-    /// Acceleration of each body by its velocity alone.
+    /// Acceleration of each body if neither the root nor a joint accelerates.
     drift: Vec<Motion>,
+    /// Force that this acceleration and the velocity take.
+    carried: Vec<Force>,
     inertia: Vec<ArticulatedInertia>,
     bias: Vec<Force>,
     /// Joint force less bias, N m or N.
     net: Vec<f64>,
+    /// Acceleration of each body besides its drift.
     acceleration: Vec<Motion>,
 }
 
@@ -68,6 +71,7 @@ impl Articulated {
             joints: vec![factor; bodies - 1],
             root: RootFactor::EMPTY,
             drift: vec![Motion::ZERO; bodies],
+            carried: vec![Force::ZERO; bodies],
             inertia: vec![zero; bodies],
             bias: vec![Force::ZERO; bodies],
             net: vec![0.0; bodies - 1],
@@ -75,8 +79,11 @@ impl Articulated {
         }
     }
 
-    /// Velocity-dependent terms of every body; zero unless `velocity_forces`.
+    /// Velocity-dependent forces of every body. Without `velocity_forces`, which is the same for all steps of a
+    /// simulation, they stay zero.
     ///
+    /// They are taken together with the acceleration that the velocities alone bring, S q̈ and the root's
+    /// acceleration left out, so that what remains to be solved is linear in those without a constant.
     /// Depends on the state alone, so that it is done once a step however often the step factorises.
     pub fn prepare(
         &mut self,
@@ -86,29 +93,62 @@ impl Articulated {
         velocity_forces: bool,
     ) {
         if !velocity_forces {
-            self.drift.fill(Motion::ZERO);
             return;
         }
-        for (index, (drift, body)) in self.drift.iter_mut().zip(bodies).enumerate().skip(1) {
-            let parent = &bodies[model.bodies[index].parent];
-            *drift = parent.velocity.cross_motion(body.freedom).scaled(joint_rates[index - 1]);
+        for (index, body) in bodies.iter().enumerate() {
+            if index > 0 {
+                let parent = model.bodies[index].parent;
+                let turned = bodies[parent].velocity.cross_motion(body.freedom);
+                self.drift[index] = self.drift[parent].plus_scaled(turned, joint_rates[index - 1]);
+            }
+            let momentum = body.inertia.times(body.velocity);
+            let accelerated = body.inertia.times(self.drift[index]);
+            self.carried[index] = accelerated.plus(body.velocity.cross_force(momentum));
         }
     }
 
-    /// Acceleration of body `index` by its velocity alone, relative to its parent.
+    /// Force that body `index` takes if neither the root nor a joint accelerates.
     #[inline]
-    pub fn drift(&self, index: usize) -> Motion {
-        self.drift[index]
+    pub fn carried(&self, index: usize) -> Force {
+        self.carried[index]
     }
 
-    /// Factorises the mass matrix under `loads` and gives the accelerations without any row:
-    /// of the joints into `joint_acceleration`, and of the root as the result.
-    ///
-    /// `lifted` is the acceleration opposite to gravity. `given` is the acceleration of the root in
-    /// the directions in which it is not free.
+    /// Factorises the mass matrix under `loads`.
     ///
     /// # Errors
     /// [`Singular`] where nothing resists an acceleration.
+    pub fn factorise(
+        &mut self,
+        model: &Model,
+        bodies: &[BodyMotion],
+        loads: &[JointLoad],
+        freedom: RootFreedom,
+    ) -> Result<(), Singular> {
+        for (inertia, body) in self.inertia.iter_mut().zip(bodies) {
+            *inertia = body.inertia.into();
+        }
+        for index in (1..bodies.len()).rev() {
+            let joint = index - 1;
+            let along = bodies[index].freedom;
+            let (before, after) = self.inertia.split_at_mut(index);
+            let u = after[0].times(along);
+            let d = along.dot(u) + loads[joint].inertia;
+            if d.is_nan() || d <= 0.0 {
+                return Err(Singular::Joint(joint));
+            }
+            let inverse_d = 1.0 / d;
+            before[model.bodies[index].parent].add_reduced(&after[0], u, inverse_d);
+            self.joints[joint] = JointFactor { u, inverse_d, root_inverse_d: inverse_d.sqrt() };
+        }
+        self.root = RootFactor::new(freedom, &self.inertia[0]).ok_or(Singular::Root)?;
+        Ok(())
+    }
+
+    /// The accelerations without any row under the factorised `loads` and the prepared forces of velocity: of
+    /// the joints into `joint_acceleration`, and of the root as the result.
+    ///
+    /// `lifted` is the acceleration opposite to gravity. `given` is the acceleration of the root in
+    /// the directions in which it is not free.
     #[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
     pub fn accelerate(
         &mut self,
@@ -118,39 +158,18 @@ impl Articulated {
         freedom: RootFreedom,
         lifted: Motion,
         given: Motion,
-        velocity_forces: bool,
         joint_acceleration: &mut [f64],
-    ) -> Result<Motion, Singular> {
-        for ((inertia, bias), body) in self.inertia.iter_mut().zip(&mut self.bias).zip(bodies) {
-            *inertia = body.inertia.into();
-            *bias = if velocity_forces {
-                body.velocity.cross_force(body.inertia.times(body.velocity))
-            } else {
-                Force::ZERO
-            };
-        }
+    ) -> Motion {
+        self.bias.copy_from_slice(&self.carried);
         for index in (1..bodies.len()).rev() {
             let joint = index - 1;
+            let factor = &self.joints[joint];
+            let net = loads[joint].torque - bodies[index].freedom.dot(self.bias[index]);
+            let bias = self.bias[index].plus_scaled(factor.u, net * factor.inverse_d);
             let parent = model.bodies[index].parent;
-            let along = bodies[index].freedom;
-            let u = self.inertia[index].times(along);
-            let d = along.dot(u) + loads[joint].inertia;
-            if d.is_nan() || d <= 0.0 {
-                return Err(Singular::Joint(joint));
-            }
-            let inverse_d = 1.0 / d;
-            let net = loads[joint].torque - along.dot(self.bias[index]);
-            let drift = self.drift[index];
-            // The reduced inertia times the drift, without forming the reduced inertia twice.
-            let carried = self.inertia[index].times(drift).plus_scaled(u, -inverse_d * drift.dot(u));
-            let bias = self.bias[index].plus(carried).plus_scaled(u, net * inverse_d);
             self.bias[parent] = self.bias[parent].plus(bias);
-            let (before, after) = self.inertia.split_at_mut(index);
-            before[parent].add_reduced(&after[0], u, inverse_d);
-            self.joints[joint] = JointFactor { u, inverse_d, root_inverse_d: inverse_d.sqrt() };
             self.net[joint] = net;
         }
-        self.root = RootFactor::new(freedom, &self.inertia[0]).ok_or(Singular::Root)?;
         let given_lifted = match freedom {
             RootFreedom::Bolted => lifted,
             _ => given,
@@ -160,11 +179,11 @@ impl Articulated {
         for index in 1..bodies.len() {
             let joint = index - 1;
             let factor = &self.joints[joint];
-            let carried = self.acceleration[model.bodies[index].parent].plus(self.drift[index]);
+            let carried = self.acceleration[model.bodies[index].parent];
             let acceleration = (self.net[joint] - carried.dot(factor.u)) * factor.inverse_d;
             joint_acceleration[joint] = acceleration;
             self.acceleration[index] = carried.plus_scaled(bodies[index].freedom, acceleration);
         }
-        Ok(root.plus(lifted.scaled(-1.0)))
+        root.plus(lifted.scaled(-1.0))
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::model::{Freedom, Model};
-use crate::sim::spatial::{Motion, RigidInertia};
+use crate::sim::spatial::{Motion, RigidInertia, turned};
 use crate::sim::state::State;
 
 /// Pose, motion and inertia of a body, along the world axes about the common point (the origin of
@@ -71,9 +71,15 @@ pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
             let velocity = parent.velocity.plus_scaled(freedom, state.velocities[index - 1]);
             (rotation, origin, freedom, velocity)
         };
-        let center = origin + rotation * body.center;
-        let inertia = RigidInertia::new(body.mass, center, rotation * body.inertia * rotation.transpose());
-        bodies[index] = BodyMotion { rotation, origin, freedom, velocity, center, inertia };
+        let placed = &mut bodies[index];
+        placed.rotation = rotation;
+        placed.origin = origin;
+        placed.freedom = freedom;
+        placed.velocity = velocity;
+    }
+    for (body, placed) in model.bodies.iter().zip(bodies) {
+        placed.center = placed.point(body.center);
+        placed.inertia = RigidInertia::new(body.mass, placed.center, turned(&placed.rotation, &body.inertia));
     }
 }
 

@@ -14,7 +14,7 @@ use crate::sim::spatial::{Force, Motion};
 pub const ROOT: usize = 6;
 
 /// Half-solves a unit of the row that is `force` on body `body`, and the opposite on body `other` if there
-/// is one: fills `half`, [`ROOT`] numbers of the root and then one for every joint, and zeroes the rest.
+/// is one: fills `half`, which is zero before, with [`ROOT`] numbers of the root and one for every joint on the way.
 #[inline]
 pub fn of_bodies(
     model: &Model,
@@ -25,7 +25,6 @@ pub fn of_bodies(
     force: Force,
     half: &mut [f64],
 ) {
-    half.fill(0.0);
     let mut at_root = climb(model, bodies, factor, body, force, half);
     if let Some(other) = other {
         at_root = at_root.plus(climb(model, bodies, factor, other, force.scaled(-1.0), half));
@@ -33,9 +32,8 @@ pub fn of_bodies(
     half[..ROOT].copy_from_slice(&factor.root.half_solve(at_root));
 }
 
-/// Half-solves a unit of the row that is a force along joint `joint`.
+/// Half-solves a unit of the row that is a force along joint `joint` into `half`, which is zero before.
 pub fn of_joint(model: &Model, bodies: &[BodyMotion], factor: &Articulated, joint: usize, half: &mut [f64]) {
-    half.fill(0.0);
     let share = &factor.joints[joint];
     half[ROOT + joint] = share.root_inverse_d;
     let rest = share.u.scaled(-share.inverse_d);

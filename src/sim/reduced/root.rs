@@ -10,8 +10,10 @@ use crate::sim::spatial::{ArticulatedInertia, Force, Motion};
 /// it may accelerate.
 #[derive(Debug, Clone, Copy)]
 pub struct RootFactor {
-    size: usize,
+    /// The factor below its diagonal.
     lower: [[f64; 6]; 6],
+    /// One over the factor's diagonal; 0 in directions that are not free.
+    inverse: [f64; 6],
 }
 
 /// In which directions the root may accelerate.
@@ -27,7 +29,7 @@ pub enum RootFreedom {
 
 impl RootFactor {
     /// The factor of nothing.
-    pub const EMPTY: Self = Self { size: 0, lower: [[0.0; 6]; 6] };
+    pub const EMPTY: Self = Self { lower: [[0.0; 6]; 6], inverse: [0.0; 6] };
 
     /// Factorises `inertia`; `None` if it is not positive definite.
     pub fn new(freedom: RootFreedom, inertia: &ArticulatedInertia) -> Option<Self> {
@@ -37,13 +39,12 @@ impl RootFactor {
             RootFreedom::Free => 6,
         };
         let mut lower = [[0.0; 6]; 6];
-        for row in 0..3 {
-            for column in 0..3 {
-                lower[row][column] = inertia.translational[(row, column)];
-                lower[row + 3][column] = inertia.coupling[(row, column)];
-                lower[row + 3][column + 3] = inertia.rotational[(row, column)];
+        for row in 0..6 {
+            for column in 0..=row {
+                lower[row][column] = inertia.entry((row + 3) % 6, (column + 3) % 6);
             }
         }
+        let mut inverse = [0.0; 6];
         for column in 0..size {
             let mut pivot = lower[column][column];
             for k in 0..column {
@@ -52,17 +53,16 @@ impl RootFactor {
             if pivot.is_nan() || pivot <= 0.0 {
                 return None;
             }
-            let pivot = pivot.sqrt();
-            lower[column][column] = pivot;
+            inverse[column] = 1.0 / pivot.sqrt();
             for row in column + 1..size {
                 let mut entry = lower[row][column];
                 for k in 0..column {
                     entry -= lower[row][k] * lower[column][k];
                 }
-                lower[row][column] = entry / pivot;
+                lower[row][column] = entry * inverse[column];
             }
         }
-        Some(Self { size, lower })
+        Some(Self { lower, inverse })
     }
 
     /// `L⁻¹ force` over the root's free directions; 0 in the others.
@@ -70,16 +70,13 @@ impl RootFactor {
     pub fn half_solve(&self, force: Force) -> [f64; 6] {
         let mut z =
             [force.force.x, force.force.y, force.force.z, force.moment.x, force.moment.y, force.moment.z];
+        // A direction that is not free has an inverse of 0, and so adds nothing to those below it.
         for row in 0..6 {
-            if row >= self.size {
-                z[row] = 0.0;
-                continue;
-            }
             let mut entry = z[row];
             for column in 0..row {
                 entry -= self.lower[row][column] * z[column];
             }
-            z[row] = entry / self.lower[row][row];
+            z[row] = entry * self.inverse[row];
         }
         z
     }
@@ -87,12 +84,12 @@ impl RootFactor {
     /// `L⁻ᵀ z`: the acceleration that belongs to the half-solved force `z`.
     #[inline]
     pub fn finish(&self, mut z: [f64; 6]) -> Motion {
-        for row in (0..self.size).rev() {
+        for row in (0..6).rev() {
             let mut entry = z[row];
-            for below in row + 1..self.size {
+            for below in row + 1..6 {
                 entry -= self.lower[below][row] * z[below];
             }
-            z[row] = entry / self.lower[row][row];
+            z[row] = entry * self.inverse[row];
         }
         Motion { linear: [z[0], z[1], z[2]].into(), angular: [z[3], z[4], z[5]].into() }
     }

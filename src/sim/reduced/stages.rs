@@ -215,7 +215,7 @@ impl Stages<'_> {
                 let mut passes = Passes::until(SETTLED);
                 loop {
                     let change = self.mean_motion(Ahead::Free);
-                    self.free_motion()?;
+                    self.free_velocities();
                     match passes.left(change, self.turn) {
                         Left::Nothing => break,
                         Left::Something => {}
@@ -367,7 +367,6 @@ impl Stages<'_> {
                 *freedom,
                 lifted,
                 given,
-                plan.velocity_forces,
             )
             .ok_or_else(|| singular(model, state, Singular::Root))?;
         if drive.feedforward == Feedforward::ContactAware && !work.touches.is_empty() {
@@ -417,7 +416,7 @@ impl Stages<'_> {
 
     /// Velocities after the step if no row acted.
     fn free_motion(&mut self) -> Result<(), Failure> {
-        let (given, lifted, step) = (self.given(), self.lifted(), self.step);
+        let step = self.step;
         let Self { model, plan, state, work, freedom, middle, .. } = self;
         for joint in 0..work.loads.len() {
             let rate = state.velocities[joint];
@@ -435,19 +434,26 @@ impl Stages<'_> {
             }
             work.loads[joint] = load;
         }
-        let root = work
-            .articulated
-            .accelerate(
-                model,
-                &work.bodies,
-                &work.loads,
-                *freedom,
-                lifted,
-                given,
-                plan.velocity_forces,
-                &mut work.joint_acceleration,
-            )
+        work.articulated
+            .factorise(model, &work.bodies, &work.loads, *freedom)
             .map_err(|cause| singular(model, state, cause))?;
+        self.free_velocities();
+        Ok(())
+    }
+
+    /// Velocities after the step if no row acted, for the present forces of velocity.
+    fn free_velocities(&mut self) {
+        let (given, lifted, step) = (self.given(), self.lifted(), self.step);
+        let Self { model, plan, state, work, freedom, .. } = self;
+        let root = work.articulated.accelerate(
+            model,
+            &work.bodies,
+            &work.loads,
+            *freedom,
+            lifted,
+            given,
+            &mut work.joint_acceleration,
+        );
         work.free[0] = after(state, root, &work.bodies[0], plan.velocity_forces, step);
         for joint in 0..work.free_rates.len() {
             let rate = state.velocities[joint] + step * work.joint_acceleration[joint];
@@ -455,7 +461,6 @@ impl Stages<'_> {
             let parent = work.free[model.bodies[joint + 1].parent];
             work.free[joint + 1] = parent.plus_scaled(work.bodies[joint + 1].freedom, rate);
         }
-        Ok(())
     }
 
     /// What contacts, limits, dry friction and saturated actuators ask of the new velocities.

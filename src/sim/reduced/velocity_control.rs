@@ -18,6 +18,7 @@ pub struct VelocityControl {
     composite: Vec<RigidInertia>,
     /// Force that each body with all that it carries takes when the root does not accelerate.
     taken: Vec<Force>,
+    /// Acceleration of each body besides its drift when the root does not accelerate.
     acceleration: Vec<Motion>,
     /// The root's factor, of the whole character's inertia.
     pub root: RootFactor,
@@ -49,23 +50,16 @@ impl VelocityControl {
         freedom: RootFreedom,
         lifted: Motion,
         given: Motion,
-        velocity_forces: bool,
     ) -> Option<Motion> {
         self.acceleration[0] = Motion::ZERO;
         for index in 0..bodies.len() {
             let body = &bodies[index];
             if index > 0 {
                 self.acceleration[index] = self.acceleration[model.bodies[index].parent]
-                    .plus(articulated.drift(index))
                     .plus_scaled(body.freedom, joint_acceleration[index - 1]);
             }
             self.composite[index] = body.inertia;
-            let inertial = body.inertia.times(self.acceleration[index]);
-            self.taken[index] = if velocity_forces {
-                inertial.plus(body.velocity.cross_force(body.inertia.times(body.velocity)))
-            } else {
-                inertial
-            };
+            self.taken[index] = articulated.carried(index).plus(body.inertia.times(self.acceleration[index]));
         }
         for index in (1..bodies.len()).rev() {
             let parent = model.bodies[index].parent;

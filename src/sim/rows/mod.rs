@@ -7,8 +7,11 @@ pub mod torque;
 
 use std::ops::Range;
 
-use super::lcp::{Bound, Problem};
+use super::lcp::{Bound, Problem, dot};
 use super::reduced::response::ROOT;
+
+/// Rows whose shares of the root are computed side by side.
+const LANES: usize = 4;
 
 /// What a row belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,6 +31,14 @@ pub enum Owner {
     Torque(usize),
 }
 
+/// Rows that follow each other and reach the same joints.
+#[derive(Debug, Clone)]
+struct Limb {
+    rows: Range<usize>,
+    /// Of their half-solved numbers, those between the first joint's and the last one's that are not zero.
+    joints: Range<usize>,
+}
+
 /// The rows of a step and the mixed complementarity problem that they make.
 ///
 /// Row i asks for w_i = (J v⁺)_i + bias_i under its bound; A = h J M⁻¹ Jᵀ + softness and
@@ -37,8 +48,10 @@ pub enum Owner {
 pub struct Rows {
     width: usize,
     half: Vec<f64>,
-    /// Of every row, the range of its half-solved numbers beyond the root's that are not zero.
-    reach: Vec<Range<usize>>,
+    /// The root's numbers of [`LANES`] rows at a time, each of the six for all of them; 0 beyond the last row.
+    root: Vec<[[f64; LANES]; ROOT]>,
+    /// All rows, in order.
+    limbs: Vec<Limb>,
     matrix: Vec<f64>,
     softness: Vec<f64>,
     /// What each row's velocity is to be greater by while positions move, to correct them.
@@ -59,7 +72,8 @@ impl Rows {
         Self {
             width,
             half: Vec::with_capacity(capacity * width),
-            reach: Vec::with_capacity(capacity),
+            root: Vec::with_capacity(capacity.div_ceil(LANES)),
+            limbs: Vec::with_capacity(capacity),
             matrix: Vec::with_capacity(capacity * capacity),
             softness: Vec::with_capacity(capacity),
             recovery: Vec::with_capacity(capacity),
@@ -127,26 +141,84 @@ impl Rows {
 
     /// Computes the matrix for a step of `step` seconds.
     ///
-    /// Rows of different limbs meet in the root alone, so that most entries are short sums.
+    /// Every two rows meet in the root. Rows of different limbs meet there alone; others add the joints that
+    /// they have in common.
     pub fn assemble(&mut self, step: f64) {
         let count = self.len();
         self.matrix.resize(count * count, 0.0);
-        self.reach.clear();
-        self.reach.extend(self.half.chunks_exact(self.width).map(reach));
-        let rows = || self.half.chunks_exact(self.width).zip(&self.reach);
-        for (row, (left, left_reach)) in rows().enumerate() {
-            let (above, from_row) = self.matrix.split_at_mut(row * count);
-            let columns = rows().take(row + 1).zip(&mut from_row[..=row]);
-            for (column, ((right, right_reach), entry)) in columns.enumerate() {
-                let start = left_reach.start.max(right_reach.start);
-                let end = left_reach.end.min(right_reach.end).max(start);
-                let joints: f64 = left[start..end].iter().zip(&right[start..end]).map(|(a, b)| a * b).sum();
-                *entry = step * (root_dot(left, right) + joints);
-                if column < row {
-                    above[column * count + row] = *entry;
+        self.gather_limbs();
+        self.meet_in_root(step);
+        self.meet_in_joints(step);
+        self.mirror();
+        for (diagonal, softness) in self.matrix.iter_mut().step_by(count + 1).zip(&self.softness) {
+            *diagonal += softness;
+        }
+    }
+
+    /// Finds the rows that reach the same joints.
+    fn gather_limbs(&mut self) {
+        self.limbs.clear();
+        for (row, half) in self.half.chunks_exact(self.width).enumerate() {
+            let joints = reach(half);
+            match self.limbs.last_mut() {
+                Some(limb) if limb.joints == joints => limb.rows.end = row + 1,
+                _ => self.limbs.push(Limb { rows: row..row + 1, joints }),
+            }
+        }
+    }
+
+    /// Sets the entries on and below the diagonal to the root's share, [`LANES`] columns at a time.
+    fn meet_in_root(&mut self, step: f64) {
+        let count = self.len();
+        let rows = || self.half.chunks_exact(self.width).filter_map(|half| half.first_chunk::<ROOT>());
+        self.root.clear();
+        self.root.resize(count.div_ceil(LANES), [[0.0; LANES]; ROOT]);
+        for (row, half) in rows().enumerate() {
+            for (lanes, entry) in self.root[row / LANES].iter_mut().zip(half) {
+                lanes[row % LANES] = *entry;
+            }
+        }
+        for (row, (left, entries)) in rows().zip(self.matrix.chunks_exact_mut(count.max(1))).enumerate() {
+            for (right, entries) in self.root.iter().zip(entries.chunks_mut(LANES)).take(row / LANES + 1) {
+                let products = dot_lanes(left, right).map(|product| step * product);
+                match entries.first_chunk_mut::<LANES>() {
+                    Some(entries) => *entries = products,
+                    None => entries.copy_from_slice(&products[..entries.len()]),
                 }
             }
-            from_row[row] += self.softness[row];
+        }
+    }
+
+    /// Adds to the entries on and below the diagonal the share of the joints that both rows reach.
+    fn meet_in_joints(&mut self, step: f64) {
+        let count = self.len();
+        let Self { width, half, limbs, matrix, .. } = self;
+        for (index, own) in limbs.iter().enumerate() {
+            for other in &limbs[..=index] {
+                let start = own.joints.start.max(other.joints.start);
+                let end = own.joints.end.min(other.joints.end);
+                if start >= end {
+                    continue;
+                }
+                for row in own.rows.clone() {
+                    let left = &half[row * *width + start..row * *width + end];
+                    for column in other.rows.start..other.rows.end.min(row + 1) {
+                        let right = &half[column * *width + start..column * *width + end];
+                        matrix[row * count + column] += step * dot(left, right);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Copies what stands below the diagonal to its place above.
+    fn mirror(&mut self) {
+        let count = self.len();
+        for row in 1..count {
+            let (above, below) = self.matrix.split_at_mut(row * count);
+            for (mirrored, entry) in above.iter_mut().skip(row).step_by(count).zip(below) {
+                *mirrored = *entry;
+            }
         }
     }
 
@@ -156,14 +228,18 @@ impl Rows {
         (problem, &mut self.force)
     }
 
-    /// The half-solved impulse of all forces over `step` seconds, into `half`.
+    /// The half-solved impulse of all forces over `step` seconds, into `half`; once the matrix is computed.
     pub fn impulse(&self, step: f64, half: &mut [f64]) {
         half.fill(0.0);
-        for (force, row) in self.force.iter().zip(self.half.chunks_exact(self.width)) {
-            if *force != 0.0 {
-                let scale = force * step;
-                for (sum, entry) in half.iter_mut().zip(row) {
-                    *sum += scale * entry;
+        for limb in &self.limbs {
+            for row in limb.rows.clone() {
+                let scale = self.force[row] * step;
+                let start = row * self.width;
+                for range in [0..ROOT, limb.joints.clone()] {
+                    let entries = &self.half[start + range.start..start + range.end];
+                    for (sum, entry) in half[range].iter_mut().zip(entries) {
+                        *sum += scale * entry;
+                    }
                 }
             }
         }
@@ -198,11 +274,14 @@ fn reach(half: &[f64]) -> Range<usize> {
     ROOT + start..ROOT + end
 }
 
-/// The root's share of the dot product of two half-solved rows.
+/// The dot products of the root's share of one row with those of [`LANES`] others.
 #[inline]
-fn root_dot(left: &[f64], right: &[f64]) -> f64 {
-    let (Some(a), Some(b)) = (left.first_chunk::<ROOT>(), right.first_chunk::<ROOT>()) else { return 0.0 };
-    (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5])
+fn dot_lanes(left: &[f64; ROOT], right: &[[f64; LANES]; ROOT]) -> [f64; LANES] {
+    let mut sums = [0.0; LANES];
+    for (a, lanes) in left.iter().zip(right) {
+        sums = std::array::from_fn(|lane| sums[lane] + a * lanes[lane]);
+    }
+    sums
 }
 
 /// How much of a violation is corrected in a step.

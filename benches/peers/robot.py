@@ -1,0 +1,113 @@
+"""A robot in MuJoCo as gaitwright simulates it: free root, servos, contact with the ground alone."""
+
+import re
+import xml.etree.ElementTree as ElementTree
+
+import mujoco
+import numpy as np
+
+
+def load(path, gains, ground=True, torque=True):
+    """Compiles the URDF at `path`.
+
+    `gains` are the servos' stiffness and damping, numbers or {joint: number}; `None` leaves the joints passive.
+    With `torque` the URDF's effort limits bound the servos.
+    """
+    text = re.sub(r"<visual>.*?</visual>", "", open(path).read(), flags=re.S)
+    root = ElementTree.fromstring(text)
+    extra = ElementTree.SubElement(root, "mujoco")
+    ElementTree.SubElement(
+        extra, "compiler", discardvisual="true", fusestatic="true", balanceinertia="true", strippath="true"
+    )
+    efforts = {
+        joint.get("name"): float(limit.get("effort", 0)) for joint in root.iter("joint") for limit in joint.iter("limit")
+    }
+    spec = mujoco.MjSpec.from_string(ElementTree.tostring(root, encoding="unicode"))
+    spec.worldbody.first_body().add_freejoint()
+    # Bits keep the robot's shapes from touching each other: they meet the ground alone.
+    for geom in spec.geoms:
+        geom.contype, geom.conaffinity = (1, 2) if ground else (0, 0)
+    if ground:
+        friction = [0.8, 0.005, 0.0001]
+        spec.worldbody.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_PLANE, size=[50, 50, 1], friction=friction, contype=2, conaffinity=1
+        )
+    if gains is not None:
+        for joint in spec.joints:
+            if joint.type == mujoco.mjtJoint.mjJNT_FREE:
+                continue
+            stiffness, damping = (each[joint.name] if isinstance(each, dict) else each for each in gains)
+            actuator = spec.add_actuator(name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+            actuator.set_to_position(kp=stiffness, kv=damping)
+            if torque and efforts.get(joint.name):
+                actuator.forcelimited = True
+                actuator.forcerange = [-efforts[joint.name], efforts[joint.name]]
+    return spec.compile()
+
+
+def joints(model):
+    """Names of the movable joints but the root's, in MuJoCo's order."""
+    return [model.joint(index).name for index in range(1, model.njnt)]
+
+
+def place(model, data, pose, height):
+    """Puts the robot at rest: joints at `pose` ({joint: rad}, others 0), the root upright at `height` m."""
+    mujoco.mj_resetData(model, data)
+    data.qpos[2] = height
+    for name in joints(model):
+        data.qpos[model.joint(name).qposadr[0]] = pose.get(name, 0.0)
+
+
+def solver_residual(model, data):
+    """How far the solver was from the solution of its own, softened problem in the last step, m/s over its rows.
+
+    MuJoCo minimises over the acceleration a; the gradient g = M (a - a_smooth) - J^T f is what its solver left. The
+    step times J M^-1 g is what that leaves in the velocities of the rows.
+    """
+    if data.nefc == 0:
+        return 0.0
+    inertial = np.zeros(model.nv)
+    mujoco.mj_mulM(model, data, inertial, data.qacc)
+    gradient = inertial - data.qfrc_smooth - data.qfrc_constraint
+    acceleration = np.zeros((1, model.nv))
+    mujoco.mj_solveM(model, data, acceleration, gradient[None, :])
+    rows = np.zeros(data.nefc)
+    mujoco.mj_mulJacVec(model, data, rows, acceleration[0])
+    return float(model.opt.timestep * np.abs(rows).max())
+
+
+def contact_residual(model, data):
+    """How far the last step's contacts were from the laws of rigid contact and of Coulomb, m/s.
+
+    The natural map that gaitwright's own residual is made of, on the velocities w after the step and the forces f at
+    the contacts that touch: |min(a f, w)| of a normal, and of the tangents |a f - P(a f - w)|, where P projects onto the
+    disc of radius a mu f_n and a = h (J M^-1 J^T) turns a force into a velocity.
+    """
+    worst = 0.0
+    jacobian, force = np.zeros((3, model.nv)), np.zeros(6)
+    for index in range(data.ncon):
+        contact = data.contact[index]
+        if contact.dist > 0:
+            continue
+        body = max(model.geom_bodyid[geom] for geom in contact.geom)
+        mujoco.mj_jac(model, data, jacobian, None, contact.pos, body)
+        rows = contact.frame.reshape(3, 3) @ jacobian
+        if model.geom_bodyid[contact.geom[1]] != body:
+            rows = -rows
+        mujoco.mj_contactForce(model, data, index, force)
+        solved = np.zeros_like(rows)
+        mujoco.mj_solveM(model, data, solved, rows)
+        scale = model.opt.timestep * np.einsum("ij,ij->i", rows, solved)
+        velocity = rows @ data.qvel
+        worst = max(worst, abs(min(scale[0] * force[0], velocity[0])))
+        a = scale[1:].max()
+        aim = a * force[1:3] - velocity[1:]
+        reach, radius = np.linalg.norm(aim), a * contact.friction[0] * max(force[0], 0.0)
+        nearest = aim if reach <= radius else aim * (radius / reach)
+        worst = max(worst, float(np.linalg.norm(a * force[1:3] - nearest)))
+    return worst
+
+
+def depth(data):
+    """Deepest penetration of the present contacts, m."""
+    return max([0.0] + [-data.contact[index].dist for index in range(data.ncon)])
