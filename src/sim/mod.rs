@@ -8,6 +8,7 @@ pub mod contact;
 mod diagnostics;
 mod integrate;
 pub mod lcp;
+pub mod rapier;
 pub mod reduced;
 pub mod rows;
 pub mod spatial;

@@ -4,12 +4,12 @@ use nalgebra::{Point3, Vector3};
 
 use super::contact::Touch;
 use super::lcp::{Lemke, Newton, Pgs, Problem, Solution, Solver};
-use super::reduced::articulated::{Articulated, JointLoad};
+use super::reduced::articulated::{Articulated, JointLoad, Pushes};
 use super::reduced::kinematics::{BodyMotion, carried_inertia, levers};
 use super::reduced::response::ROOT;
 use super::reduced::velocity_control::VelocityControl;
 use super::rows::{Rows, contact};
-use super::spatial::Motion;
+use super::spatial::{Force, Motion};
 use super::tracking::Spring;
 use super::{Contact, contact::ground};
 use crate::model::Model;
@@ -62,6 +62,8 @@ pub(super) struct Workspace {
     pub carried: Vec<Vector3<f64>>,
     /// Velocity of each body after the step if no row acted. (free motion)
     pub free: Vec<Motion>,
+    /// Forces of the last step's rows on this one's bodies and joints. (expectation)
+    pub expected: Pushes,
     /// Rows and their problem. (rows)
     pub rows: Rows,
     /// The half-solved impulse of all rows. (response)
@@ -138,6 +140,7 @@ impl Workspace {
             levers: levers(model),
             carried: vec![Vector3::zeros(); bodies],
             free: vec![Motion::ZERO; bodies],
+            expected: Pushes { bodies: vec![Force::ZERO; bodies], joints: vec![0.0; joints] },
             rows: Rows::new(contact_rows + joint_rows(plan).min(64), ROOT + joints),
             half: vec![0.0; ROOT + joints],
             changes: vec![Motion::ZERO; bodies],

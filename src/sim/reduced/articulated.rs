@@ -34,6 +34,15 @@ pub struct JointLoad {
     pub inertia: f64,
 }
 
+/// Forces on bodies and joints.
+#[derive(Debug, Clone)]
+pub struct Pushes {
+    /// On each body, about the common point.
+    pub bodies: Vec<Force>,
+    /// Along each joint, N m or N.
+    pub joints: Vec<f64>,
+}
+
 /// The factor of a step's mass matrix and the sweeps' intermediate values.
 #[derive(Debug, Clone)]
 pub struct Articulated {
@@ -95,15 +104,14 @@ impl Articulated {
         if !velocity_forces {
             return;
         }
-        for (index, body) in bodies.iter().enumerate() {
-            if index > 0 {
-                let parent = model.bodies[index].parent;
-                let turned = bodies[parent].velocity.cross_motion(body.freedom);
-                self.drift[index] = self.drift[parent].plus_scaled(turned, joint_rates[index - 1]);
-            }
+        for index in 1..bodies.len() {
+            let parent = model.bodies[index].parent;
+            let turned = bodies[parent].velocity.cross_motion(bodies[index].freedom);
+            self.drift[index] = self.drift[parent].plus_scaled(turned, joint_rates[index - 1]);
+        }
+        for ((carried, drift), body) in self.carried.iter_mut().zip(&self.drift).zip(bodies) {
             let momentum = body.inertia.times(body.velocity);
-            let accelerated = body.inertia.times(self.drift[index]);
-            self.carried[index] = accelerated.plus(body.velocity.cross_force(momentum));
+            *carried = body.velocity.cross_force(momentum).plus(body.inertia.times(*drift));
         }
     }
 
@@ -148,23 +156,30 @@ impl Articulated {
     /// the joints into `joint_acceleration`, and of the root as the result.
     ///
     /// `lifted` is the acceleration opposite to gravity. `given` is the acceleration of the root in
-    /// the directions in which it is not free.
+    /// the directions in which it is not free. `pushes` are forces that act besides.
     #[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
     pub fn accelerate(
         &mut self,
         model: &Model,
         bodies: &[BodyMotion],
         loads: &[JointLoad],
+        pushes: Option<&Pushes>,
         freedom: RootFreedom,
         lifted: Motion,
         given: Motion,
         joint_acceleration: &mut [f64],
     ) -> Motion {
         self.bias.copy_from_slice(&self.carried);
+        if let Some(pushes) = pushes {
+            for (bias, push) in self.bias.iter_mut().zip(&pushes.bodies) {
+                *bias = bias.plus(push.scaled(-1.0));
+            }
+        }
         for index in (1..bodies.len()).rev() {
             let joint = index - 1;
             let factor = &self.joints[joint];
-            let net = loads[joint].torque - bodies[index].freedom.dot(self.bias[index]);
+            let pushed = pushes.map_or(0.0, |pushes| pushes.joints[joint]);
+            let net = loads[joint].torque + pushed - bodies[index].freedom.dot(self.bias[index]);
             let bias = self.bias[index].plus_scaled(factor.u, net * factor.inverse_d);
             let parent = model.bodies[index].parent;
             self.bias[parent] = self.bias[parent].plus(bias);

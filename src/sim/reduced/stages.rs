@@ -204,25 +204,15 @@ impl Stages<'_> {
         (fastest.0, fastest.1.sqrt())
     }
 
-    /// New velocities. The paper's step takes forces of velocity at the mean of the old velocities and those that
-    /// no row acts on: at the old ones alone they would feed every rotation by half the square of its
-    /// turn in a step. Whether they settled.
+    /// New velocities; whether their forces of velocity settled.
     fn velocities(&mut self) -> Result<bool, Failure> {
         self.work.evaluations += 1;
         loop {
-            self.free_motion()?;
-            if self.plan.velocity_forces && !self.middle {
-                let mut passes = Passes::until(SETTLED);
-                loop {
-                    let change = self.mean_motion(Ahead::Free);
-                    self.free_velocities();
-                    match passes.left(change, self.turn) {
-                        Left::Nothing => break,
-                        Left::Something => {}
-                        Left::Everything => return Ok(false),
-                    }
-                }
+            self.factorise()?;
+            if !self.middle && !self.expected_mean()? {
+                return Ok(false);
             }
+            self.free_velocities(false);
             self.rows();
             self.solve()?;
             self.response();
@@ -232,6 +222,45 @@ impl Stages<'_> {
             if !self.passing() && !saturated {
                 return Ok(true);
             }
+        }
+    }
+
+    /// The paper's step takes forces of velocity at the mean of the old velocities and those to be expected if every
+    /// row acts as in the last step: at the old ones alone they would feed every rotation by half the square
+    /// of its turn in a step. Whether they settled.
+    fn expected_mean(&mut self) -> Result<bool, Failure> {
+        if !self.plan.velocity_forces {
+            return Ok(true);
+        }
+        self.expectation();
+        let mut passes = Passes::until(SETTLED);
+        loop {
+            self.free_velocities(true);
+            let change = self.mean_motion(Ahead::Free);
+            match passes.left(change, self.turn) {
+                Left::Nothing => return Ok(true),
+                Left::Something => {}
+                Left::Everything => return Ok(false),
+            }
+        }
+    }
+
+    /// The forces of the last step's rows, where they would act now.
+    fn expectation(&mut self) {
+        let Self { state, work, .. } = self;
+        let memory = &state.memory;
+        work.expected.bodies.fill(Force::ZERO);
+        for touch in &work.touches {
+            let force = Force::at(touch.at, touch.force(&memory.contact[touch.slot]));
+            let bodies = &mut work.expected.bodies;
+            bodies[touch.body] = bodies[touch.body].plus(force);
+            if let Some(other) = touch.against.body() {
+                bodies[other] = bodies[other].plus(force.scaled(-1.0));
+            }
+        }
+        for (joint, push) in work.expected.joints.iter_mut().enumerate() {
+            let torque = if work.saturated[joint] { memory.saturated[joint] } else { 0.0 };
+            *push = memory.limit[joint] + memory.dry_friction[joint] + torque;
         }
     }
 
@@ -414,8 +443,8 @@ impl Stages<'_> {
         Ok(())
     }
 
-    /// Velocities after the step if no row acted.
-    fn free_motion(&mut self) -> Result<(), Failure> {
+    /// The mass matrix under the loads of the joints.
+    fn factorise(&mut self) -> Result<(), Failure> {
         let step = self.step;
         let Self { model, plan, state, work, freedom, middle, .. } = self;
         for joint in 0..work.loads.len() {
@@ -437,18 +466,19 @@ impl Stages<'_> {
         work.articulated
             .factorise(model, &work.bodies, &work.loads, *freedom)
             .map_err(|cause| singular(model, state, cause))?;
-        self.free_velocities();
         Ok(())
     }
 
-    /// Velocities after the step if no row acted, for the present forces of velocity.
-    fn free_velocities(&mut self) {
+    /// Velocities after the step if no row acted, or if rows acted as is `expected`, for the present forces of
+    /// velocity.
+    fn free_velocities(&mut self, expected: bool) {
         let (given, lifted, step) = (self.given(), self.lifted(), self.step);
         let Self { model, plan, state, work, freedom, .. } = self;
         let root = work.articulated.accelerate(
             model,
             &work.bodies,
             &work.loads,
+            expected.then_some(&work.expected),
             *freedom,
             lifted,
             given,
