@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use gaitwright::model::Model;
 use gaitwright::scene::{Accuracy, Effect, Feedforward, Gains, Scene, SolverChoice, SolverKind, StepPlan};
+use gaitwright::sim::contact::Against;
 use gaitwright::sim::{Command, Simulator, State};
 use gaitwright::stance::Stance;
 
@@ -126,4 +127,45 @@ fn what_is_off_takes_no_memory() {
     for effect in joints {
         assert!(off(&[effect]) < all, "{}", effect.name());
     }
+}
+
+/// Obstacles, a height field, self-collision and restitution, all of them acting.
+#[test]
+fn a_warm_step_allocates_nothing_whatever_it_touches() {
+    let model = common::example("snake.json");
+    let stance = Stance::find(&model, &Scene::default());
+    let scene: Scene = serde_json::from_str(
+        r#"{"restitution": 0.4, "ground": {"kind": "height_field", "size": [4, 4],
+                "heights": [[0, 0.1, 0, 0.1], [0.1, 0, 0.1, 0], [0, 0.1, 0, 0.1], [0.1, 0, 0.1, 0]]},
+            "obstacles": [{"shape": {"kind": "box", "size": [0.3, 0.3, 0.3]}},
+                {"shape": {"kind": "cylinder", "radius": 0.1, "length": 0.3, "pose": {"position": [0.3, 0.1, 0.1]}}}]}"#,
+    )
+    .unwrap();
+    let plan = common::plan(&model, &scene, &Accuracy::default(), Some(&stance.gains));
+    assert!(plan.self_collision && plan.obstacles.len() == 2 && plan.restitution.is_some());
+    let mut start = stance.state.clone();
+    start.root.position.z = 0.5;
+    let mut simulator = Simulator::new(model.clone(), plan, start.clone());
+    // Every other joint turns about the vertical: the snake rolls up into a ring that closes on itself.
+    let curled: Vec<f64> =
+        (0..model.joint_count()).map(|joint| if joint % 2 == 0 { 1.2 } else { 0.2 }).collect();
+    start.angles.copy_from_slice(&curled);
+    let mut kinds = [false; 3];
+    for round in 0..2 {
+        simulator.set_state(&start);
+        let before = ALLOCATIONS.with(Cell::get);
+        for _ in 0..1000 {
+            simulator.step(Command::Track { now: &curled, next: &curled }).unwrap();
+            for contact in simulator.contacts() {
+                match contact.against {
+                    Against::Ground => kinds[0] = true,
+                    Against::Obstacle(_) => kinds[1] = true,
+                    Against::Link { .. } => kinds[2] = true,
+                }
+            }
+        }
+        let allocations = ALLOCATIONS.with(Cell::get) - before;
+        assert!(round == 0 || allocations == 0, "{allocations} allocations");
+    }
+    assert_eq!(kinds, [true; 3], "ground, obstacles and links must all be touched");
 }

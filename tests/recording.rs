@@ -9,7 +9,7 @@ use std::path::Path;
 use gaitwright::export::{Recording, RecordingError, Subject};
 use gaitwright::learn::Generation;
 use gaitwright::playback::Trace;
-use gaitwright::scene::Ground;
+use gaitwright::scene::Scene;
 use re_sdk::external::re_log_encoding::DecoderApp;
 use re_sdk::log::{Chunk, LogMsg};
 use re_sdk::{StoreKind, TimelineName};
@@ -35,6 +35,8 @@ fn trot(seconds: f64) -> Trace {
 }
 
 fn create(path: &Path) -> Result<Recording, RecordingError> {
+    let step = r#"{"name": "step", "shape": {"kind": "box", "size": [1, 1, 0.1]}}"#;
+    let scene = Scene { obstacles: vec![serde_json::from_str(step).unwrap()], ..Scene::default() };
     let character = synthetic::quadruped();
     let joints = synthetic::joint_names();
     let subject = Subject {
@@ -42,7 +44,7 @@ fn create(path: &Path) -> Result<Recording, RecordingError> {
         title: "synthetic quadruped",
         character: &character,
         joints: &joints,
-        ground: Some(Ground::Plane { height: 0.0 }),
+        scene: &scene,
     };
     Recording::create(path, subject)
 }
@@ -161,6 +163,7 @@ fn everything_that_went_in_is_read_back_on_both_timelines() {
     }
 
     assert!(content.has_static("/world/ground", "Mesh3D:vertex_positions"));
+    assert!(content.has_static("/world/obstacles/step", "Boxes3D:half_sizes"));
     assert!(content.has_static("/world/character/trunk", "Boxes3D:half_sizes"));
     assert!(content.has_static("/world/character/LF\\ thigh", "Capsules3D:lengths"));
     assert!(content.has_static("/world/character/LF\\ shank", "Cylinders3D:lengths"));

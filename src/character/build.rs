@@ -162,7 +162,7 @@ fn check_link(link: &DraftLink, report: &mut Report) {
     }
     for At { value, place } in &link.collisions {
         check_lengths(&value.pose.translation.vector, "the position", place, report);
-        if let Some(reason) = shape_fault(&value.shape) {
+        if let Some((_, reason)) = shape_fault(&value.shape) {
             report.fault(place.as_str(), reason);
         }
     }
@@ -177,28 +177,29 @@ fn check_lengths(lengths: &Vector3<f64>, what: &str, place: &str, report: &mut R
     }
 }
 
-/// Why a shape is impossible.
-fn shape_fault(shape: &Shape) -> Option<String> {
-    let positive = |name: &str, length: f64| {
+/// The field of a shape's document that makes it impossible, and why.
+pub fn shape_fault(shape: &Shape) -> Option<(&'static str, String)> {
+    let positive = |field: &'static str, name: &str, length: f64| {
         let good = length > 0.0 && length <= LENGTH;
-        (!good).then(|| format!("the {name} is {length} m; it must be positive and at most {LENGTH:e} m"))
+        let reason = || format!("the {name} is {length} m; it must be positive and at most {LENGTH:e} m");
+        (!good).then(|| (field, reason()))
     };
     match shape {
-        Shape::Sphere { radius } => positive("radius", *radius),
+        Shape::Sphere { radius } => positive("radius", "radius", *radius),
         Shape::Box { half_extents } => {
-            half_extents.iter().find_map(|half| positive("size of the box along an edge", half * 2.0))
+            half_extents.iter().find_map(|half| positive("size", "size of the box along an edge", half * 2.0))
         }
         Shape::Cylinder { radius, half_length } => {
-            positive("radius", *radius).or_else(|| positive("length", half_length * 2.0))
+            positive("radius", "radius", *radius).or_else(|| positive("length", "length", half_length * 2.0))
         }
-        Shape::Capsule { radius, half_length } => positive("radius", *radius).or_else(|| {
+        Shape::Capsule { radius, half_length } => positive("radius", "radius", *radius).or_else(|| {
             // Without a straight part a capsule is a ball.
-            (*half_length != 0.0).then(|| positive("length", half_length * 2.0)).flatten()
+            (*half_length != 0.0).then(|| positive("length", "length", half_length * 2.0)).flatten()
         }),
         Shape::Hull { vertices, .. } => {
             let far =
                 vertices.iter().flat_map(|vertex| vertex.iter()).any(|x| x.is_nan() || x.abs() > LENGTH);
-            far.then(|| format!("every corner must be finite and within {LENGTH:e} m"))
+            far.then(|| ("vertices", format!("every corner must be finite and within {LENGTH:e} m")))
         }
     }
 }
@@ -306,7 +307,7 @@ fn visuals(link: &DraftLink, report: &mut Report) -> Vec<Placed> {
     let mut shown = Vec::new();
     for At { value, place } in &link.visuals {
         match shape_fault(&value.shape) {
-            Some(reason) => {
+            Some((_, reason)) => {
                 let message = format!("a visual is left out: {reason}");
                 report.note(place.as_str(), about.clone(), NoteKind::Ignored, message);
             }

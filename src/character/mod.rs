@@ -26,7 +26,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-pub use json::schema;
+pub use json::{ShapeDocument, read_shape, schema};
 pub use types::{About, Character, Inertial, Joint, JointKind, Limits, Link, Note, NoteKind, Placed, Shape};
 
 use crate::fault::{Fault, InputError};

@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use super::{Body, Freedom, LinkPlace, Model, contact};
-use crate::character::{Character, JointKind};
+use super::collision::convex::Convex;
+use super::collision::pairs::Anatomy;
+use super::{Body, Freedom, LinkPlace, Model, collision};
+use crate::character::{Character, Joint, JointKind};
 
 impl Model {
     /// Compiles `character`.
@@ -54,11 +56,28 @@ impl Model {
             links.push(place);
         }
         let bodies: Vec<Body> = bodies.into_iter().map(MergedBody::finish).collect();
-        let (ground_shapes, ground_points, ground_slots) = contact::candidates(&character, &links);
+        let (ground_shapes, ground_points, ground_slots) = collision::candidates(&character, &links);
+        let solids: Vec<Convex> = character
+            .links
+            .iter()
+            .zip(&links)
+            .flat_map(|(link, place)| link.collisions.iter().map(|placed| Convex::new(placed, &place.pose)))
+            .collect();
+        let limits: Vec<Option<[f64; 2]>> =
+            joints.iter().map(|joint| joint.limits.map(|range| [range.lower, range.upper])).collect();
+        let standing: Vec<f64> = joints.iter().map(|joint| standing_angle(&character, joint)).collect();
+        let anatomy = Anatomy {
+            bodies: &bodies,
+            limits: &limits,
+            shapes: &ground_shapes,
+            solids: &solids,
+            standing: &standing,
+        };
+        let pairs = anatomy.pairs();
         Self {
             fixed_base,
             joint_names: joints.iter().map(|joint| joint.name.clone()).collect(),
-            limits: joints.iter().map(|joint| joint.limits.map(|range| [range.lower, range.upper])).collect(),
+            limits,
             effort: joints.iter().map(|joint| joint.effort).collect(),
             speed: joints.iter().map(|joint| joint.velocity).collect(),
             damping: joints.iter().map(|joint| joint.damping).collect(),
@@ -70,9 +89,18 @@ impl Model {
             ground_shapes,
             ground_points,
             ground_slots,
+            solids,
+            pairs,
             character,
         }
     }
+}
+
+/// Angle of `joint` in the standing pose that the author gave, or at 0, within its range.
+fn standing_angle(character: &Character, joint: &Joint) -> f64 {
+    let given = character.standing.iter().flatten().find(|(name, _)| *name == joint.name);
+    let angle = given.map_or(0.0, |(_, angle)| *angle);
+    joint.limits.map_or(angle, |range| angle.clamp(range.lower, range.upper))
 }
 
 fn freedom(kind: JointKind) -> Option<Freedom> {

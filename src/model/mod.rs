@@ -1,15 +1,17 @@
 //! What can be simulated: a character compiled into flat arrays over a kinematic tree.
 
+pub mod collision;
 mod compile;
-mod contact;
 
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use crate::character::Character;
+use collision::convex::Convex;
+use collision::pairs::Pairs;
 
-pub use contact::{CYLINDER_SLOTS, GroundShape, Surface};
+pub use collision::{CYLINDER_SLOTS, GroundShape, Surface};
 
 /// A character with its rigid parts merged: bodies joined by joints of one degree of freedom.
 ///
@@ -42,14 +44,22 @@ pub struct Model {
     pub mass: f64,
     /// Where each link of the character sits, in the order of the character's links.
     pub links: Vec<LinkPlace>,
-    /// Shapes that can touch the ground.
+    /// Shapes that can touch something, and where they can touch the ground.
     pub ground_shapes: Vec<GroundShape>,
     /// Points of those shapes, in the frames of their bodies, m.
     pub ground_points: Vec<Vector3<f64>>,
-    /// Number of contact slots: every place at which the character can touch the ground has one,
-    /// for as long as the model lives.
+    /// Number of slots of contact with the ground: every place at which the character can touch it has
+    /// one, for as long as the model lives.
     pub ground_slots: usize,
+    /// Solids of the shapes, in the frames of their bodies and in the order of `ground_shapes`. Each has
+    /// [`SOLID_SLOTS`] slots for its contacts with other solids, after those of the ground.
+    pub solids: Vec<Convex>,
+    /// Which shapes can touch each other.
+    pub pairs: Pairs,
 }
+
+/// Slots of a shape for its contacts with other solids.
+pub const SOLID_SLOTS: usize = 4;
 
 /// A rigid body and the joint that carries it.
 #[derive(Debug, Clone)]
@@ -95,6 +105,11 @@ pub struct LinkPlace {
 }
 
 impl Model {
+    /// Number of contact slots.
+    pub fn contact_slots(&self) -> usize {
+        self.ground_slots + SOLID_SLOTS * self.solids.len()
+    }
+
     /// Number of movable joints.
     pub fn joint_count(&self) -> usize {
         self.joint_names.len()

@@ -9,7 +9,7 @@ use crate::character::{self, Options, Reading, Source};
 use crate::fault::{Fault, InputError};
 use crate::model::Model;
 use crate::motion::{Motion, Player};
-use crate::scene::{Drive, Feedforward, Gains, Ground, MaxTorque, StepPlan};
+use crate::scene::{Drive, Feedforward, Gains, MaxTorque, StepPlan, Terrain};
 use crate::sim::contact::Against;
 use crate::sim::{Command, Simulator, State};
 use crate::stance::{self, Stance};
@@ -51,6 +51,8 @@ impl Files for NoFiles {
 pub struct Prepared {
     simulator: Simulator,
     commands: Commands,
+    /// Names of the scene's obstacles.
+    obstacles: Vec<String>,
     steps: u64,
     stride: u64,
 }
@@ -98,7 +100,10 @@ impl Scenario {
         let plan = StepPlan::compile(&self.scene, &self.accuracy, gains.as_ref(), &model)?;
         let steps = (self.duration / plan.step()).round().max(1.0) as u64;
         let stride = (self.sample_every / plan.step()).round().max(1.0) as u64;
-        Ok(Prepared { simulator: Simulator::new(model, Arc::new(plan), state), commands, steps, stride })
+        let obstacles = self.scene.obstacles.iter().enumerate();
+        let obstacles = obstacles.map(|(index, obstacle)| obstacle.name(index)).collect();
+        let simulator = Simulator::new(model, Arc::new(plan), state);
+        Ok(Prepared { simulator, commands, obstacles, steps, stride })
     }
 
     fn read_character(&self, files: &impl Files) -> Result<Reading, InputError> {
@@ -124,10 +129,10 @@ impl Scenario {
                 None => faults.push(unknown_joint("/start/joints", name)),
             }
         }
-        match (&self.start.root, self.scene.ground) {
+        match (&self.start.root, &self.scene.ground) {
             (Some(root), _) => state.root = root.into(),
-            (None, Some(Ground::Plane { height })) if !(self.fixed_base || self.start.joints.is_empty()) => {
-                state.root.position.z = stance::resting_height(model, &state.angles, height);
+            (None, Some(ground)) if !(self.fixed_base || self.start.joints.is_empty()) => {
+                state.root.position.z = stance::resting_height(model, &state.angles, &Terrain::new(ground));
             }
             _ => {}
         }
@@ -297,6 +302,7 @@ impl Prepared {
             link: model.character.links[contact.link].name.clone(),
             other: match contact.against {
                 Against::Ground => "ground".to_owned(),
+                Against::Obstacle(index) => self.obstacles[index].clone(),
                 Against::Link { link, .. } => model.character.links[link].name.clone(),
             },
             position: contact.position.coords.into(),

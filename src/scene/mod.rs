@@ -1,11 +1,15 @@
 //! Where and how a character is simulated: ground, gravity, effects, accuracy, drive; and what a
 //! step must therefore compute ([`StepPlan`]).
 
+mod decision;
 mod plan;
+mod terrain;
 mod wire;
 
-pub use plan::{Decision, DrivePlan, StepPlan};
+pub use decision::Decision;
+pub use plan::{DrivePlan, StepPlan};
+pub use terrain::{HeightField, Terrain};
 pub use wire::{
     Accuracy, Coordinates, Drive, Effect, Feedforward, FrictionCone, Gains, Ground, Integrator, JointBias,
-    MaxTorque, Scene, SolverChoice, SolverKind, Switch,
+    MaxTorque, Obstacle, Scene, SolverChoice, SolverKind, Switch,
 };

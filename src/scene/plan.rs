@@ -2,22 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use nalgebra::{Isometry3, Vector3};
 
-use super::{Accuracy, Effect, Feedforward, FrictionCone, Gains, Ground, Scene, Switch};
+use super::decision::{CONTACTS, Decision, decide};
+use super::{Accuracy, Effect, Feedforward, FrictionCone, Gains, Scene, Terrain};
 use crate::fault::{Fault, InputError};
 use crate::model::Model;
-
-/// Whether an effect is simulated, and why.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct Decision {
-    /// Whether it is simulated.
-    pub on: bool,
-    /// The reason, in one sentence.
-    pub because: String,
-}
+use crate::model::collision::convex::Convex;
 
 /// Everything about a step that does not change from step to step.
 ///
@@ -30,8 +21,14 @@ pub struct StepPlan {
     pub gravity: Vector3<f64>,
     /// Whether Coriolis, centrifugal and gyroscopic forces are computed.
     pub velocity_forces: bool,
-    /// Height of the ground plane, m; `None` without ground contact.
-    pub ground: Option<f64>,
+    /// The surface of the ground; `None` without ground contact.
+    pub ground: Option<Terrain>,
+    /// Whether shapes of the character touch each other.
+    pub self_collision: bool,
+    /// Solids that stand still in the world; none without contact with obstacles.
+    pub obstacles: Vec<Convex>,
+    /// Coefficient of restitution; `None` where contacts do not rebound.
+    pub restitution: Option<f64>,
     /// Friction coefficient; `None` without friction.
     pub friction: Option<f64>,
     /// Ranges of motion, rad or m, one a joint; `None` without joint limits.
@@ -92,10 +89,11 @@ impl StepPlan {
             accuracy: *accuracy,
             gravity: if on(Effect::Gravity) { Vector3::from(scene.gravity) } else { Vector3::zeros() },
             velocity_forces: on(Effect::VelocityForces),
-            ground: match scene.ground {
-                Some(Ground::Plane { height }) if on(Effect::GroundContact) => Some(height),
-                _ => None,
-            },
+            ground: scene.ground.as_ref().filter(|_| on(Effect::GroundContact)).map(Terrain::new),
+            self_collision: on(Effect::SelfCollision),
+            obstacles: if on(Effect::Obstacles) { obstacles(scene) } else { Vec::new() },
+            restitution: (scene.restitution > 0.0 && CONTACTS.into_iter().any(on))
+                .then_some(scene.restitution),
             friction: on(Effect::Friction).then_some(scene.friction),
             limits: on(Effect::JointLimits).then(|| model.limits.clone()),
             drive: gains.map(|gains| DrivePlan {
@@ -124,6 +122,12 @@ impl StepPlan {
     }
 }
 
+/// The solids of a scene without faults.
+fn obstacles(scene: &Scene) -> Vec<Convex> {
+    let placed = scene.obstacles.iter().filter_map(|obstacle| obstacle.placed().ok());
+    placed.map(|placed| Convex::new(&placed, &Isometry3::identity())).collect()
+}
+
 fn gain_faults(gains: &Gains, joints: usize) -> Vec<Fault> {
     let mut faults = Vec::new();
     let mut check = |name: &str, count: usize, valid: bool| {
@@ -139,111 +143,4 @@ fn gain_faults(gains: &Gains, joints: usize) -> Vec<Fault> {
     check("damping", gains.damping.len(), gains.damping.iter().all(valid));
     check("max_torque", gains.max_torque.len(), gains.max_torque.iter().flatten().all(valid));
     faults
-}
-
-/// What speaks for (`Ok`) or against (`Err`) simulating an effect, in one sentence.
-type Call = Result<&'static str, &'static str>;
-
-/// Decides every effect. An effect that is switched on is simulated wherever the scene and the
-/// character have anything for it to act on.
-fn decide(scene: &Scene, gains: Option<&Gains>, model: &Model) -> BTreeMap<Effect, Decision> {
-    let mut decisions: BTreeMap<Effect, Decision> = BTreeMap::new();
-    for effect in Effect::ALL {
-        let call = call(effect, scene, gains, model, &decisions);
-        let decision = match (scene.effects.get(&effect).copied().unwrap_or_default(), call) {
-            (Switch::Off, _) => Decision { on: false, because: "switched off".into() },
-            (Switch::On, Ok(_)) => Decision { on: true, because: "switched on".into() },
-            (Switch::On, Err(_)) if effect == Effect::TrunkRotationLock && !model.fixed_base => {
-                Decision { on: true, because: "switched on".into() }
-            }
-            (Switch::Auto, Ok(because)) => Decision { on: true, because: because.into() },
-            (_, Err(because)) => Decision { on: false, because: because.into() },
-        };
-        decisions.insert(effect, decision);
-    }
-    decisions
-}
-
-fn call(
-    effect: Effect,
-    scene: &Scene,
-    gains: Option<&Gains>,
-    model: &Model,
-    earlier: &BTreeMap<Effect, Decision>,
-) -> Call {
-    let on = |effect| earlier.get(&effect).is_some_and(|decision| decision.on);
-    let either = |yes: bool, because: &'static str, otherwise: &'static str| {
-        if yes { Ok(because) } else { Err(otherwise) }
-    };
-    match effect {
-        Effect::Gravity => {
-            either(scene.gravity != [0.0; 3], "the scene has gravity", "the scene has no gravity")
-        }
-        Effect::VelocityForces => either(
-            !model.fixed_base || model.joint_count() > 0,
-            "bodies can rotate",
-            "nothing in the character can move",
-        ),
-        Effect::GroundContact => match (scene.ground, model.ground_slots) {
-            (None, _) => Err("the scene has no ground"),
-            (_, 0) => Err("the character has no collision shapes"),
-            _ => Ok("the scene has ground and the character has collision shapes"),
-        },
-        Effect::Friction => {
-            if !on(Effect::GroundContact) {
-                Err("there are no contacts")
-            } else {
-                either(
-                    scene.friction > 0.0,
-                    "contacts have friction",
-                    "the scene's friction coefficient is 0",
-                )
-            }
-        }
-        Effect::SelfCollision => Err("not simulated by this version"),
-        Effect::Obstacles => Err("the scene has no obstacles"),
-        Effect::JointLimits => either(
-            model.limits.iter().any(Option::is_some),
-            "the character has joints with limits",
-            "no joint of the character has limits",
-        ),
-        Effect::TorqueLimits => match gains {
-            None => Err("no joint is driven toward a target"),
-            Some(gains) => either(
-                gains.max_torque.iter().any(Option::is_some),
-                "actuators have a greatest torque",
-                "no actuator has a greatest torque",
-            ),
-        },
-        Effect::Feedforward => match gains {
-            None => Err("no joint is driven toward a target"),
-            Some(gains) => either(
-                gains.feedforward != Feedforward::None,
-                "the drive asks for it",
-                "the drive asks for none",
-            ),
-        },
-        Effect::TrunkRotationLock => either(
-            false,
-            "",
-            if model.fixed_base { "the root is bolted to the world" } else { "nobody asked for it" },
-        ),
-        Effect::JointDamping => {
-            let any = model.damping.iter().any(|damping| *damping > 0.0);
-            either(any, "the character has damped joints", "no joint of the character is damped")
-        }
-        Effect::JointFriction => {
-            let any = model.friction.iter().any(|friction| *friction > 0.0);
-            either(
-                any,
-                "the character has joints with dry friction",
-                "no joint of the character has dry friction",
-            )
-        }
-        Effect::Stabilization => either(
-            on(Effect::GroundContact) || on(Effect::JointLimits),
-            "contacts and limits drift without it",
-            "there are neither contacts nor limits",
-        ),
-    }
 }

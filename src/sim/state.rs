@@ -84,7 +84,7 @@ impl State {
             angles: vec![0.0; joints],
             velocities: vec![0.0; joints],
             memory: Memory {
-                contact: vec![[0.0; 3]; model.ground_slots],
+                contact: vec![[0.0; 3]; model.contact_slots()],
                 limit: vec![0.0; joints],
                 dry_friction: vec![0.0; joints],
                 saturated: vec![0.0; joints],

@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::contact::Touch;
+use super::contact::solids::Solids;
 use super::lcp::{Lemke, Newton, Pgs, Problem, Solution, Solver};
 use super::reduced::articulated::{Articulated, JointLoad, Pushes};
 use super::reduced::kinematics::{BodyMotion, carried_inertia, levers};
@@ -11,8 +12,8 @@ use super::reduced::velocity_control::VelocityControl;
 use super::rows::{Rows, contact};
 use super::spatial::{Force, Motion};
 use super::tracking::Spring;
-use super::{Contact, contact::ground};
-use crate::model::Model;
+use super::{Contact, contact::Outlook, contact::ground};
+use crate::model::{Model, SOLID_SLOTS};
 use crate::scene::{Feedforward, SolverChoice, SolverKind, StepPlan};
 
 /// Scratch memory of a step; each field says which stage fills it.
@@ -24,6 +25,8 @@ pub(super) struct Workspace {
     pub old: Vec<Motion>,
     /// Touches. (detection)
     pub touches: Vec<Touch>,
+    /// What finds touches of solids, if the plan asks for it. (detection)
+    pub solids: Option<Solids>,
     /// Common point of the step: the root's origin at its beginning, m. (kinematics)
     pub common_point: Point3<f64>,
     /// Offset torques f₀, N m or N. (velocity control)
@@ -113,7 +116,11 @@ impl Workspace {
     pub fn new(model: &Model, plan: &StepPlan) -> Self {
         let bodies = model.bodies.len();
         let joints = model.joint_count();
-        let slots = if plan.ground.is_some() { model.ground_slots } else { 0 };
+        let solids = (plan.self_collision || !plan.obstacles.is_empty())
+            .then(|| Solids::new(model, plan.self_collision, plan.obstacles.len()));
+        let ground_slots = if plan.ground.is_some() { model.ground_slots } else { 0 };
+        let solid_slots = if solids.is_some() { SOLID_SLOTS * model.solids.len() } else { 0 };
+        let slots = ground_slots + solid_slots;
         let contact_rows = slots.min(64) * contact::rows_per_touch(plan.friction);
         let feedforward = plan.drive.as_ref().map_or(Feedforward::None, |drive| drive.feedforward);
         let control_rows = if feedforward == Feedforward::ContactAware { contact_rows } else { 0 };
@@ -121,6 +128,7 @@ impl Workspace {
             bodies: vec![BodyMotion::REST; bodies],
             old: vec![Motion::ZERO; bodies],
             touches: Vec::with_capacity(slots),
+            solids,
             common_point: Point3::origin(),
             feedforward: vec![0.0; joints],
             springs: vec![Spring::default(); joints],
@@ -153,12 +161,23 @@ impl Workspace {
         }
     }
 
-    /// Detects contact with the plan's ground.
-    pub fn detect(&mut self, model: &Model, plan: &StepPlan, root_height: f64, step: f64) {
-        let Some(height) = plan.ground else { return };
-        let gravity = plan.gravity.norm();
-        let height = height - root_height;
-        ground::detect(model, &self.bodies, height, step, gravity, plan.stabilization, &mut self.touches);
+    /// Finds what the character touches within a step of `step` seconds.
+    pub fn detect(&mut self, model: &Model, plan: &StepPlan, step: f64) {
+        let Self { bodies, touches, solids, common_point, .. } = self;
+        let outlook = Outlook {
+            step,
+            gravity: plan.gravity.norm(),
+            anticipate: plan.stabilization,
+            restitution: plan.restitution.unwrap_or(0.0),
+        };
+        let origin = common_point.coords;
+        touches.clear();
+        if let Some(ground) = &plan.ground {
+            ground::detect(model, bodies, ground, origin, &outlook, touches);
+        }
+        if let Some(solids) = solids {
+            solids.detect(model, bodies, &plan.obstacles, origin, &outlook, touches);
+        }
     }
 
     /// Every touch of the last step with its force.

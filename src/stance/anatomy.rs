@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::model::Model;
-use crate::sim::contact::ground;
+use crate::scene::Terrain;
+use crate::sim::contact::{Outlook, ground};
 use crate::sim::reduced::kinematics::{BodyMotion, place};
 use crate::sim::{State, contact::Touch};
 
@@ -51,7 +52,9 @@ impl Posed {
         place(model, state, &mut bodies);
         let mut surface = Vec::new();
         // A ground above everything is touched by everything.
-        ground::detect(model, &bodies, f64::MAX, 0.0, 0.0, false, &mut surface);
+        let sky = Terrain::Plane { height: f64::MAX };
+        let outlook = Outlook { step: 0.0, gravity: 0.0, anticipate: false, restitution: 0.0 };
+        ground::detect(model, &bodies, &sky, Vector3::zeros(), &outlook, &mut surface);
         let first: Vector3<f64> = bodies.iter().map(|body| body.inertia.first_moment).sum();
         Self { bodies, surface, center_of_mass: first / model.mass }
     }
@@ -60,6 +63,14 @@ impl Posed {
     pub fn lowest(&self) -> f64 {
         let lowest = self.surface.iter().map(|touch| touch.at.z).fold(f64::INFINITY, f64::min);
         if lowest.is_finite() { lowest } else { 0.0 }
+    }
+
+    /// Height of the root's origin at which the lowest part touches `ground`, with the origin at the
+    /// world's z axis, m.
+    pub fn resting_height(&self, ground: &Terrain) -> f64 {
+        let heights = self.surface.iter().map(|touch| ground.height(touch.at.x, touch.at.y) - touch.at.z);
+        let highest = heights.fold(f64::NEG_INFINITY, f64::max);
+        if highest.is_finite() { highest } else { ground.height(0.0, 0.0) }
     }
 
     /// Where the end of `limb` would stand: the middle of its lowest points, m.

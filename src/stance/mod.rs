@@ -13,7 +13,7 @@ mod upright;
 use std::sync::Arc;
 
 use crate::model::Model;
-use crate::scene::{Gains, Scene};
+use crate::scene::{Gains, Scene, Terrain};
 use crate::sim::State;
 
 pub use upright::Upright;
@@ -37,10 +37,10 @@ pub struct Stance {
     pub gains: Gains,
 }
 
-/// Height of the root's origin at which `model`, upright with joints at `angles`, touches a ground at
-/// `ground` with its lowest point; all in m.
-pub fn resting_height(model: &Model, angles: &[f64], ground: f64) -> f64 {
-    ground - anatomy::Posed::new(model, angles).lowest()
+/// Height of the root's origin at which `model`, upright above the world's origin with joints at `angles`,
+/// touches `ground`; all in m.
+pub fn resting_height(model: &Model, angles: &[f64], ground: &Terrain) -> f64 {
+    anatomy::Posed::new(model, angles).resting_height(ground)
 }
 
 impl Stance {

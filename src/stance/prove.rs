@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use nalgebra::Vector3;
+
 use super::Stance;
 use super::anatomy::Posed;
 use crate::model::Model;
-use crate::scene::{Accuracy, Effect, Gains, Ground, Scene, StepPlan, Switch};
+use crate::scene::{Accuracy, Effect, Gains, Scene, StepPlan, Switch, Terrain};
 use crate::sim::{Command, Simulator, State};
 
 /// How long a pose is held, s.
@@ -22,7 +24,7 @@ const REST: f64 = 0.05;
 /// Holds `angles` with `gains` in `scene` and tells how the character stands.
 pub fn settle(model: &Arc<Model>, scene: &Scene, angles: Vec<f64>, given: bool, gains: Gains) -> Stance {
     let posed = Posed::new(model, &angles);
-    let ground = scene.ground.map(|Ground::Plane { height }| height);
+    let ground = scene.ground.as_ref().map(Terrain::new);
     let mut state = State::new(model);
     state.angles.copy_from_slice(&angles);
     let mut stance =
@@ -31,14 +33,14 @@ pub fn settle(model: &Arc<Model>, scene: &Scene, angles: Vec<f64>, given: bool, 
         stance.stable = model.fixed_base;
         return stance;
     };
-    stance.state.root.position.z = ground - posed.lowest();
+    stance.state.root.position.z = posed.resting_height(&ground);
     if let Some(settled) = hold(model, scene, &stance) {
         stance.state = settled;
         stance.stable = true;
     }
     let root = stance.state.root.position;
-    stance.root_height = root.z - ground;
-    stance.support = support(model, &stance.state, ground - root.z);
+    stance.root_height = root.z - ground.height(root.x, root.y);
+    stance.support = support(model, &stance.state, &ground);
     stance
 }
 
@@ -75,14 +77,16 @@ fn posed_height(model: &Model, state: &State) -> f64 {
     posed.center_of_mass.z - posed.lowest()
 }
 
-/// Of every body within a fiftieth of the character's height of the ground (at `ground` above the
-/// root's origin), the link that is lowest.
-fn support(model: &Model, state: &State, ground: f64) -> Vec<usize> {
+/// Of every body within a fiftieth of the character's height of the ground, the link that is lowest.
+fn support(model: &Model, state: &State, ground: &Terrain) -> Vec<usize> {
     let posed = Posed::of(model, state);
-    let near = ground + 0.02 * (posed.center_of_mass.z - ground).abs();
+    let root = state.root.position;
+    let below = |at: Vector3<f64>| ground.height(root.x + at.x, root.y + at.y) - root.z;
+    let near = 0.02 * (posed.center_of_mass.z - below(posed.center_of_mass)).abs();
     let lowest = |body: usize| {
-        let points = posed.surface.iter().filter(move |touch| touch.body == body && touch.at.z < near);
-        points.min_by(|a, b| a.at.z.total_cmp(&b.at.z)).map(|touch| touch.link)
+        let points = posed.surface.iter().filter(move |touch| touch.body == body);
+        let close = points.filter(|touch| touch.at.z < below(touch.at) + near);
+        close.min_by(|a, b| a.at.z.total_cmp(&b.at.z)).map(|touch| touch.link)
     };
     let mut links: Vec<usize> = (0..model.bodies.len()).filter_map(lowest).collect();
     links.sort_unstable();

@@ -4,7 +4,7 @@ use nalgebra::{Unit, Vector3};
 
 use super::Stance;
 use crate::model::Model;
-use crate::scene::{Ground, Scene};
+use crate::scene::{Scene, Terrain};
 use crate::sim::State;
 
 /// Tilt of the root from its standing orientation at which a character has fallen, rad.
@@ -28,10 +28,12 @@ impl Upright {
     /// A root that carries the character when it stands (a snake's) may be as low as it likes.
     pub fn new(model: &Model, stance: &Stance, scene: &Scene) -> Self {
         let root_carries = stance.support.iter().any(|link| model.links[*link].body == 0);
-        let ground = scene.ground.filter(|_| !root_carries && !model.fixed_base);
+        let ground = scene.ground.as_ref().filter(|_| !root_carries && !model.fixed_base).map(Terrain::new);
+        let root = stance.state.root.position;
         Self {
             up: Unit::new_unchecked(stance.state.root.orientation.inverse() * Vector3::z()),
-            least_height: ground.map(|Ground::Plane { height }| height + FALLEN_HEIGHT * stance.root_height),
+            least_height: ground
+                .map(|ground| ground.height(root.x, root.y) + FALLEN_HEIGHT * stance.root_height),
         }
     }
 

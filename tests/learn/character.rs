@@ -158,7 +158,7 @@ fn trunk_cells_part_what_the_q_learner_sees() {
 #[test]
 fn a_scene_that_cannot_be_simulated_is_refused_before_learning() {
     let mut setup = setup(brief(), 1);
-    setup.scene.restitution = 0.5;
+    setup.scene.restitution = 1.5;
     let error = learn(&setup, &mut Notes::default(), &Cancel::default(), None).unwrap_err();
     let LearnError::Input(error) = error else { panic!("{error}") };
     assert_eq!(error.faults()[0].pointer, "/scene/restitution");

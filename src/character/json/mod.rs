@@ -2,9 +2,11 @@
 
 mod wire;
 
+pub use wire::Shape as ShapeDocument;
+
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::build::LENGTH;
+use super::build::{LENGTH, shape_fault};
 use super::draft::{At, Draft, DraftInertial, DraftJoint, DraftLink, Report, name_fault};
 use super::solid::Solid;
 use super::{About, JointKind, NoteKind, Placed, Shape, mesh};
@@ -137,6 +139,37 @@ fn weighed(
         inertia: Some(solid.inertia * density),
     };
     Some(At::new(inertial, place))
+}
+
+/// The shape that `document` describes, by itself.
+///
+/// # Errors
+///
+/// Every fault, with JSON pointers into the shape.
+pub fn read_shape(document: &wire::Shape) -> Result<Placed, Vec<Fault>> {
+    let mut report = Report::default();
+    let about = About::Character(String::new());
+    let placed = read_shapes(&mut report, "", &about, vec![document.clone()]).pop();
+    let mut faults: Vec<Fault> = report
+        .faults
+        .into_iter()
+        .map(|fault| Fault { pointer: fault.pointer.trim_start_matches("/0").to_owned(), ..fault })
+        .collect();
+    if let Some(At { value, .. }) = &placed {
+        faults.extend(placement_fault(&value.pose));
+        faults
+            .extend(shape_fault(&value.shape).map(|(field, reason)| Fault::new(format!("/{field}"), reason)));
+    }
+    match placed {
+        Some(placed) if faults.is_empty() => Ok(placed.value),
+        _ => Err(faults),
+    }
+}
+
+/// Why a shape cannot be at `pose`.
+fn placement_fault(pose: &Isometry3<f64>) -> Option<Fault> {
+    let far = !pose.translation.vector.iter().all(|length| length.abs() <= LENGTH);
+    far.then(|| Fault::new("/pose/position", format!("every coordinate must be within {LENGTH:e} m")))
 }
 
 fn read_shapes(report: &mut Report, place: &str, about: &About, shapes: Vec<wire::Shape>) -> Vec<At<Placed>> {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// A character: links joined by joints into one tree. SI units, radians, z up, x forward.
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -69,7 +69,7 @@ pub struct Inertia {
 }
 
 /// A frame in another: a position in m, and either an orientation or roll, pitch and yaw.
-#[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pose {
     /// m.
@@ -84,14 +84,14 @@ pub struct Pose {
 }
 
 /// A solid shape about its own frame.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
     /// A ball.
     Sphere {
         /// m.
         radius: f64,
-        /// The shape's frame in the link frame.
+        /// The shape's frame in that of its link, or of the world for an obstacle.
         #[serde(default)]
         pose: Pose,
         /// Red, green, blue, opacity, 0 to 1.
@@ -102,7 +102,7 @@ pub enum Shape {
     Box {
         /// Full lengths of the edges, m.
         size: [f64; 3],
-        /// The shape's frame in the link frame.
+        /// The shape's frame in that of its link, or of the world for an obstacle.
         #[serde(default)]
         pose: Pose,
         /// Red, green, blue, opacity, 0 to 1.
@@ -115,7 +115,7 @@ pub enum Shape {
         radius: f64,
         /// Full length, m.
         length: f64,
-        /// The shape's frame in the link frame.
+        /// The shape's frame in that of its link, or of the world for an obstacle.
         #[serde(default)]
         pose: Pose,
         /// Red, green, blue, opacity, 0 to 1.
@@ -128,7 +128,7 @@ pub enum Shape {
         radius: f64,
         /// Length of the straight part, m.
         length: f64,
-        /// The shape's frame in the link frame.
+        /// The shape's frame in that of its link, or of the world for an obstacle.
         #[serde(default)]
         pose: Pose,
         /// Red, green, blue, opacity, 0 to 1.
@@ -139,7 +139,7 @@ pub enum Shape {
     Hull {
         /// At least 4 points, not all in one plane, m.
         vertices: Vec<[f64; 3]>,
-        /// The shape's frame in the link frame.
+        /// The shape's frame in that of its link, or of the world for an obstacle.
         #[serde(default)]
         pose: Pose,
         /// Red, green, blue, opacity, 0 to 1.

@@ -17,15 +17,15 @@ use re_sdk_types::blueprint::components::{
 use re_sdk_types::components::Plane3D;
 use uuid::Uuid;
 
-use super::{APPLICATION, Cast, paths, shapes};
-use crate::scene::Ground;
+use super::{APPLICATION, Cast, paths, scenery};
+use crate::scene::Scene;
 
 /// Sends the layout for a character of this cast through `stream`.
 pub(super) fn send(
     stream: &RecordingStream,
     id: &str,
     cast: &Cast,
-    ground: Option<Ground>,
+    scene: &Scene,
 ) -> Result<(), RecordingStreamError> {
     let (layout, messages) = RecordingStreamBuilder::new(APPLICATION)
         .recording_id(format!("{id}/layout"))
@@ -37,7 +37,7 @@ pub(super) fn send(
     layout.set_time_sequence("blueprint", 0);
 
     let mut sheet = Sheet { stream: &layout, used: 0 };
-    let root = sheet.everything(cast, ground)?;
+    let root = sheet.everything(cast, scene)?;
     layout.log("viewport", &ViewportBlueprint::new().with_root_container(root.id))?;
     for panel in ["blueprint_panel", "selection_panel"] {
         layout.log(panel, &PanelBlueprint::new().with_state(PanelState::Hidden))?;
@@ -70,8 +70,8 @@ struct Sheet<'a> {
 }
 
 impl Sheet<'_> {
-    fn everything(&mut self, cast: &Cast, ground: Option<Ground>) -> Result<Part, RecordingStreamError> {
-        let world = self.world(cast, ground)?;
+    fn everything(&mut self, cast: &Cast, scene: &Scene) -> Result<Part, RecordingStreamError> {
+        let world = self.world(cast, scene)?;
         let gait = self.view("StateTimeline", "Gait: who stands when", &["+ /gait/**"])?;
         let stage = self.container(ContainerKind::Vertical, "Motion", &[world, gait], &[3.0, 1.0])?;
 
@@ -96,10 +96,10 @@ impl Sheet<'_> {
     }
 
     /// The character on its ground, seen from behind its right shoulder; the eye goes with it.
-    fn world(&mut self, cast: &Cast, ground: Option<Ground>) -> Result<Part, RecordingStreamError> {
+    fn world(&mut self, cast: &Cast, scene: &Scene) -> Result<Part, RecordingStreamError> {
         let view = self.view("3D", "Character", &["+ /world/**"])?;
         let size = cast.size;
-        let height = shapes::ground_height(ground);
+        let height = scenery::ground_height(scene);
         let eye = EyeControls3D::new()
             .with_kind(Eye3DKind::Orbital)
             .with_position([-1.4 * size, -2.2 * size, height + 1.3 * size])
@@ -110,7 +110,7 @@ impl Sheet<'_> {
         let background = Background::new(BackgroundKind::SolidColor).with_color([24, 27, 32, 255]);
         self.property(&view, "Background", &background)?;
         let grid = LineGrid3D::new()
-            .with_visible(ground.is_some())
+            .with_visible(scene.ground.is_some())
             .with_spacing(grid_spacing(size) as f32)
             .with_plane(Plane3D::new([0.0, 0.0, 1.0], height as f32))
             .with_stroke_width(1.0)

@@ -3,6 +3,7 @@
 //! | entity | holds |
 //! |---|---|
 //! | `/world/ground` | the ground, once |
+//! | `/world/obstacles/<name>` | an obstacle of the scene, once |
 //! | `/world/character/<link>` | the link's shapes once, its frame in the world sample by sample |
 //! | `/world/character/<link>/contact` | forces on the link as arrows, in the link's frame; the character's weight is as long as the character is large |
 //! | `/world/path` | path of the centre of mass over a recorded motion |
@@ -25,6 +26,7 @@
 mod layout;
 mod motion;
 mod paths;
+mod scenery;
 mod shapes;
 
 use std::collections::BTreeSet;
@@ -39,7 +41,7 @@ use re_sdk_types::archetypes::{Scalars, TextDocument};
 use crate::character::Character;
 use crate::learn::Generation;
 use crate::playback::Trace;
-use crate::scene::Ground;
+use crate::scene::Scene;
 use paths::{GENERATION, SIM_TIME};
 
 /// The application that a viewer files the recordings under.
@@ -59,8 +61,8 @@ pub struct Subject<'a> {
     pub character: &'a Character,
     /// Names of the joints in the order of every trace.
     pub joints: &'a [String],
-    /// What it stands on.
-    pub ground: Option<Ground>,
+    /// Where it is: ground and obstacles are shown.
+    pub scene: &'a Scene,
 }
 
 /// A recording in the making.
@@ -131,8 +133,9 @@ impl Recording {
         stream.send_recording_name(subject.title)?;
 
         let cast = Cast::new(&subject);
-        layout::send(&stream, subject.id, &cast, subject.ground)?;
-        shapes::log(&stream, subject.character, &cast, subject.ground)?;
+        layout::send(&stream, subject.id, &cast, subject.scene)?;
+        scenery::log(&stream, &cast, subject.scene)?;
+        shapes::log(&stream, subject.character, &cast)?;
         motion::log_styles(&stream, &cast)?;
         log_curve_styles(&stream)?;
         stream.flush_blocking()?;

@@ -18,6 +18,11 @@ pub fn ground() -> EntityPath {
     path(&["world", "ground"])
 }
 
+/// An obstacle, by name.
+pub fn obstacle(name: &str) -> EntityPath {
+    path(&["world", "obstacles", name])
+}
+
 /// Path of the centre of mass.
 pub fn travel() -> EntityPath {
     path(&["world", "path"])

@@ -1,28 +1,13 @@
-//! The ground and the character's shapes: what is recorded once.
-
-use std::f64::consts::TAU;
+//! The character's shapes, recorded once.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamError};
-use re_sdk_types::archetypes::{
-    Boxes3D, Capsules3D, Cylinders3D, Ellipsoids3D, LineStrips3D, Mesh3D, Points3D, ViewCoordinates,
-};
+use re_sdk_types::archetypes::{Boxes3D, Capsules3D, Cylinders3D, Ellipsoids3D, Mesh3D};
 use re_sdk_types::components::FillMode;
 use re_sdk_types::datatypes::Quaternion;
 
 use super::{Cast, Subject, paths};
 use crate::character::{Character, Placed, Shape};
-use crate::scene::Ground;
-
-/// Half of the edge of the ground that is shown, m.
-const GROUND_REACH: f32 = 200.0;
-
-/// Of the character's size.
-const RING_RADIUS: f64 = 0.9;
-const RING_POINTS: u32 = 96;
-const RING_COLOR: [u8; 4] = [120, 130, 145, 255];
-
-const GROUND_COLOR: [u8; 4] = [58, 64, 72, 255];
 
 /// Colour of the trunk, and of each limb in turn: a limb is what hangs on one joint of the root.
 const TRUNK: [u8; 4] = [214, 219, 226, 255];
@@ -59,25 +44,12 @@ impl Cast {
     }
 }
 
-/// Logs the ground and every link's shapes, for all times.
+/// Logs every link's shapes, for all times.
 pub(super) fn log(
     stream: &RecordingStream,
     character: &Character,
     cast: &Cast,
-    ground: Option<Ground>,
 ) -> Result<(), RecordingStreamError> {
-    stream.log_static(paths::world(), &ViewCoordinates::RIGHT_HAND_Z_UP())?;
-    if let Some(Ground::Plane { height }) = ground {
-        // A thousandth of the character's size lower: the view's grid lies at the height itself, and
-        // the two would flicker.
-        let (r, z) = (GROUND_REACH, (height - 1e-3 * cast.size) as f32);
-        let plane = Mesh3D::new([[-r, -r, z], [r, -r, z], [r, r, z], [-r, r, z]])
-            .with_triangle_indices([[0, 1, 2], [0, 2, 3]])
-            .with_vertex_normals([[0.0, 0.0, 1.0]; 4])
-            .with_albedo_factor(GROUND_COLOR);
-        stream.log_static(paths::ground(), &plane)?;
-    }
-    log_ring(stream, cast, ground)?;
     for (link, &color) in character.links.iter().zip(&cast.colors) {
         let shapes = if link.visuals.is_empty() { &link.collisions } else { &link.visuals };
         log_shapes(stream, &paths::link(&link.name), shapes, color)?;
@@ -85,38 +57,8 @@ pub(super) fn log(
     Ok(())
 }
 
-/// Logs the ring on the ground below the centre of mass. The view's eye follows it, and a viewer
-/// stands off from what it follows in proportion to its extent, so the ring is as large as what is
-/// to be seen.
-fn log_ring(
-    stream: &RecordingStream,
-    cast: &Cast,
-    ground: Option<Ground>,
-) -> Result<(), RecordingStreamError> {
-    let (radius, z) = (RING_RADIUS * cast.size, ground_height(ground) + 2e-3 * cast.size);
-    let points = (0..=RING_POINTS).map(|point| {
-        let (y, x) = (TAU * f64::from(point) / f64::from(RING_POINTS)).sin_cos();
-        float(&Vector3::new(radius * x, radius * y, z))
-    });
-    let ring = LineStrips3D::new([points.collect::<Vec<_>>()])
-        .with_colors([RING_COLOR])
-        .with_radii([4e-3 * cast.size as f32]);
-    // A point too small to be seen above the ring lifts the middle of the extent to the character's.
-    let above = Points3D::new([[0.0, 0.0, (z + 2.0 * cast.tall) as f32]]).with_radii([1e-6]);
-    stream.log_static(paths::ring(), &above)?;
-    stream.log_static(paths::ring(), &ring)
-}
-
-/// z of the ground, m; 0 where there is none.
-pub(super) fn ground_height(ground: Option<Ground>) -> f64 {
-    match ground {
-        Some(Ground::Plane { height }) => height,
-        None => 0.0,
-    }
-}
-
-/// Logs the shapes of one link, those of a kind together: an entity has one archetype of each kind.
-fn log_shapes(
+/// Logs the shapes of one thing, those of a kind together: an entity has one archetype of each kind.
+pub(super) fn log_shapes(
     stream: &RecordingStream,
     path: &EntityPath,
     shapes: &[Placed],

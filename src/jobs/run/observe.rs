@@ -37,7 +37,7 @@ impl<'a> Recorder<'a> {
             title: &character.name,
             character,
             joints: &prepared.setup.model.joint_names,
-            ground: prepared.setup.scene.ground,
+            scene: &prepared.setup.scene,
         };
         let mut recording = Recording::create(&Artefact::Recording.path(folder), subject)?;
         recording.job(&describe(order, prepared, None))?;

@@ -7,7 +7,7 @@ use crate::gait::{self, GaitReport, Setting, validity};
 use crate::model::Model;
 use crate::motion::{Player, Trial, Validity};
 use crate::playback::{Playback, Trace};
-use crate::scene::{Accuracy, Gains, Ground, Scene, StepPlan};
+use crate::scene::{Accuracy, Gains, Scene, StepPlan, Terrain};
 use crate::sim::Simulator;
 use crate::stance::{Stance, Upright};
 
@@ -100,7 +100,11 @@ impl Act<'_> {
                 character: &self.model.character,
                 support: &self.stance.support,
                 standing: &standing,
-                ground: self.scene.ground.map_or(0.0, |Ground::Plane { height }| height),
+                ground: self
+                    .scene
+                    .ground
+                    .as_ref()
+                    .map_or(0.0, |ground| Terrain::new(ground).height(0.0, 0.0)),
                 mass: self.model.mass,
                 gravity: x.hypot(y).hypot(z),
                 direction: self.direction,

@@ -1,9 +1,11 @@
-//! Contact with a horizontal plane.
+//! Contact with the ground.
 
 use nalgebra::Vector3;
 
-use super::{Against, Touch};
+use super::field;
+use super::{Against, Outlook, Touch, keep_four};
 use crate::model::{CYLINDER_SLOTS, GroundShape, Model, Surface};
+use crate::scene::Terrain;
 use crate::sim::reduced::kinematics::BodyMotion;
 
 /// Normal and tangents of a horizontal plane.
@@ -13,73 +15,74 @@ const FRAME: [Vector3<f64>; 3] =
 /// A corner-only shape of more corners than this is represented by its deepest and widest four.
 const CORNERS_KEPT_WHOLE: usize = 8;
 
-/// Finds all touches of the ground at `height` above the common point (m, normally negative), in the
-/// order of the model's slots.
-///
-/// A point in the air is a touch when it can reach the ground within two steps of `step` seconds
-/// at its present velocity and under `gravity` (m/s²): its row then stops it on the ground instead of
-/// in it. With `anticipate` off only points at or below the surface are touches.
+/// Adds all touches of `ground` to `touches`, in the order of the model's slots. `origin` is the common
+/// point in the world.
 pub fn detect(
     model: &Model,
     bodies: &[BodyMotion],
-    height: f64,
-    step: f64,
-    gravity: f64,
-    anticipate: bool,
+    ground: &Terrain,
+    origin: Vector3<f64>,
+    outlook: &Outlook,
     touches: &mut Vec<Touch>,
 ) {
-    touches.clear();
-    let falling = 4.0 * step * step * gravity;
+    let highest = ground.highest() - origin.z;
     for shape in &model.ground_shapes {
         if model.fixed_base && shape.body == 0 {
             continue;
         }
         let body = &bodies[shape.body];
-        let margin = |at: Vector3<f64>| {
-            if anticipate { falling + 2.0 * step * (-body.velocity.at(at).z).max(0.0) } else { 0.0 }
+        let center = body.point(shape.center);
+        // The fastest point of the shape is no faster than its centre plus the ball's rim.
+        let falling = match ground {
+            Terrain::Plane { .. } => -body.velocity.at(center).z,
+            Terrain::Field(_) => body.velocity.at(center).norm(),
         };
-        let lowest = body.point(shape.center).z - shape.reach - height;
-        if anticipate {
-            // The fastest point of the shape is no faster than its centre plus the ball's rim.
-            let rim = body.velocity.angular.norm() * shape.reach;
-            if lowest > margin(body.point(shape.center)) + 2.0 * step * rim {
-                continue;
-            }
-        } else if lowest > 0.0 {
+        let rim = body.velocity.angular.norm() * shape.reach;
+        if center.z - shape.reach - highest > outlook.margin(falling.max(0.0) + rim) {
             continue;
         }
-        let mut add = |slot: usize, at: Vector3<f64>| {
-            let depth = height - at.z;
-            if depth >= -margin(at) {
-                let against = Against::Ground;
+        let from = touches.len();
+        let mut add = |slot: usize, frame: [Vector3<f64>; 3], at: Vector3<f64>, gap: f64| {
+            let approach = -frame[0].dot(&body.velocity.at(at));
+            if gap <= outlook.margin(approach) {
                 touches.push(Touch {
                     slot,
                     link: shape.link,
                     body: shape.body,
-                    against,
+                    against: Against::Ground,
                     at,
-                    frame: FRAME,
-                    depth,
+                    frame,
+                    depth: -gap,
+                    rebound: outlook.rebound(approach),
+                });
+            }
+        };
+        let mut meet = |slot: usize, middle: Vector3<f64>, radius: f64| match ground {
+            Terrain::Plane { height } => {
+                let at = middle - Vector3::new(0.0, 0.0, radius);
+                add(slot, FRAME, at, at.z - (height - origin.z));
+            }
+            Terrain::Field(heights) => {
+                let velocity = body.velocity.at(middle);
+                field::meet(heights, middle + origin, radius, velocity, outlook, |spot| {
+                    add(slot, spot.frame, middle - spot.frame[0] * radius, spot.gap);
                 });
             }
         };
         match shape.surface {
             Surface::Points { first, count, radius } => {
-                let start = shape.first_slot;
-                let drop = Vector3::new(0.0, 0.0, radius);
                 for index in 0..count {
-                    add(start + index, body.point(model.ground_points[first + index]) - drop);
+                    let middle = body.point(model.ground_points[first + index]);
+                    meet(shape.first_slot + index, middle, radius);
                 }
                 if count > CORNERS_KEPT_WHOLE {
-                    let kept =
-                        touches.iter().rposition(|touch| touch.slot < start).map_or(0, |last| last + 1);
-                    keep_four(touches, kept);
+                    keep_four(touches, from);
                 }
             }
             Surface::Cylinder { axis, across, radius, half_length } => {
                 let points = rim_points(body, shape, axis, across, radius, half_length);
                 for (index, at) in points.into_iter().enumerate() {
-                    add(shape.first_slot + index, at);
+                    meet(shape.first_slot + index, at, 0.0);
                 }
             }
         }
@@ -111,38 +114,4 @@ fn rim_points(
         }
     }
     points
-}
-
-/// Keeps of the touches from index `from` on the deepest, the one farthest from it, the one
-/// farthest from the line through both, and the farthest on that line's other side.
-fn keep_four(touches: &mut Vec<Touch>, from: usize) {
-    let candidates = &touches[from..];
-    if candidates.len() <= 4 {
-        return;
-    }
-    let flat = |touch: &Touch| nalgebra::Vector2::new(touch.at.x, touch.at.y);
-    let best = |score: &dyn Fn(&Touch) -> f64| {
-        let mut winner = 0;
-        for index in 1..candidates.len() {
-            if score(&candidates[index]) > score(&candidates[winner]) {
-                winner = index;
-            }
-        }
-        winner
-    };
-    let deepest = best(&|touch| touch.depth);
-    let origin = flat(&candidates[deepest]);
-    let farthest = best(&|touch| (flat(touch) - origin).norm_squared());
-    let line = flat(&candidates[farthest]) - origin;
-    let side = |touch: &Touch| line.perp(&(flat(touch) - origin));
-    let mut kept = [deepest, farthest, best(&side), best(&|touch| -side(touch))];
-    kept.sort_unstable();
-    let mut end = from;
-    for (position, index) in kept.into_iter().enumerate() {
-        if position == 0 || kept[position - 1] != index {
-            touches[end] = touches[from + index];
-            end += 1;
-        }
-    }
-    touches.truncate(end);
 }

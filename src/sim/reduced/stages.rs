@@ -306,9 +306,9 @@ impl Stages<'_> {
         change * *step
     }
 
-    /// Where the character touches the ground.
+    /// What the character touches.
     fn detection(&mut self) {
-        self.work.detect(self.model, self.plan, self.state.root.position.z, self.step);
+        self.work.detect(self.model, self.plan, self.step);
     }
 
     /// Acceleration of the root in the directions in which it is not free: a lock stops its rotation.

@@ -1,9 +1,10 @@
 //! Rows of contacts.
 //!
 //! For a touch at point p with unit normal n, where v_p is the velocity of the body there against what it
-//! touches: w_n = n · v_p⁺ + bias ≥ 0, λ_n ≥ 0, w_n λ_n = 0 (Tokizaki & Hasegawa eq. 16), with the bias
-//! of the gap. Coulomb friction adds two rows
-//! along tangents t: w_t = t · v_p⁺ and |λ_t| ≤ μ λ_n, the force opposing the sliding (Anitescu & Potra
+//! touches: w_n = n · v_p⁺ + bias ≥ 0, λ_n ≥ 0, w_n λ_n = 0 (Tokizaki & Hasegawa eq. 16). The bias is
+//! that of the gap. A contact that would close within the step and has a speed of rebound u instead asks for
+//! n · v_p⁺ ≥ u, Newton's law of restitution (Moreau 1988 for its place in time stepping). Coulomb
+//! friction adds two rows along tangents t: w_t = t · v_p⁺ and |λ_t| ≤ μ λ_n, the force opposing the sliding (Anitescu & Potra
 //! 1997 for the pyramid; the circular cone projects both tangents together).
 
 use nalgebra::Vector3;
@@ -36,12 +37,17 @@ pub fn add(
         let velocity = touch.slip(|body| free[body]);
         let remembered = guess[touch.slot];
         let normal = rows.len();
-        let bias = gap_bias(-touch.depth, step);
         let [up, tangents @ ..] = touch.frame;
-        let half = rows.push(owner, Bound::NonNegative, up.dot(&velocity) + bias, 0.0, remembered[0]);
+        let free = up.dot(&velocity);
+        let gap = -touch.depth;
+        let mut bias = gap_bias(gap, step);
+        if gap + step * free < 0.0 && touch.rebound > 0.0 {
+            bias = bias.min(-touch.rebound);
+        }
+        let half = rows.push(owner, Bound::NonNegative, free + bias, 0.0, remembered[0]);
         half_solve(touch, up, half);
         if stabilization {
-            rows.recover(gap_recovery(-touch.depth, step, FASTEST_RECOVERY));
+            rows.recover(gap_recovery(gap, step, FASTEST_RECOVERY));
         }
         let Some(coefficient) = friction else { continue };
         for (tangent, remembered) in tangents.into_iter().zip(&remembered[1..]) {

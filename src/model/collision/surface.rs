@@ -7,8 +7,8 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::LinkPlace;
 use crate::character::{Character, Shape};
+use crate::model::LinkPlace;
 
 /// Slots of a cylinder: three points on each rim.
 pub const CYLINDER_SLOTS: usize = 6;
@@ -33,7 +33,7 @@ pub struct GroundShape {
 /// What of a shape can touch a plane.
 #[derive(Debug, Clone)]
 pub enum Surface {
-    /// Balls about points of [`super::Model::ground_points`]; one slot each.
+    /// Balls about points of [`crate::model::Model::ground_points`]; one slot each.
     Points {
         /// Index of the first point.
         first: usize,
@@ -56,7 +56,7 @@ pub enum Surface {
 }
 
 /// The candidates of all collision shapes, their points, and the number of slots.
-pub(super) fn candidates(
+pub(in crate::model) fn candidates(
     character: &Character,
     links: &[LinkPlace],
 ) -> (Vec<GroundShape>, Vec<Vector3<f64>>, usize) {
@@ -117,7 +117,7 @@ fn surface(shape: &Shape, pose: &Isometry3<f64>, points: &mut Vec<Vector3<f64>>)
 }
 
 /// Centre (body frame) and radius of a ball that holds the shape.
-fn enclosing_ball(shape: &Shape, pose: &Isometry3<f64>) -> (Vector3<f64>, f64) {
+pub(super) fn enclosing_ball(shape: &Shape, pose: &Isometry3<f64>) -> (Vector3<f64>, f64) {
     let (center, reach) = match shape {
         Shape::Sphere { radius } => (Point3::origin(), *radius),
         Shape::Capsule { radius, half_length } => (Point3::origin(), radius + half_length),

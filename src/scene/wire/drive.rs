@@ -1,0 +1,133 @@
+//! What moves the joints.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What moves the joints.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema, Default)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Drive {
+    /// Passive joints.
+    #[default]
+    None,
+    /// Constant torques.
+    Torque {
+        /// N m (N for prismatic joints) by joint name; 0 where left out.
+        #[serde(default)]
+        joints: BTreeMap<String, f64>,
+    },
+    /// Fixed target angles.
+    Hold {
+        /// Spring K, N m/rad (N/m); suited to the character where left out.
+        #[serde(default)]
+        stiffness: Option<f64>,
+        /// Damper D, N m s/rad (N s/m); suited to the character where left out.
+        #[serde(default)]
+        damping: Option<f64>,
+        /// How the offset torque f₀ is found.
+        #[serde(default)]
+        feedforward: Feedforward,
+        /// Greatest torque of the actuators.
+        #[serde(default)]
+        max_torque: MaxTorque,
+        /// Target angle, rad or m, by joint name; the standing pose where left out.
+        #[serde(default)]
+        joints: BTreeMap<String, f64>,
+    },
+    /// A motion, looped.
+    Track {
+        /// Spring K, N m/rad (N/m); that of the motion where left out.
+        #[serde(default)]
+        stiffness: Option<f64>,
+        /// Damper D, N m s/rad (N s/m); that of the motion where left out.
+        #[serde(default)]
+        damping: Option<f64>,
+        /// How the offset torque f₀ is found; as in the motion where left out.
+        #[serde(default)]
+        feedforward: Option<Feedforward>,
+        /// Greatest torque of the actuators; as in the motion where left out.
+        #[serde(default)]
+        max_torque: Option<MaxTorque>,
+        /// A motion document, or the path of one.
+        motion: serde_json::Value,
+    },
+}
+
+/// How strongly each joint is driven toward its target (Tokizaki & Hasegawa eq. 19), one entry a
+/// joint of the model.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Gains {
+    /// Spring K, N m/rad (N/m).
+    pub stiffness: Vec<f64>,
+    /// Damper D, N m s/rad (N s/m).
+    pub damping: Vec<f64>,
+    /// Greatest torque, N m (N); `null` is unlimited.
+    pub max_torque: Vec<Option<f64>>,
+    /// How the offset torque f₀ is found.
+    pub feedforward: Feedforward,
+}
+
+/// How the offset torque f₀ of tracking is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Feedforward {
+    /// f₀ = 0.
+    None,
+    /// The torque that would follow the target exactly if nothing touched the character.
+    #[default]
+    ContactFree,
+    /// The torque that would follow the target exactly, contacts included.
+    ContactAware,
+}
+
+/// Greatest torque of the actuators; in documents `"character"`, a number, or `null`.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(from = "MaxTorqueWord", into = "MaxTorqueWord")]
+#[schemars(with = "MaxTorqueWord")]
+pub enum MaxTorque {
+    /// The character's own effort limits.
+    #[default]
+    Character,
+    /// The same limit for all joints, N m or N.
+    All(f64),
+    /// No limit.
+    Unlimited,
+}
+
+/// The documents' spelling of [`MaxTorque`].
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+enum MaxTorqueWord {
+    Number(f64),
+    Word(CharacterWord),
+    Null(()),
+}
+
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum CharacterWord {
+    Character,
+}
+
+impl From<MaxTorqueWord> for MaxTorque {
+    fn from(word: MaxTorqueWord) -> Self {
+        match word {
+            MaxTorqueWord::Number(limit) => Self::All(limit),
+            MaxTorqueWord::Word(CharacterWord::Character) => Self::Character,
+            MaxTorqueWord::Null(()) => Self::Unlimited,
+        }
+    }
+}
+
+impl From<MaxTorque> for MaxTorqueWord {
+    fn from(limit: MaxTorque) -> Self {
+        match limit {
+            MaxTorque::All(limit) => Self::Number(limit),
+            MaxTorque::Character => Self::Word(CharacterWord::Character),
+            MaxTorque::Unlimited => Self::Null(()),
+        }
+    }
+}

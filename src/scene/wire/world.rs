@@ -1,0 +1,150 @@
+//! The world around the character, and the effects simulated in it.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Ground, Obstacle, obstacle::obstacle_faults};
+use crate::fault::Fault;
+
+/// The world around the character and the effects to be simulated in it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scene {
+    /// Gravitational acceleration in the world frame, m/s².
+    pub gravity: [f64; 3],
+    /// What the character stands on; `null` for nothing.
+    pub ground: Option<Ground>,
+    /// Coulomb friction coefficient of every contact.
+    pub friction: f64,
+    /// Coefficient of restitution of every contact, 0 to 1: the share of its closing speed with which
+    /// a contact opens again.
+    #[schemars(range(min = 0, max = 1))]
+    pub restitution: f64,
+    /// Static shapes in the scene.
+    pub obstacles: Vec<Obstacle>,
+    /// Effects by name; those left out are `auto`.
+    pub effects: BTreeMap<Effect, Switch>,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self {
+            gravity: [0.0, 0.0, -9.81],
+            ground: Some(Ground::default()),
+            friction: 0.8,
+            restitution: 0.0,
+            obstacles: Vec::new(),
+            effects: BTreeMap::new(),
+        }
+    }
+}
+
+impl Scene {
+    /// Everything in the scene that is impossible.
+    pub fn faults(&self) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        if self.gravity.iter().any(|g| !g.is_finite()) {
+            faults.push(Fault::new("/gravity", "gravity must be three finite numbers"));
+        }
+        if let Some(ground) = &self.ground {
+            faults.extend(ground.faults().into_iter().map(|fault| fault.under("/ground")));
+        }
+        if !(self.friction.is_finite() && self.friction >= 0.0) {
+            faults.push(Fault::new(
+                "/friction",
+                "the friction coefficient must be a finite number of at least 0",
+            ));
+        }
+        if !(0.0..=1.0).contains(&self.restitution) {
+            faults
+                .push(Fault::new("/restitution", "the coefficient of restitution must lie between 0 and 1"));
+        }
+        faults.extend(obstacle_faults(&self.obstacles).into_iter().map(|fault| fault.under("/obstacles")));
+        faults
+    }
+}
+
+/// A part of the physics that a scene may or may not call for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Effect {
+    /// Weight.
+    Gravity,
+    /// Coriolis, centrifugal and gyroscopic forces.
+    VelocityForces,
+    /// Contact with the ground.
+    GroundContact,
+    /// Coulomb friction in contacts.
+    Friction,
+    /// Contact between links of the character.
+    SelfCollision,
+    /// Contact with static shapes of the scene.
+    Obstacles,
+    /// Joints stop at the ends of their range.
+    JointLimits,
+    /// Actuators have a greatest torque.
+    TorqueLimits,
+    /// Tracking uses the torque that would follow the target exactly.
+    Feedforward,
+    /// The root link keeps its orientation.
+    TrunkRotationLock,
+    /// Viscous damping in joints.
+    JointDamping,
+    /// Dry friction in joints.
+    JointFriction,
+    /// Correction of penetration and of violated joint limits.
+    Stabilization,
+}
+
+impl Effect {
+    /// Every effect, in the order of the documents.
+    pub const ALL: [Self; 13] = [
+        Self::Gravity,
+        Self::VelocityForces,
+        Self::GroundContact,
+        Self::Friction,
+        Self::SelfCollision,
+        Self::Obstacles,
+        Self::JointLimits,
+        Self::TorqueLimits,
+        Self::Feedforward,
+        Self::TrunkRotationLock,
+        Self::JointDamping,
+        Self::JointFriction,
+        Self::Stabilization,
+    ];
+
+    /// The name used in documents.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gravity => "gravity",
+            Self::VelocityForces => "velocity_forces",
+            Self::GroundContact => "ground_contact",
+            Self::Friction => "friction",
+            Self::SelfCollision => "self_collision",
+            Self::Obstacles => "obstacles",
+            Self::JointLimits => "joint_limits",
+            Self::TorqueLimits => "torque_limits",
+            Self::Feedforward => "feedforward",
+            Self::TrunkRotationLock => "trunk_rotation_lock",
+            Self::JointDamping => "joint_damping",
+            Self::JointFriction => "joint_friction",
+            Self::Stabilization => "stabilization",
+        }
+    }
+}
+
+/// Whether an effect is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Switch {
+    /// Always.
+    On,
+    /// Never.
+    Off,
+    /// Where the scene and the character call for it.
+    #[default]
+    Auto,
+}
