@@ -16,6 +16,7 @@
 //! | [`scenario`] | one simulation as a document asks for it |
 //! | [`gait`] | footfalls, phases, gait names, cost of transport |
 //! | [`learn`] | QDSEGA over the simulator |
+//! | [`accuracy`] | what accuracy costs in computing time, and the hard cases in which it must hold |
 //! | [`export`] | recordings, curves, diagrams |
 //! | [`jobs`] | jobs, their store, queue and workers |
 //! | [`http`] | the REST service |
@@ -23,6 +24,7 @@
 //! Units are SI, angles radians, frames right-handed with z up; quaternions in documents are
 //! `[w, x, y, z]`.
 
+pub mod accuracy;
 pub mod character;
 pub mod export;
 pub mod fault;

@@ -156,6 +156,27 @@ fn simulate_prints_samples_and_a_summary() {
 }
 
 #[test]
+fn the_scenes_of_the_catalogue_are_listed_and_run_by_name() {
+    let list = stdout(&run(&["simulate", "--list"]));
+    let line = list.lines().find(|line| line.starts_with("friction-0 ")).unwrap();
+    assert!(line.ends_with("a block slides on ice for ever"), "{line}");
+
+    let lines = stdout(&run(&["simulate", "--scene", "friction-0", "--step", "0.01"]));
+    let last: Value = serde_json::from_str(lines.lines().next_back().unwrap()).unwrap();
+    assert_eq!(last["summary"]["status"], "finished");
+    assert_eq!(last["summary"]["steps"], 1000);
+    assert_eq!(last["summary"]["accuracy"]["step"], 0.01);
+
+    assert!(
+        refusal(&run(&["simulate", "--scene", "no-such"])).contains("scene no-such: there is no such scene")
+    );
+    assert!(refusal(&run(&["simulate", "--scene", "friction-0", "--step", "1"])).contains("/accuracy/step"));
+    for arguments in [&["simulate"][..], &["simulate", "--list", "--scene", "friction-0"]] {
+        assert_eq!(run(arguments).status.code(), Some(2), "{arguments:?}");
+    }
+}
+
+#[test]
 fn a_reader_that_leaves_is_no_error() {
     let scenario = json!({ "character": PADDLER, "duration": 100.0, "sample_every": 0.002 }).to_string();
     let mut child = command(&["simulate", "-"])

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms, lowest first: a room may use those before it.
-const ROOMS: [&str; 14] = [
+const ROOMS: [&str; 15] = [
     "fault",
     "character",
     "model",
@@ -17,6 +17,7 @@ const ROOMS: [&str; 14] = [
     "scenario",
     "gait",
     "learn",
+    "accuracy",
     "export",
     "jobs",
     "http",

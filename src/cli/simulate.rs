@@ -4,6 +4,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
+use gaitwright::accuracy::catalogue;
 use gaitwright::character::{Options, Reading, read_file};
 use gaitwright::fault::InputError;
 use gaitwright::scenario::{Ended, Files, Line, Scenario};
@@ -15,14 +16,35 @@ use super::input::{name, read};
 #[derive(Debug, clap::Args)]
 pub struct Simulate {
     /// Scenario document; `-` is standard input
-    scenario: PathBuf,
+    #[arg(required_unless_present_any = ["scene", "list"])]
+    scenario: Option<PathBuf>,
+    /// A scene of the catalogue of hard cases instead of a document
+    #[arg(long, value_name = "NAME", conflicts_with = "scenario")]
+    scene: Option<String>,
+    /// Time step instead of the scenario's own, s
+    #[arg(long, value_name = "S")]
+    step: Option<f64>,
+    /// Print the names of the catalogue's scenes and what happens in each
+    #[arg(long, conflicts_with_all = ["scenario", "scene", "step"])]
+    list: bool,
 }
 
 impl Simulate {
     pub fn run(self) -> Result<(), Failure> {
-        let faulty = |error| Failure::input(name(&self.scenario))(error);
-        let scenario = Scenario::parse(&read(&self.scenario)?).map_err(faulty)?;
-        let prepared = scenario.prepare(&Beside(&self.scenario)).map_err(faulty)?;
+        if self.list {
+            return list();
+        }
+        // A scene of the catalogue names no files.
+        let path = self.scenario.unwrap_or_default();
+        let (name, mut scenario) = match &self.scene {
+            Some(scene) => (format!("scene {scene}"), in_catalogue(scene)?),
+            None => {
+                let scenario = Scenario::parse(&read(&path)?).map_err(Failure::input(name(&path)))?;
+                (name(&path), scenario)
+            }
+        };
+        scenario.accuracy.step = self.step.unwrap_or(scenario.accuracy.step);
+        let prepared = scenario.prepare(&Beside(&path)).map_err(Failure::input(name.clone()))?;
         let mut out = BufWriter::new(io::stdout().lock());
         let mut written = Ok(());
         let ended = prepared.run(|line| {
@@ -33,12 +55,29 @@ impl Simulate {
         out.flush()?;
         match ended {
             Ended::Finished | Ended::Stopped => Ok(()),
-            Ended::Failed => Err(Failure::Work(anyhow!(
-                "{}: the simulation could not go on; its summary says why",
-                name(&self.scenario)
-            ))),
+            Ended::Failed => {
+                Err(Failure::Work(anyhow!("{name}: the simulation could not go on; its summary says why")))
+            }
         }
     }
+}
+
+/// Prints the catalogue, one scene a line.
+fn list() -> Result<(), Failure> {
+    let mut out = BufWriter::new(io::stdout().lock());
+    for case in catalogue::cases() {
+        writeln!(out, "{:<26} {}", case.name, case.about)?;
+    }
+    out.flush()?;
+    Ok(())
+}
+
+fn in_catalogue(scene: &str) -> Result<Scenario, Failure> {
+    let Some(case) = catalogue::named(scene) else {
+        let error = InputError::impossible("", "there is no such scene; --list prints them all");
+        return Err(Failure::input(format!("scene {scene}"))(error));
+    };
+    Ok(case.scenario)
 }
 
 fn write(out: &mut impl Write, line: &Line) -> io::Result<()> {

@@ -9,9 +9,6 @@ use crate::fault::{Fault, InputError};
 use crate::motion::RootMotion;
 use crate::scene::{Accuracy, Drive, Scene};
 
-/// The name and version of the document's format.
-const FORMAT: &str = "gaitwright/scenario@1";
-
 /// A simulation to run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -45,7 +42,7 @@ pub struct Scenario {
 }
 
 fn format() -> String {
-    FORMAT.to_owned()
+    Scenario::FORMAT.to_owned()
 }
 
 fn one() -> f64 {
@@ -100,6 +97,9 @@ pub struct JointStart {
 const STEPS: f64 = 1e8;
 
 impl Scenario {
+    /// The name and version of the document's format.
+    pub const FORMAT: &str = "gaitwright/scenario@1";
+
     /// Reads a scenario.
     ///
     /// # Errors
@@ -112,8 +112,8 @@ impl Scenario {
     /// Everything impossible in the document by itself.
     pub fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
-        if self.format != FORMAT {
-            faults.push(Fault::new("/format", format!("the format is not \"{FORMAT}\"")));
+        if self.format != Self::FORMAT {
+            faults.push(Fault::new("/format", format!("the format is not \"{}\"", Self::FORMAT)));
         }
         faults.extend(self.scene.faults().into_iter().map(|fault| fault.under("/scene")));
         faults.extend(self.accuracy.faults().into_iter().map(|fault| fault.under("/accuracy")));

@@ -23,6 +23,10 @@ pub(super) struct Workspace {
     pub bodies: Vec<BodyMotion>,
     /// Velocities of the bodies at the beginning of the step. (kinematics)
     pub old: Vec<Motion>,
+    /// Touches that were known before others were looked for. (struck)
+    pub known: Vec<Touch>,
+    /// Farthest that a collision shape reaches from the centre of its body's mass, m.
+    pub reach: f64,
     /// Touches. (detection)
     pub touches: Vec<Touch>,
     /// What finds touches of solids, if the plan asks for it. (detection)
@@ -127,6 +131,8 @@ impl Workspace {
         Self {
             bodies: vec![BodyMotion::REST; bodies],
             old: vec![Motion::ZERO; bodies],
+            known: Vec::with_capacity(slots),
+            reach: reach(model),
             touches: Vec::with_capacity(slots),
             solids,
             common_point: Point3::origin(),
@@ -197,6 +203,15 @@ impl Workspace {
             }
         })
     }
+}
+
+/// Farthest that a collision shape reaches from the centre of its body's mass, m.
+fn reach(model: &Model) -> f64 {
+    let reaches = model.ground_shapes.iter().map(|shape| {
+        let from_center = shape.center - model.bodies[shape.body].center;
+        from_center.norm() + shape.reach
+    });
+    reaches.fold(0.0, f64::max)
 }
 
 /// How many rows of joints `plan` can call for, each limited joint being near one end of its range.

@@ -13,7 +13,7 @@ use rapier3d::pipeline::PhysicsWorld;
 
 use crate::character::Shape;
 use crate::model::{Freedom, Model};
-use crate::scene::{Feedforward, FrictionCone, StepPlan};
+use crate::scene::{Feedforward, FrictionCone, StepPlan, Terrain};
 use crate::sim::State;
 use crate::sim::reduced::kinematics::{BodyMotion, place};
 
@@ -159,6 +159,9 @@ fn refuse(model: &Model, plan: &StepPlan) -> Result<(), Unsupported> {
     let pyramid = plan.accuracy.friction_cone == FrictionCone::Pyramid;
     let corrected = plan.ground.is_some() || plan.limits.is_some();
     for (asked, answer) in [
+        (plan.self_collision, Unsupported::Missing("self-collision as it is done here")),
+        (!plan.obstacles.is_empty(), Unsupported::Missing("obstacles as they are done here")),
+        (matches!(plan.ground, Some(Terrain::Field(_))), Unsupported::Missing("this ground")),
         (plan.trunk_rotation_lock, Unsupported::Missing("lock of the root's rotation")),
         (feedforward != Feedforward::None, Unsupported::Missing("feedforward torque in its motors")),
         (pyramid && plan.friction.is_some(), Unsupported::Missing("friction pyramid for multibodies")),
@@ -211,12 +214,12 @@ fn collide(
     plan: &StepPlan,
     bodies: &[RigidBodyHandle],
 ) -> Result<(), Unsupported> {
-    let Some(height) = plan.ground else { return Ok(()) };
+    let Some(Terrain::Plane { height }) = plan.ground else { return Ok(()) };
     let finish = |shape: ColliderBuilder, own: Group, other: Group| -> Collider {
         shape
             .density(0.0)
             .friction(plan.friction.unwrap_or(0.0))
-            .restitution(0.0)
+            .restitution(plan.restitution.unwrap_or(0.0))
             .collision_groups(InteractionGroups::new(own, other, InteractionTestMode::And))
             .build()
     };

@@ -31,8 +31,9 @@ const NO_RESISTANCE: f64 = 1e-12;
 /// An actuator counts as saturated within this share of its greatest torque.
 const AT_LIMIT: f64 = 1.0 - 1e-12;
 
-/// Farthest that a body may turn in a step, rad. What turns faster has to be stepped more finely.
-const FARTHEST_TURN: f64 = 0.5;
+/// Farthest that a body may turn in a step, rad, at its old velocity as at its new one. What turns faster has
+/// to be stepped more finely.
+const FARTHEST_TURN: f64 = 0.3;
 
 /// Farthest that the phase of a body swinging under tension may go in a step, rad: such a swing is explicit
 /// in its position, and unstable from 2 on.
@@ -97,6 +98,10 @@ pub fn step(
     stages.drives(command)?;
     if !stages.velocities()? || !stages.mean_velocities(command)? {
         return Ok(Outcome::TooFast { body, longest: 0.5 * step });
+    }
+    let (body, turn) = stages.fastest_new_turn();
+    if turn * step > FARTHEST_TURN {
+        return Ok(Outcome::TooFast { body, longest: FARTHEST_TURN / turn });
     }
     stages.pulls();
     stages.recovery()?;
@@ -192,16 +197,14 @@ impl Stages<'_> {
         advance(self.state, root, &self.work.joint_rates, 0.5 * self.step);
     }
 
-    /// The body that turns fastest, and its turn, rad/s.
+    /// The body that turns fastest at the velocities of the beginning, and its turn, rad/s.
     fn fastest_turn(&self) -> (usize, f64) {
-        let mut fastest = (0, 0.0);
-        for (index, body) in self.work.bodies.iter().enumerate() {
-            let square = body.velocity.angular.norm_squared();
-            if square > fastest.1 {
-                fastest = (index, square);
-            }
-        }
-        (fastest.0, fastest.1.sqrt())
+        fastest(self.work.bodies.iter().map(|body| body.velocity))
+    }
+
+    /// The same at the new velocities.
+    fn fastest_new_turn(&self) -> (usize, f64) {
+        fastest(self.work.free.iter().zip(&self.work.changes).map(|(free, change)| free.plus(*change)))
     }
 
     /// New velocities; whether their forces of velocity settled.
@@ -216,10 +219,12 @@ impl Stages<'_> {
             self.rows();
             self.solve()?;
             self.response();
-            // An actuator that would exceed its greatest torque gets a row of its own, and so does a limit
-            // that would be passed. Each can be added only once, so this ends.
+            // An actuator that would exceed its greatest torque gets a row of its own, and so do a limit
+            // that would be passed and a touch that a blow brings about. Each can be added only once, so
+            // this ends.
             let saturated = self.saturation();
-            if !self.passing() && !saturated {
+            let passing = self.passing();
+            if !self.struck() && !passing && !saturated {
                 return Ok(true);
             }
         }
@@ -700,6 +705,40 @@ impl Stages<'_> {
         again
     }
 
+    /// Whether a blow in this step, which changes the velocities after touches were looked for, lets something
+    /// else touch; it gets rows.
+    fn struck(&mut self) -> bool {
+        let Self { model, plan, work, step, .. } = self;
+        let blow = work
+            .changes
+            .iter()
+            .zip(&work.bodies)
+            .map(|(change, body)| change.at(body.center).amax() + change.angular.amax() * work.reach);
+        // What weight does to a body at rest is looked ahead to anyway.
+        if work.touches.is_empty() || blow.fold(0.0, f64::max) <= 4.0 * *step * plan.gravity.norm() {
+            return false;
+        }
+        let Workspace { bodies, free, changes, drift_changes, known, touches, .. } = &mut **work;
+        for (index, body) in bodies.iter_mut().enumerate() {
+            drift_changes[index] = body.velocity;
+            body.velocity = free[index].plus(changes[index]);
+        }
+        known.clone_from(touches);
+        work.detect(model, plan, *step);
+        let Workspace { bodies, drift_changes, known, touches, .. } = &mut **work;
+        for (body, velocity) in bodies.iter_mut().zip(drift_changes) {
+            body.velocity = *velocity;
+        }
+        let count = known.len();
+        for touch in touches.iter() {
+            if known[..count].iter().all(|other| other.slot != touch.slot) {
+                known.push(Touch { rebound: 0.0, ..*touch });
+            }
+        }
+        std::mem::swap(known, touches);
+        touches.len() > count
+    }
+
     /// The new state, and what the next step remembers of this one.
     fn commit(&mut self) {
         let (step, time) = (self.step, self.time);
@@ -739,6 +778,18 @@ impl Stages<'_> {
         advance(state, drift, &work.drift_rates, if self.middle { 0.5 * step } else { step });
         state.time = time + step;
     }
+}
+
+/// Index and magnitude of the greatest angular velocity, rad/s.
+fn fastest(velocities: impl Iterator<Item = Motion>) -> (usize, f64) {
+    let mut fastest = (0, 0.0);
+    for (index, velocity) in velocities.enumerate() {
+        let square = velocity.angular.norm_squared();
+        if square > fastest.1 {
+            fastest = (index, square);
+        }
+    }
+    (fastest.0, fastest.1.sqrt())
 }
 
 /// Velocity of the root after a step at spatial acceleration `acceleration`.
