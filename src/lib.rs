@@ -16,7 +16,7 @@
 //! | [`scenario`] | one simulation as a document asks for it |
 //! | [`gait`] | footfalls, phases, gait names, cost of transport |
 //! | [`learn`] | QDSEGA over the simulator |
-//! | [`accuracy`] | what accuracy costs in computing time, and the hard cases in which it must hold |
+//! | [`accuracy`] | what accuracy costs, which setting to take for a tolerance, and the hard cases that must hold |
 //! | [`export`] | recordings, curves, diagrams |
 //! | [`jobs`] | jobs, their store, queue and workers |
 //! | [`http`] | the REST service |

@@ -117,7 +117,7 @@ function watch(job) {
   const events = new EventSource(job.links.events);
   watched = { id: job.id, events, curve: [] };
   element("watch").hidden = false;
-  element("gait").hidden = true;
+  element("diagram").hidden = true;
   showJob(job);
   drawCurve();
   events.addEventListener("state", (event) => showJob(JSON.parse(event.data)));
@@ -150,6 +150,9 @@ function showJob(job) {
     "Cache hits": job.cache_hit_rate != null && `${(100 * job.cache_hit_rate).toFixed(0)} %`,
     Seed: job.seed,
   };
+  for (const recommended of job.recommendations ?? []) {
+    figures[`Within ${recommended.tolerance} ${job.subject.unit}`] = advice(recommended);
+  }
   element("figures").replaceChildren(
     ...Object.entries(figures)
       .filter(([, figure]) => figure != null && figure !== false)
@@ -158,18 +161,36 @@ function showJob(job) {
   const link = (text, href, className = "button plain") => make("a", { textContent: text, href, className });
   const actions = [];
   if (state !== "queued") {
-    actions.push(link("Watch", links.viewer, "button"));
-    actions.push(Object.assign(link("Recording", links.recording), { download: `${job.id}.rrd` }));
+    if (links.viewer) actions.push(link("Watch", links.viewer, "button"));
+    if (links.recording) actions.push(Object.assign(link("Recording", links.recording), { download: `${job.id}.rrd` }));
   }
   if (metrics) {
     actions.push(Object.assign(link("Motion", links.motion), { download: `${job.id}.json` }));
     actions.push(link("Gait", links.gait), link("Report", links.report));
-    element("gait").querySelector("img").src = links.diagram;
+    showDiagram(links.diagram, "Which foot is on the ground when");
   }
-  element("gait").hidden = !metrics;
+  const studied = job.kind === "accuracy" && state === "succeeded";
+  if (studied) {
+    actions.push(link("Table", links.table));
+    showDiagram(links.front, "What accuracy costs: error against computing time for a simulated second");
+  }
+  element("curve").closest("figure").hidden = job.kind === "accuracy";
+  element("diagram").hidden = !metrics && !studied;
   const end = make("button", { className: "plain", textContent: over ? "Delete" : "Cancel" });
   end.addEventListener("click", () => remove(job, over));
   element("actions").replaceChildren(...actions, end);
+}
+
+function showDiagram(source, caption) {
+  const image = element("diagram").querySelector("img");
+  image.src = source;
+  image.alt = caption;
+  element("diagram").querySelector("figcaption").textContent = caption;
+}
+
+/** What a study recommends for a tolerance, in a few words. */
+function advice({ accuracy, because }) {
+  return accuracy ? `${accuracy.integrator.replaceAll("_", " ")}, ${1000 * accuracy.step} ms` : because;
 }
 
 async function remove(job, over) {
@@ -221,12 +242,13 @@ async function listJobs(path = "/v1/jobs?limit=10") {
   const rows = page.jobs.map((job) => {
     const cells = [
       job.character.name,
+      job.kind,
       job.state,
-      job.progress.generations,
+      job.kind === "learning" ? job.progress.generations : "",
       job.best_fitness?.toFixed(2) ?? "",
       new Date(job.timings.created).toLocaleString(),
     ].map((text) => make("td", { textContent: text }));
-    cells[1].className = job.state;
+    cells[2].className = job.state;
     const row = make("tr", { tabIndex: 0 }, ...cells);
     row.addEventListener("click", () => watch(job));
     row.addEventListener("keydown", (event) => event.key === "Enter" && watch(job));

@@ -133,7 +133,12 @@ fn distance(model: &Arc<Model>, numbers: &Value, integrator: Integrator, step: f
     let accuracy = Accuracy { step, integrator, ..Accuracy::default() };
     let scene = Scene {
         ground: None,
-        ..common::without(&[Effect::JointLimits, Effect::JointDamping, Effect::JointFriction])
+        ..common::without(&[
+            Effect::SelfCollision,
+            Effect::JointLimits,
+            Effect::JointDamping,
+            Effect::JointFriction,
+        ])
     };
     let plan = common::plan(model, &scene, &accuracy, None);
     let mut simulator = Simulator::new(model.clone(), plan, start);

@@ -24,9 +24,10 @@ const ROOMS: [&str; 15] = [
 ];
 
 /// Rooms that a room does without although they stand below it.
-const APART: [(&str, &[&str]); 4] = [
+const APART: [(&str, &[&str]); 5] = [
     ("gait", &["scenario"]),
     ("learn", &["scenario", "gait"]),
+    ("accuracy", &["gait", "learn"]),
     ("export", &["scenario"]),
     ("http", &["model", "scene", "sim", "stance", "playback"]),
 ];

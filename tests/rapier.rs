@@ -19,6 +19,11 @@ use rand_chacha::rand_core::SeedableRng;
 
 const GRAVITY: f64 = 9.81;
 
+/// The default scene with what rapier can do in it.
+fn scene() -> Scene {
+    common::without(&[Effect::SelfCollision])
+}
+
 fn rapier(model: &Arc<Model>, plan: &Arc<StepPlan>, state: &State) -> Rapier {
     Rapier::new(model, plan, state).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -195,7 +200,7 @@ fn a_motor_follows_a_moving_target_as_the_drive_does() {
     let mut errors = [0.0; 3];
     for (stiffness, damping, max_torque) in [(40.0, 1.0, None), (40.0, 1.0, Some(4.0)), (10.0, 5.0, None)] {
         let gains = gains(stiffness, damping, max_torque);
-        let scene = Scene { ground: None, ..Scene::default() };
+        let scene = Scene { ground: None, ..scene() };
         let plan =
             |step| common::plan(&model, &scene, &Accuracy { step, ..Accuracy::default() }, Some(&gains));
         let fine = 1e-5;
@@ -223,7 +228,7 @@ fn a_joint_rests_on_its_limit() {
     let bar = Bar { mass: 1.0, center: 0.5, length: 1.0, inertia: 0.09 };
     let model =
         bodies::chain(Hanging::Bolted, &[bar], r#"<limit lower="0.3" upper="2" effort="10" velocity="10"/>"#);
-    let scene = Scene { ground: None, ..Scene::default() };
+    let scene = Scene { ground: None, ..scene() };
     let mut state = State::new(&model);
     state.angles[0] = 1.0;
     let mut other = rapier(&model, &common::plan(&model, &scene, &Accuracy::default(), None), &state);
@@ -236,7 +241,7 @@ fn a_joint_rests_on_its_limit() {
 fn dry_friction_damping_and_armature_are_the_models_own() {
     let bar = Bar { mass: 1.0, center: 0.5, length: 1.0, inertia: 0.09 };
     let model = bodies::chain(Hanging::Bolted, &[bar], r#"<dynamics damping="0.3" friction="0.2"/>"#);
-    let scene = Scene { ground: None, gravity: [0.0; 3], ..Scene::default() };
+    let scene = Scene { ground: None, gravity: [0.0; 3], ..scene() };
     let mut state = State::new(&model);
     state.velocities[0] = 2.0;
     // I q̈ = −f − D q̇: q̇ = (q̇₀ + f / D) exp(−D t / I) − f / D until it stops.
@@ -258,7 +263,7 @@ fn a_sliding_cube_stops_where_coulomb_says() {
     let mut state = State::new(&model);
     state.root.position.z = 0.1;
     state.root.linear_velocity.x = speed;
-    let plan = common::plan(&model, &Scene { friction, ..Scene::default() }, &Accuracy::default(), None);
+    let plan = common::plan(&model, &Scene { friction, ..scene() }, &Accuracy::default(), None);
     let mut other = rapier(&model, &plan, &state);
     run(&mut other, 500, Command::Passive);
     let wanted = speed * speed / (2.0 * friction * GRAVITY);
@@ -273,7 +278,7 @@ fn a_robot_stands_as_high_as_in_our_own_engine() {
         let model = common::example(name);
         let stance = Stance::find(&model, &Scene::default());
         let gains = Gains { feedforward: Feedforward::None, ..stance.gains.clone() };
-        let plan = common::plan(&model, &Scene::default(), &Accuracy::default(), Some(&gains));
+        let plan = common::plan(&model, &scene(), &Accuracy::default(), Some(&gains));
         let hold = Command::Track { now: &stance.angles, next: &stance.angles };
         let mut own = Simulator::new(model.clone(), plan.clone(), stance.state.clone());
         let mut other = rapier(&model, &plan, &stance.state);
@@ -296,7 +301,7 @@ fn what_rapier_cannot_do_is_refused() {
         let plan = common::plan(&model, scene, accuracy, Some(gains));
         Rapier::new(&model, &plan, &stance.state).err()
     };
-    let (scene, accuracy) = (Scene::default(), Accuracy::default());
+    let (scene, accuracy) = (scene(), Accuracy::default());
     assert_eq!(new(&scene, &accuracy, &plain), None);
     let missing = |error: Option<Unsupported>| matches!(error, Some(Unsupported::Missing(_)));
     let inseparable = |error: Option<Unsupported>| matches!(error, Some(Unsupported::Inseparable(_)));
@@ -304,13 +309,22 @@ fn what_rapier_cannot_do_is_refused() {
     assert!(missing(new(&scene, &accuracy, &forward)));
     let pyramid = Accuracy { friction_cone: FrictionCone::Pyramid, ..accuracy };
     assert!(missing(new(&scene, &pyramid, &plain)));
-    let mut locked = Scene::default();
+    assert!(missing(new(&Scene::default(), &accuracy, &plain)), "self-collision");
+    let mut locked = scene.clone();
     locked.effects.insert(Effect::TrunkRotationLock, Switch::On);
     assert!(missing(new(&locked, &accuracy, &plain)));
-    assert!(inseparable(new(&common::without(&[Effect::VelocityForces]), &accuracy, &plain)));
-    assert!(inseparable(new(&common::without(&[Effect::Stabilization]), &accuracy, &plain)));
+    assert!(inseparable(new(
+        &common::without(&[Effect::SelfCollision, Effect::VelocityForces]),
+        &accuracy,
+        &plain
+    )));
+    assert!(inseparable(new(
+        &common::without(&[Effect::SelfCollision, Effect::Stabilization]),
+        &accuracy,
+        &plain
+    )));
     // What is not asked for is no reason to refuse.
-    assert_eq!(new(&common::without(&[Effect::Friction]), &pyramid, &plain), None);
+    assert_eq!(new(&common::without(&[Effect::SelfCollision, Effect::Friction]), &pyramid, &plain), None);
 }
 
 #[test]

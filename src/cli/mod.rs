@@ -1,5 +1,6 @@
 //! Commands: thin hands on the library. Results go to standard output, messages to standard error.
 
+mod accuracy;
 mod check;
 mod demo;
 mod failure;
@@ -41,6 +42,8 @@ enum Command {
     Check(check::Check),
     /// Run one simulation, as JSON lines
     Simulate(simulate::Simulate),
+    /// Tell what accuracy costs, and which setting to take
+    Accuracy(accuracy::Accuracy),
     /// Tell the gait of a motion, as JSON
     Gait(gait::Gait),
     /// Print the JSON Schema of character documents
@@ -62,6 +65,7 @@ pub fn main() -> ExitCode {
         Command::Train(train) => train.run(),
         Command::Check(check) => check.run(),
         Command::Simulate(simulate) => simulate.run(),
+        Command::Accuracy(accuracy) => accuracy.run(),
         Command::Gait(gait) => gait.run(),
         Command::Schema => schema::run(),
     };

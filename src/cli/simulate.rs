@@ -4,10 +4,11 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use gaitwright::accuracy::catalogue;
+use gaitwright::accuracy::{catalogue, prepare};
 use gaitwright::character::{Options, Reading, read_file};
 use gaitwright::fault::InputError;
 use gaitwright::scenario::{Ended, Files, Line, Scenario};
+use gaitwright::scene::AskedAccuracy;
 
 use super::failure::Failure;
 use super::input::{name, read};
@@ -43,8 +44,10 @@ impl Simulate {
                 (name(&path), scenario)
             }
         };
-        scenario.accuracy.step = self.step.unwrap_or(scenario.accuracy.step);
-        let prepared = scenario.prepare(&Beside(&path)).map_err(Failure::input(name.clone()))?;
+        if let (Some(step), AskedAccuracy::Settings(accuracy)) = (self.step, &mut scenario.accuracy) {
+            accuracy.step = step;
+        }
+        let prepared = prepare(&scenario, &Beside(&path)).map_err(Failure::input(name.clone()))?;
         let mut out = BufWriter::new(io::stdout().lock());
         let mut written = Ok(());
         let ended = prepared.run(|line| {
@@ -87,7 +90,7 @@ fn write(out: &mut impl Write, line: &Line) -> io::Result<()> {
 
 /// Files named in a scenario: relative to the scenario's own file, or to the working directory when it
 /// comes from standard input.
-struct Beside<'a>(&'a Path);
+pub(super) struct Beside<'a>(pub(super) &'a Path);
 
 impl Beside<'_> {
     fn path(&self, path: &str) -> PathBuf {

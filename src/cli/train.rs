@@ -149,6 +149,7 @@ impl Watcher for Progress {
         self.tell(match stage {
             Stage::Standing => "finding how the character stands".to_owned(),
             Stage::Learning => "learning".to_owned(),
+            Stage::Studying => "trying settings of the simulation".to_owned(),
             Stage::Checking => "checking what was learned".to_owned(),
         });
     }

@@ -16,8 +16,8 @@ const LEFT: u32 = 150;
 const RIGHT: u32 = 130;
 const TOP: u32 = 64;
 const BOTTOM: u32 = 44;
-const INK: RGBColor = RGBColor(40, 44, 52);
-const FAINT: RGBColor = RGBColor(214, 218, 224);
+pub(super) const INK: RGBColor = RGBColor(40, 44, 52);
+pub(super) const FAINT: RGBColor = RGBColor(214, 218, 224);
 const BARS: [RGBColor; 6] = [
     RGBColor(46, 109, 164),
     RGBColor(200, 120, 20),
@@ -29,7 +29,7 @@ const BARS: [RGBColor; 6] = [
 
 /// A diagram that cannot be drawn.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot draw the gait diagram: {0}")]
+#[error("cannot draw the diagram: {0}")]
 pub struct DiagramError(String);
 
 /// Draws the last strides of a gait: time to the right, a row for each foot in the order of the
@@ -40,18 +40,24 @@ pub struct DiagramError(String);
 ///
 /// [`DiagramError`] when the drawing library fails.
 pub fn gait_diagram(report: &GaitReport) -> Result<String, DiagramError> {
-    let mut svg = String::new();
     let height = TOP + BOTTOM + ROW * report.feet.len().max(1) as u32;
+    drawn((WIDTH, height), |area| draw(area, report, height))
+}
+
+/// What is drawn on.
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(super) type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+
+/// The SVG of `size` pixels that `draw` draws.
+pub(super) fn drawn(size: (u32, u32), draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result<String, DiagramError> {
+    let mut svg = String::new();
     {
-        let area = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();
-        draw(&area, report, height).map_err(|error| DiagramError(error.to_string()))?;
+        let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+        draw(&area).map_err(|error| DiagramError(error.to_string()))?;
         area.present().map_err(|error| DiagramError(error.to_string()))?;
     }
     Ok(svg)
 }
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
 fn draw(area: &Area<'_>, report: &GaitReport, height: u32) -> Drawn {
     area.fill(&WHITE)?;
@@ -157,7 +163,8 @@ fn figures(foot: &Foot) -> String {
     foot.phase.map_or_else(|| duty.clone(), |phase| format!("{duty}   φ {phase:.2}"))
 }
 
-fn label(area: &Area<'_>, text: &str, at: (i32, i32), size: f64, anchor: HPos) -> Drawn {
+/// Writes `text` with the middle of its line at `at`.
+pub(super) fn label(area: &Area<'_>, text: &str, at: (i32, i32), size: f64, anchor: HPos) -> Drawn {
     let style = ("sans-serif", size).into_font().color(&INK).pos(Pos::new(anchor, VPos::Center));
     area.draw(&Text::new(text, at, style))
 }

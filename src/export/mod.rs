@@ -1,11 +1,13 @@
-//! What is handed back: the motion document, recordings, learning curves, gait diagrams.
+//! What is handed back: the motion document, recordings, learning curves, diagrams.
 
 mod curve;
 mod diagram;
+mod front;
 mod motion;
 mod recording;
 
 pub use curve::{Curve, CurveFormat};
 pub use diagram::{DiagramError, gait_diagram};
+pub use front::front_diagram;
 pub use motion::{Performance, motion};
 pub use recording::{Recording, RecordingError, Subject};

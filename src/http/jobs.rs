@@ -12,7 +12,7 @@ use uuid::Uuid;
 use super::App;
 use super::extract::{Path, Query, Upload};
 use super::problem::Problem;
-use crate::jobs::{Job, JobRequest, ServiceError, Settings, State as JobState};
+use crate::jobs::{Job, JobRequest, ServiceError, Settings, State as JobState, Work};
 
 /// Jobs of a page unless the client asks for another number.
 const PAGE: u32 = 20;
@@ -29,8 +29,8 @@ pub(super) struct JobBody {
     links: Links,
 }
 
-/// Where everything about a job is.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
+/// Where everything about a job is; what a job of its kind does not leave is left out.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 struct Links {
     /// The job itself.
     #[serde(rename = "self")]
@@ -38,36 +38,69 @@ struct Links {
     /// Server-sent events.
     events: String,
     /// The recording.
-    recording: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    recording: Option<String>,
     /// The recording in a viewer.
-    viewer: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    viewer: Option<String>,
     /// The motion document.
-    motion: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    motion: Option<String>,
     /// The gait report.
-    gait: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gait: Option<String>,
     /// The gait diagram.
-    diagram: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    diagram: Option<String>,
     /// The learning curve.
-    curve: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    curve: Option<String>,
     /// Everything about the job and what came of it.
-    report: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    report: Option<String>,
+    /// What every setting of a study costs and how exact it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    table: Option<String>,
+    /// The work-precision diagram of a study.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    front: Option<String>,
+}
+
+impl Links {
+    fn of(job: &Job) -> Self {
+        let place = format!("/v1/jobs/{}", job.id);
+        let at = |what: &str| Some(format!("{place}/{what}"));
+        let events = format!("{place}/events");
+        match job.work {
+            Work::Learning(_) => Self {
+                recording: at("recording.rrd"),
+                viewer: Some(format!("/viewer/?url={place}/recording.rrd")),
+                motion: at("motion"),
+                gait: at("gait"),
+                diagram: at("gait.svg"),
+                curve: at("curve"),
+                report: at("report"),
+                events,
+                job: place,
+                ..Self::default()
+            },
+            Work::Accuracy(_) => {
+                Self { table: at("table"), front: at("front.svg"), events, job: place, ..Self::default() }
+            }
+        }
+    }
+}
+
+impl JobBody {
+    /// Where the job is.
+    pub(super) fn place(&self) -> &str {
+        &self.links.job
+    }
 }
 
 impl From<Job> for JobBody {
     fn from(job: Job) -> Self {
-        let place = format!("/v1/jobs/{}", job.id);
-        let links = Links {
-            events: format!("{place}/events"),
-            recording: format!("{place}/recording.rrd"),
-            viewer: format!("/viewer/?url={place}/recording.rrd"),
-            motion: format!("{place}/motion"),
-            gait: format!("{place}/gait"),
-            diagram: format!("{place}/gait.svg"),
-            curve: format!("{place}/curve"),
-            report: format!("{place}/report"),
-            job: place,
-        };
-        Self { job, links }
+        Self { links: Links::of(&job), job }
     }
 }
 
@@ -122,7 +155,7 @@ pub(super) async fn submit(State(app): State<App>, upload: Upload) -> Result<Res
         }
     };
     let body = JobBody::from(job);
-    Ok((StatusCode::ACCEPTED, [(LOCATION, body.links.job.clone())], Json(body)).into_response())
+    Ok((StatusCode::ACCEPTED, [(LOCATION, body.place().to_owned())], Json(body)).into_response())
 }
 
 async fn submit_bytes(app: &App, body: Bytes, settings: Settings) -> Result<Job, ServiceError> {

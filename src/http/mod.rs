@@ -1,5 +1,6 @@
 //! The REST service: routes, and what every request and answer goes through.
 
+mod accuracy;
 mod characters;
 mod events;
 mod extract;
@@ -84,11 +85,13 @@ fn router(app: App) -> Router {
         .route("/v1/jobs/{id}/gait.svg", get(results::diagram))
         .route("/v1/jobs/{id}/curve", get(results::curve))
         .route("/v1/jobs/{id}/report", get(results::report))
+        .route("/v1/jobs/{id}/table", get(results::table))
+        .route("/v1/jobs/{id}/front.svg", get(results::front))
         .route("/v1/characters", post(characters::add))
         .route("/v1/characters/{id}", get(characters::show))
         .route("/v1/schemas/character", get(characters::character_schema))
         .route("/v1/simulations", post(simulations::simulate))
-        .route("/v1/accuracy", post(status::accuracy))
+        .route("/v1/accuracy", post(accuracy::submit))
         .route("/healthz", get(status::alive))
         .route("/readyz", get(status::ready))
         .route("/metrics", get(status::metrics))

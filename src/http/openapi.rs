@@ -7,10 +7,11 @@ use schemars::{JsonSchema, SchemaGenerator};
 use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
 
-use super::{characters, events, jobs, problem, results, simulations, status};
+use super::{accuracy, characters, events, jobs, problem, results, simulations, status};
+use crate::accuracy::Table;
 use crate::export::Curve;
 use crate::gait::GaitReport;
-use crate::jobs::{JobRequest, Report};
+use crate::jobs::{JobRequest, Report, StudyRequest};
 use crate::motion::Motion;
 use crate::scenario::{Line, Scenario};
 
@@ -22,14 +23,15 @@ use crate::scenario::{Line, Scenario};
             radians, seconds, quaternions [w, x, y, z], right-handed, z up. Errors are problem documents (RFC 9457)."
     ),
     paths(
-        jobs::submit, jobs::list, jobs::show, jobs::remove, events::events,
+        accuracy::submit, jobs::submit, jobs::list, jobs::show, jobs::remove, events::events,
         results::recording, results::motion, results::gait, results::diagram, results::curve, results::report,
+        results::table, results::front,
         characters::add, characters::show, characters::character_schema,
         simulations::simulate,
         status::alive, status::ready, status::metrics, status::openapi,
     ),
     tags(
-        (name = "jobs", description = "Learning as a job"),
+        (name = "jobs", description = "Learning, and the price of accuracy, as jobs"),
         (name = "results", description = "What a job leaves behind"),
         (name = "characters", description = "What was understood of a character"),
         (name = "simulations", description = "One simulation"),
@@ -59,6 +61,8 @@ fn schemas() -> Map<String, Value> {
     add::<JobRequest>(&mut generator);
     add::<jobs::JobBody>(&mut generator);
     add::<jobs::JobsBody>(&mut generator);
+    add::<StudyRequest>(&mut generator);
+    add::<Table>(&mut generator);
     add::<Curve>(&mut generator);
     add::<GaitReport>(&mut generator);
     add::<Motion>(&mut generator);

@@ -1,4 +1,4 @@
-//! What a job leaves behind: recording, motion, gait, curve, report.
+//! What a job leaves behind: recording, motion, gait, curve, report; of a study, table and diagram.
 
 use std::io::SeekFrom;
 use std::path::PathBuf;
@@ -138,6 +138,39 @@ pub(super) async fn curve(
     } else {
         Json(curve).into_response()
     })
+}
+
+/// What every setting of a study costs and how exact it is.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/table", tag = "results",
+    params(("id" = String, Path, description = "The job's id")),
+    responses(
+        (status = 200, description = "The table, as JSON or CSV by the header Accept", content(
+            (ref("#/components/schemas/Table") = "application/json"), (String = "text/csv"))),
+        (status = "4XX", description = "404 for no such job, 409 for one without a table (yet)",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn table(
+    State(app): State<App>,
+    Path(id): Path<Uuid>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    if prefers_csv(&headers) {
+        published(&app, id, Artefact::TableCsv, "text/csv; charset=utf-8").await
+    } else {
+        published(&app, id, Artefact::Table, "application/json").await
+    }
+}
+
+/// The work-precision diagram of a study.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/front.svg", tag = "results",
+    params(("id" = String, Path, description = "The job's id")),
+    responses(
+        (status = 200, description = "The diagram", content_type = "image/svg+xml", body = String),
+        (status = "4XX", description = "404 for no such job, 409 for one without a diagram (yet)",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn front(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, Problem> {
+    published(&app, id, Artefact::Front, "image/svg+xml").await
 }
 
 /// A file that appears whole when the job has ended.

@@ -15,6 +15,7 @@ use tokio_stream::wrappers::ReceiverStream;
 use super::App;
 use super::extract::JsonBody;
 use super::problem::Problem;
+use crate::accuracy;
 use crate::fault::InputError;
 use crate::scenario::{Line, NoFiles, Prepared, Scenario};
 
@@ -55,7 +56,7 @@ pub(super) async fn simulate(State(app): State<App>, JsonBody(body): JsonBody) -
 
 fn prepare(body: &[u8]) -> Result<Prepared, InputError> {
     let scenario = Scenario::parse(body)?;
-    let prepared = scenario.prepare(&NoFiles)?;
+    let prepared = accuracy::prepare(&scenario, &NoFiles)?;
     if prepared.steps() > MOST_STEPS {
         let reason =
             format!("{} steps are more than the {MOST_STEPS} that are simulated here", prepared.steps());

@@ -79,11 +79,6 @@ pub(super) async fn openapi(State(app): State<App>) -> Json<serde_json::Value> {
     Json((*app.openapi).clone())
 }
 
-/// The price of accuracy as a job: not offered yet.
-pub(super) async fn accuracy() -> Problem {
-    Problem::new(StatusCode::NOT_IMPLEMENTED, "the price of accuracy is not computed by this version")
-}
-
 /// Counts a request and times its answer.
 pub(super) async fn count(request: Request, next: Next) -> Response {
     let method = match *request.method() {

@@ -21,6 +21,12 @@ pub enum Artefact {
     Curve,
     /// The gait diagram.
     Diagram,
+    /// The table of a study, as JSON.
+    Table,
+    /// The table of a study, as comma-separated values.
+    TableCsv,
+    /// The work-precision diagram of a study.
+    Front,
     /// What a stopped job is resumed from.
     Checkpoint,
 }
@@ -35,6 +41,9 @@ impl Artefact {
             Self::Gait => "gait.json",
             Self::Curve => "curve.csv",
             Self::Diagram => "gait.svg",
+            Self::Table => "table.json",
+            Self::TableCsv => "table.csv",
+            Self::Front => "front.svg",
             Self::Checkpoint => "checkpoint.json",
         }
     }

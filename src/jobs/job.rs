@@ -1,16 +1,13 @@
 //! A job's record: what was asked for, how far it is, what came of it.
 
-use std::collections::BTreeMap;
-
 use jiff::Timestamp;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
-use super::request::{FORMAT, Settings};
-use crate::learn::{Ended, Generation, Learning};
-use crate::motion::Metrics;
-use crate::scene::{Decision, Effect};
+use super::request::FORMAT;
+use super::work::Work;
+use crate::learn::{Generation, Learning};
 
 /// Where a job stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -20,9 +17,9 @@ pub enum State {
     Queued,
     /// Is being worked at.
     Running,
-    /// Ended with a motion.
+    /// Ended with what it was for.
     Succeeded,
-    /// Ended without one.
+    /// Ended without it.
     Failed,
     /// Ended because it was asked to.
     Cancelled,
@@ -57,6 +54,8 @@ pub enum Stage {
     Standing,
     /// Learns.
     Learning,
+    /// Tries settings of the simulation.
+    Studying,
     /// Plays what was learned for a long stretch and writes the results.
     Checking,
 }
@@ -75,23 +74,13 @@ pub struct Job {
     pub stage: Option<Stage>,
     /// Name and digest of the character.
     pub character: CharacterName,
-    /// What was asked for; once the job runs, with the values used in place of those left open.
+    /// What it is for, and what came of it.
     #[serde(flatten)]
-    pub settings: Settings,
+    pub work: Work,
     /// How far it is.
     pub progress: Progress,
-    /// Fitness of the best behaviour so far, m/s along the task's direction less its costs.
-    pub best_fitness: Option<f64>,
-    /// Share of the transitions that came from the cache, 0 to 1.
-    pub cache_hit_rate: Option<f64>,
-    /// Every effect, whether it is simulated, and why; known once the job runs.
-    pub effects: BTreeMap<Effect, Decision>,
     /// When things happened and what they took.
     pub timings: Timings,
-    /// Why the learning stopped.
-    pub ended_by: Option<Ended>,
-    /// Figures of the motion found, from the continuous check.
-    pub metrics: Option<Metrics>,
     /// Why the job failed.
     pub error: Option<String>,
 }
@@ -108,7 +97,7 @@ pub struct CharacterName {
 /// How far a job is.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct Progress {
-    /// Share of the learning's budget used so far, 0 to 1.
+    /// Share of the learning's budget, or of the study's settings, used so far, 0 to 1.
     pub fraction: f64,
     /// Generations evaluated.
     pub generations: u32,
@@ -140,18 +129,15 @@ pub struct Timings {
 
 impl Job {
     /// A job that waits for a worker.
-    pub fn queued(character: CharacterName, settings: Settings) -> Self {
+    pub fn queued(character: CharacterName, work: impl Into<Work>) -> Self {
         Self {
             format: FORMAT.to_owned(),
             id: Uuid::now_v7(),
             state: State::Queued,
             stage: None,
             character,
-            settings,
+            work: work.into(),
             progress: Progress::default(),
-            best_fitness: None,
-            cache_hit_rate: None,
-            effects: BTreeMap::new(),
             timings: Timings {
                 created: Timestamp::now(),
                 started: None,
@@ -160,22 +146,21 @@ impl Job {
                 learning_seconds: None,
                 checking_seconds: None,
             },
-            ended_by: None,
-            metrics: None,
             error: None,
         }
     }
 
     /// Takes in the figures of a generation.
     pub fn advance(&mut self, figures: &Generation) {
+        let Work::Learning(learned) = &mut self.work else { return };
         self.progress = Progress {
-            fraction: fraction(&self.settings.learning, figures),
+            fraction: fraction(&learned.settings.learning, figures),
             generations: figures.generation + 1,
             simulated_seconds: figures.simulated_seconds,
             saved_seconds: figures.saved_seconds,
         };
-        self.best_fitness = Some(figures.best);
-        self.cache_hit_rate = Some(figures.cache_hit_rate);
+        learned.best_fitness = Some(figures.best);
+        learned.cache_hit_rate = Some(figures.cache_hit_rate);
         self.timings.learning_seconds = Some(figures.elapsed);
     }
 

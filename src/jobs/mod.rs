@@ -1,7 +1,7 @@
 //! Jobs: what is asked for, kept, queued, worked at and left behind.
 //!
 //! [`Jobs`] is what clients of every kind speak with; [`start()`] puts workers to it; [`run()`] is the way
-//! of a single job, for the workers and for the command line alike.
+//! of a job that learns, for the workers and for the command line alike.
 
 mod check;
 mod files;
@@ -11,6 +11,8 @@ mod request;
 mod run;
 mod service;
 mod store;
+mod study;
+mod work;
 mod worker;
 
 pub use check::{Findings, JointFinding, ShapeFinding, Standing, check};
@@ -21,4 +23,6 @@ pub use request::{CharacterChoice, JobRequest, Settings};
 pub use run::{Order, Outcome, Prepared, Report, RunError, Watcher, read_character, replay, run};
 pub use service::{Jobs, ServiceError, Setting};
 pub use store::{Store, StoreError};
+pub use study::StudyRequest;
+pub use work::{Learned, Studied, Work};
 pub use worker::start;

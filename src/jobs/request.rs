@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use crate::fault::{Fault, InputError, Parts};
 use crate::learn::{Learning, Task};
-use crate::scene::{Accuracy, Scene};
+use crate::scene::{AskedAccuracy, Scene};
 
 /// The format of a job document.
 pub const FORMAT: &str = "gaitwright/job@1";
@@ -43,8 +43,8 @@ pub struct Settings {
     pub task: Task,
     /// Parameters of the learner.
     pub learning: Learning,
-    /// How finely the scene is simulated.
-    pub accuracy: Accuracy,
+    /// How finely the scene is simulated: settings, or a tolerance for which they are chosen.
+    pub accuracy: AskedAccuracy,
     /// Seed of everything that is drawn by chance.
     pub seed: u64,
 }

@@ -17,6 +17,7 @@ use super::live::Live;
 use super::request::{CharacterChoice, Settings};
 use super::run::{Order, read_character};
 use super::store::{Store, StoreError};
+use super::study::StudyRequest;
 use crate::character::{Options, Source};
 use crate::fault::InputError;
 use crate::learn::Generation;
@@ -198,13 +199,39 @@ impl Jobs {
             })
             .await?
         };
-        let job = Job::queued(name, settings);
+        self.queue(Job::queued(name, settings), &bytes).await
+    }
+
+    /// Queues a study of what accuracy costs.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::Input`] with every fault of the request; [`ServiceError::Full`];
+    /// [`ServiceError::ShuttingDown`].
+    pub async fn submit_study(&self, bytes: Vec<u8>) -> Result<Job, ServiceError> {
+        self.open_for_business()?;
+        let bytes = Arc::new(bytes);
+        let (name, request) = {
+            let bytes = Arc::clone(&bytes);
+            self.compute(move || {
+                let (request, setup) = StudyRequest::parse(&bytes)?;
+                let character = &setup.model.character;
+                let name = CharacterName { name: character.name.clone(), digest: character.digest.clone() };
+                Ok((name, request))
+            })
+            .await?
+        };
+        self.queue(Job::queued(name, request), &bytes).await
+    }
+
+    /// Puts a job that works on `input` into the queue.
+    async fn queue(&self, job: Job, input: &[u8]) -> Result<Job, ServiceError> {
         let running = self.shared.running.lock().await;
         let waiting = self.shared.store.count(State::Queued).await?;
         if waiting >= self.shared.queue {
             return Err(ServiceError::Full(waiting));
         }
-        self.shared.store.insert(&job, &bytes).await?;
+        self.shared.store.insert(&job, input).await?;
         drop(running);
         self.shared.posted.notify_one();
         metrics::counter!("gaitwright_jobs_posted_total").increment(1);

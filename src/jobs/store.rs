@@ -70,16 +70,16 @@ impl Store {
         Ok(())
     }
 
-    /// Adds a job and the bytes of its character.
+    /// Adds a job and the bytes of what it works on.
     ///
     /// # Errors
     ///
     /// When the database refuses.
-    pub async fn insert(&self, job: &Job, character: &[u8]) -> Result<(), StoreError> {
-        sqlx::query("INSERT INTO jobs (id, record, character) VALUES (?, ?, ?)")
+    pub async fn insert(&self, job: &Job, input: &[u8]) -> Result<(), StoreError> {
+        sqlx::query("INSERT INTO jobs (id, record, input) VALUES (?, ?, ?)")
             .bind(job.id.to_string())
             .bind(document(job)?)
-            .bind(character)
+            .bind(input)
             .execute(&self.pool)
             .await?;
         Ok(())
@@ -123,17 +123,17 @@ impl Store {
         row.map(|row| read(row.try_get("record")?)).transpose()
     }
 
-    /// The bytes of a job's character.
+    /// The bytes of what a job works on: a character, or a request for a study.
     ///
     /// # Errors
     ///
     /// When the database refuses, or there is no such job.
-    pub async fn job_character(&self, id: Uuid) -> Result<Vec<u8>, StoreError> {
-        let row = sqlx::query("SELECT character FROM jobs WHERE id = ?")
+    pub async fn job_input(&self, id: Uuid) -> Result<Vec<u8>, StoreError> {
+        let row = sqlx::query("SELECT input FROM jobs WHERE id = ?")
             .bind(id.to_string())
             .fetch_one(&self.pool)
             .await?;
-        Ok(row.try_get("character")?)
+        Ok(row.try_get("input")?)
     }
 
     /// At most `limit` jobs, the newest first: those older than `after`, in the given state.

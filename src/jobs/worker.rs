@@ -17,8 +17,12 @@ use tokio::runtime::Handle;
 use super::files::{self, Artefact};
 use super::job::{Job, Stage, State};
 use super::live::Live;
+use super::request::Settings;
 use super::run::{Order, Outcome, Prepared, RunError, Watcher, run};
 use super::service::{Jobs, ServiceError, Shared};
+use super::study;
+use super::work::Work;
+use crate::accuracy;
 use crate::learn::{Checkpoint, Ended, Generation};
 
 /// Shortest time between two writings of a running job's record and curve.
@@ -109,10 +113,16 @@ impl Worker {
                 live.cancel().cancel();
             })
         };
-        let result = catch_unwind(AssertUnwindSafe(|| self.run(&mut job, live)));
+        let result = catch_unwind(AssertUnwindSafe(|| match &job.work {
+            Work::Learning(learned) => {
+                let settings = learned.wanted();
+                self.learn(&mut job, live, settings)
+            }
+            Work::Accuracy(_) => self.study(&mut job, live),
+        }));
         stopper.abort();
         match result {
-            Ok(Ok(outcome)) => self.conclude(&mut job, live, outcome),
+            Ok(Ok(())) => {}
             Ok(Err(error)) => fail(&mut job, error.to_string()),
             Err(panic) => fail(&mut job, format!("the program broke off: {}", message(&*panic))),
         }
@@ -131,9 +141,9 @@ impl Worker {
         self.shared.changes.send_replace(());
     }
 
-    fn run(&self, job: &mut Job, live: &Live) -> Result<Outcome, RunError> {
-        let folder = files::folder(&self.shared.data, job.id);
-        std::fs::create_dir_all(&folder)?;
+    /// Learns what a job wants, on from its checkpoint.
+    fn learn(&self, job: &mut Job, live: &Live, settings: Settings) -> Result<(), RunError> {
+        let folder = self.folder(job)?;
         let checkpoint = read_checkpoint(&folder);
         // Generations after the checkpoint are gone through again.
         self.runtime.block_on(self.shared.store.forget_curve(job.id))?;
@@ -141,32 +151,37 @@ impl Worker {
             self.runtime.block_on(self.shared.store.update(job, &checkpoint.curve))?;
             live.preload(checkpoint.curve.clone());
         }
-        let bytes = self.runtime.block_on(self.shared.store.job_character(job.id))?;
-        let order = Order::read(&bytes, None, "", job.settings.clone())?;
+        let bytes = self.runtime.block_on(self.shared.store.job_input(job.id))?;
+        let order = Order::read(&bytes, None, "", settings)?;
         let cancel = live.cancel().clone();
         let mut reporter = Reporter::new(self, job, live, folder.clone());
         let outcome = run(&order, self.threads, &folder, &cancel, checkpoint, &mut reporter);
         reporter.flush();
-        outcome
+        conclude(job, live, outcome?);
+        Ok(())
     }
 
-    /// Writes what came of a job into its record.
-    fn conclude(&self, job: &mut Job, live: &Live, outcome: Outcome) {
-        job.ended_by = Some(outcome.ended);
-        job.timings.checking_seconds = Some(outcome.checking_seconds);
-        job.metrics = outcome.metrics;
-        if outcome.ended != Ended::Cancelled {
-            match outcome.unsuccessful {
-                None => job.end(State::Succeeded),
-                Some(reason) => fail(job, reason),
+    /// Does the study that a job wants, from its beginning.
+    fn study(&self, job: &mut Job, live: &Live) -> Result<(), RunError> {
+        let folder = self.folder(job)?;
+        let bytes = self.runtime.block_on(self.shared.store.job_input(job.id))?;
+        let mut reporter = Reporter::new(self, job, live, folder.clone());
+        reporter.stage(Stage::Studying);
+        match study::run(&bytes, &folder, &mut reporter)? {
+            Some(studied) => {
+                job.work = Work::Accuracy(Box::new(studied));
+                job.end(State::Succeeded);
             }
-        } else if live.is_abandoned() {
-            job.end(State::Cancelled);
-        } else {
-            job.state = State::Queued;
-            job.stage = None;
-            job.ended_by = None;
+            None => call_off(job, live),
         }
+        Ok(())
+    }
+
+    /// The folder of a job's files.
+    fn folder(&self, job: &Job) -> io::Result<PathBuf> {
+        let folder = files::folder(&self.shared.data, job.id);
+        std::fs::create_dir_all(&folder)?;
+        Ok(folder)
     }
 }
 
@@ -227,8 +242,12 @@ impl Watcher for Reporter<'_> {
     }
 
     fn prepared(&mut self, prepared: &Prepared) {
-        self.job.settings.learning = prepared.setup.learning.clone();
-        self.job.effects = prepared.plan.decisions.clone();
+        if let Work::Learning(learned) = &mut self.job.work {
+            learned.settings.learning = prepared.setup.learning.clone();
+            learned.settings.accuracy = prepared.setup.accuracy.into();
+            learned.accuracy_choice = prepared.accuracy_choice.clone();
+            learned.effects = prepared.plan.decisions.clone();
+        }
         self.job.timings.standing_seconds = Some(prepared.standing_seconds);
     }
 
@@ -247,6 +266,44 @@ impl Watcher for Reporter<'_> {
         if self.kept.elapsed() >= CHECKPOINT_EVERY {
             self.flush();
         }
+    }
+}
+
+impl accuracy::Watcher for Reporter<'_> {
+    fn progress(&mut self, done: usize, all: usize, _: &str) {
+        self.job.progress.fraction = done as f64 / all.max(1) as f64;
+        if self.recorded.elapsed() >= RECORD_EVERY {
+            self.record();
+        }
+    }
+
+    fn stop(&self) -> bool {
+        self.live.cancel().is_cancelled()
+    }
+}
+
+/// Writes what came of a job that learns into its record.
+fn conclude(job: &mut Job, live: &Live, outcome: Outcome) {
+    let cancelled = outcome.ended == Ended::Cancelled;
+    job.timings.checking_seconds = Some(outcome.checking_seconds);
+    if let Work::Learning(learned) = &mut job.work {
+        learned.ended_by = (!cancelled || live.is_abandoned()).then_some(outcome.ended);
+        learned.metrics = outcome.metrics;
+    }
+    match outcome.unsuccessful {
+        _ if cancelled => call_off(job, live),
+        None => job.end(State::Succeeded),
+        Some(reason) => fail(job, reason),
+    }
+}
+
+/// Ends a job that was stopped for good; one that was stopped with the service waits for the next start.
+fn call_off(job: &mut Job, live: &Live) {
+    if live.is_abandoned() {
+        job.end(State::Cancelled);
+    } else {
+        job.state = State::Queued;
+        job.stage = None;
     }
 }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::fault::{Fault, InputError};
 use crate::motion::RootMotion;
-use crate::scene::{Accuracy, Drive, Scene};
+use crate::scene::{AskedAccuracy, Drive, Scene};
 
 /// A simulation to run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -26,7 +26,7 @@ pub struct Scenario {
     pub scene: Scene,
     /// How finely it is simulated.
     #[serde(default)]
-    pub accuracy: Accuracy,
+    pub accuracy: AskedAccuracy,
     /// How it starts: in the standing pose where left out.
     #[serde(default)]
     pub start: Start,
@@ -124,7 +124,11 @@ impl Scenario {
         };
         positive("/duration", self.duration);
         positive("/sample_every", self.sample_every);
-        if self.duration / self.accuracy.step > STEPS {
+        let step = match &self.accuracy {
+            AskedAccuracy::Settings(accuracy) => accuracy.step,
+            AskedAccuracy::Tolerance(_) => AskedAccuracy::FINEST,
+        };
+        if self.duration / step > STEPS {
             faults.push(Fault::new(
                 "/duration",
                 format!("the simulation would take more than {STEPS:e} steps"),

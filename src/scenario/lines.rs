@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::motion::RootMotion;
-use crate::scene::{Accuracy, Decision, Effect};
+use crate::scene::{Accuracy, AccuracyChoice, Decision, Effect};
 
 /// A line of output: samples, and a summary at the end.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -101,6 +101,9 @@ pub struct Summary {
     pub effects: BTreeMap<Effect, Decision>,
     /// The settings used.
     pub accuracy: Accuracy,
+    /// Why they were chosen, where the scenario gave a tolerance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy_choice: Option<AccuracyChoice>,
     /// m.
     pub greatest_penetration: f64,
     /// Greatest distance of a joint from its range of motion, rad or m. Joints of reduced coordinates

@@ -4,7 +4,11 @@
 mod document;
 mod lines;
 mod run;
+mod script;
+mod setup;
 
 pub use document::{CharacterSource, InlineCharacter, JointStart, Scenario, Start};
 pub use lines::{ContactLine, JointLine, Line, SampleLine, Summary};
-pub use run::{Ended, Files, NoFiles, Prepared};
+pub use run::{Ended, Prepared};
+pub use script::Script;
+pub use setup::{Files, NoFiles, Setup};

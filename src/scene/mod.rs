@@ -1,11 +1,13 @@
 //! Where and how a character is simulated: ground, gravity, effects, accuracy, drive; and what a
 //! step must therefore compute ([`StepPlan`]).
 
+mod asked;
 mod decision;
 mod plan;
 mod terrain;
 mod wire;
 
+pub use asked::{AccuracyChoice, AskedAccuracy};
 pub use decision::Decision;
 pub use plan::{DrivePlan, StepPlan};
 pub use terrain::{HeightField, Terrain};

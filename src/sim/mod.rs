@@ -177,4 +177,4 @@ impl Simulator {
     }
 }
 
-pub use diagnostics::{Energy, Momentum, center_of_mass, link_poses};
+pub use diagnostics::{Energy, Momentum, center_of_mass, energy, link_poses, momentum};

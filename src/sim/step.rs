@@ -171,11 +171,13 @@ impl Simulator {
             let error = if failed || outcome.is_err() { f64::INFINITY } else { coarse.distance(&self.state) };
             let growth = SAFETY * (tolerance / error).powf(1.0 / f64::from(order + 1));
             let next = (part * growth.clamp(GROWTH[0], GROWTH[1])).clamp(shortest, whole);
-            if error <= tolerance || (part <= shortest && outcome.is_ok()) {
+            // Rounding may make the part longer than the length that was meant, and never short enough.
+            let least = part.min(length) <= shortest;
+            if error <= tolerance || (least && outcome.is_ok()) {
                 // A part that the end of the step cut short says nothing against longer ones.
                 length = if part < length { next.max(length) } else { next };
                 done = until;
-            } else if part > shortest {
+            } else if !least {
                 outcome = Ok(());
                 length = next;
                 self.state.clone_from(&before);

@@ -244,12 +244,14 @@ fn results_name_the_obstacle() {
         );
         let scenario = Scenario::parse(document.as_bytes()).unwrap_or_else(|error| panic!("{error}"));
         let mut names = Vec::new();
-        scenario.prepare(&NoFiles).unwrap_or_else(|error| panic!("{error}")).run(|line| {
-            if let Line::Sample(sample) = line {
-                names.extend(sample.contacts.iter().map(|contact| contact.other.clone()));
-            }
-            true
-        });
+        gaitwright::accuracy::prepare(&scenario, &NoFiles).unwrap_or_else(|error| panic!("{error}")).run(
+            |line| {
+                if let Line::Sample(sample) = line {
+                    names.extend(sample.contacts.iter().map(|contact| contact.other.clone()));
+                }
+                true
+            },
+        );
         assert!(!names.is_empty() && names.iter().all(|name| name == expected), "{names:?}");
     }
 }

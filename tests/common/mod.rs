@@ -51,7 +51,7 @@ pub fn example(name: &str) -> Arc<Model> {
 pub fn free_flight(model: &Model, step: f64) -> Arc<StepPlan> {
     let scene = Scene {
         ground: None,
-        ..without(&[Effect::JointLimits, Effect::JointDamping, Effect::JointFriction])
+        ..without(&[Effect::SelfCollision, Effect::JointLimits, Effect::JointDamping, Effect::JointFriction])
     };
     plan(model, &scene, &Accuracy { step, ..Accuracy::default() }, None)
 }

@@ -7,7 +7,7 @@ use gaitwright::character::{self, Options, Source};
 use gaitwright::model::Model;
 use gaitwright::scene::{
     Accuracy, Coordinates, Effect, Feedforward, FrictionCone, Gains, Ground, Integrator, Scene, SolverChoice,
-    SolverKind, StepPlan, Switch,
+    SolverKind, StepPlan, Switch, Terrain,
 };
 use gaitwright::sim::State;
 use gaitwright::stance;
@@ -155,6 +155,9 @@ fn toggle(rng: &mut ChaCha8Rng, scene: &mut Scene) {
 
 fn drawing(rng: &mut ChaCha8Rng, scene: Scene, drive: Option<&dyn Fn(usize) -> Gains>) -> Drawing {
     let document = character(rng);
+    // Links thrown together at random stand in each other.
+    let mut scene = scene;
+    scene.effects.insert(Effect::SelfCollision, Switch::Off);
     let reading = character::read(document.to_string().as_bytes(), Source::Json, Options::default())
         .unwrap_or_else(|error| panic!("{document}: {error}"));
     let model = Arc::new(Model::new(Arc::new(reading.character), rng.random_bool(0.2)));
@@ -170,7 +173,8 @@ fn drawing(rng: &mut ChaCha8Rng, scene: Scene, drive: Option<&dyn Fn(usize) -> G
         start.root.angular_velocity = Vector3::from_fn(|_, _| pace * rng.random_range(-1.0..1.0));
     }
     let gap = rng.random_range(0.0..0.5);
-    start.root.position.z = stance::resting_height(&model, &start.angles, 0.0) + gap;
+    start.root.position.z =
+        stance::resting_height(&model, &start.angles, &Terrain::Plane { height: 0.0 }) + gap;
     let targets = Targets {
         middle: (0..model.joint_count()).map(|_| rng.random_range(-1.0..1.0)).collect(),
         swing: if rng.random_bool(0.5) { 0.0 } else { rng.random_range(0.0..0.5) },

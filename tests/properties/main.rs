@@ -10,10 +10,11 @@ mod draw;
 use std::sync::Arc;
 
 use gaitwright::model::Model;
-use gaitwright::scene::{Effect, Ground, Scene, Switch};
+use gaitwright::scene::{Accuracy, Effect, Ground, Scene, Switch};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use check::Broken;
 use draw::Drawing;
 
 /// Cases of each kind.
@@ -44,10 +45,23 @@ fn all_hold(
     assert!(broken.is_empty(), "{} cases:\n{}", broken.len(), broken.join("\n"));
 }
 
-/// Every bound holds, and a second run ends in the same bits.
+/// Greatest error of a step where the drawn step is too coarse for what was drawn, rad or m.
+const TOLERANCE: f64 = 1e-4;
+
+/// Every bound holds, and a second run ends in the same bits. A step that is too coarse for what was drawn may
+/// break a bound on accuracy, but then the same case holds it when the step's error is controlled.
 fn bounds_hold_twice(drawing: &Drawing) -> Result<(), String> {
     let plan = drawing.plan();
-    let end = check::run(drawing, &plan)?;
+    let end = match check::run(drawing, &plan) {
+        Ok(end) => end,
+        Err(Broken::Accuracy(coarse)) => {
+            let accuracy = Accuracy { step_tolerance: Some(TOLERANCE), ..drawing.accuracy };
+            let finely = Drawing { accuracy, ..drawing.clone() };
+            let fine = check::run(&finely, &finely.plan());
+            return fine.map(|_| ()).map_err(|broken| format!("{broken}, and with its step alone {coarse}"));
+        }
+        Err(broken) => return Err(broken.to_string()),
+    };
     let again = check::end(drawing, &plan)?;
     if end == again { Ok(()) } else { Err("the second run ended elsewhere".into()) }
 }

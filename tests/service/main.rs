@@ -5,4 +5,5 @@ mod client;
 mod interface;
 mod life;
 mod refusals;
+mod studies;
 mod survival;

@@ -201,7 +201,6 @@ fn routes_methods_and_queries() {
         let name = query.split('=').next().unwrap();
         assert!(problem["detail"].as_str().unwrap().contains(name), "{problem}");
     }
-    service.curl("/v1/accuracy", &["-X", "POST"]).problem(501);
     service.post("/v1/jobs", "application/xml", b"").problem(400);
     let foreign =
         ["-H", "origin: http://elsewhere.example", "-H", "sec-fetch-site: cross-site", "-F", PADDLER_PART];

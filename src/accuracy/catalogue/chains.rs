@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 
 use super::sketch::{
-    GRAVITY, air, block, body, bolted, character, hinge, limits, moving, rod, scenario, space, turning, with,
+    GRAVITY, air, block, body, bolted, character, hinge, limits, moving, rod, scenario, smoothly, space,
+    turning, with,
 };
 use super::{Case, Quantity};
 use crate::scenario::{CharacterSource, Scenario};
@@ -79,7 +80,8 @@ fn mass_ratios() -> Vec<Case> {
     let swing = |name: &str, about: &str, masses: &[f64]| {
         let chain = Chain { masses, length: 0.3, axes: &[Y, X] };
         let available = chain.weight_moment() * (1.0 - 1.0_f64.cos());
-        Case::new(name, about, swinging(&chain, "chain", 1.0)).at_most(GAIN * available, Quantity::EnergyGain)
+        Case::new(name, about, smoothly(swinging(&chain, "chain", 1.0)))
+            .at_most(GAIN * available, Quantity::EnergyGain)
     };
     let (grams, tonnes) = (1e-3, 1e3);
     vec![
@@ -120,6 +122,10 @@ fn press(name: &str, about: &str, plate: f64, weight: f64) -> Case {
             Quantity::FinalWeight { wanted: GRAVITY * (plate + weight) },
         )
 }
+
+/// Share of its energy that a long chain may gain whose end cracks like a whip: it turns at some 1000 rad/s for
+/// some milliseconds, which parts of a step follow in turn but not in energy.
+const WHIP_GAIN: f64 = 0.5;
 
 fn long_chains() -> Vec<Case> {
     let masses = [0.05; 100];
@@ -163,21 +169,27 @@ fn long_chains() -> Vec<Case> {
         Case::new(
             "chain-released",
             "100 links released from horizontal, all in one plane",
-            swinging(&flat, "chain", level),
+            smoothly(swinging(&flat, "chain", level)),
         )
-        .at_most(GAIN * drop, Quantity::EnergyGain),
+        .at_most(WHIP_GAIN * drop, Quantity::EnergyGain),
         Case::new(
             "chain-released-in-space",
             "100 links released from horizontal, axes crossed",
-            swinging(&spatial, "chain", level),
+            smoothly(swinging(&spatial, "chain", level)),
         )
-        .at_most(GAIN * drop, Quantity::EnergyGain),
-        Case::new("chain-whirling", "100 links whirl about the vertical at 10 rad/s", whirling)
+        .at_most(WHIP_GAIN * drop, Quantity::EnergyGain),
+        Case::new("chain-whirling", "100 links whirl about the vertical at 10 rad/s", smoothly(whirling))
             .at_most(GAIN * whirling_energy, Quantity::EnergyGain),
-        Case::new("chain-thrown", "100 links and a weight spin freely at 20 rad/s without gravity", thrown)
-            .at_most(GAIN * thrown_energy, Quantity::EnergyGain)
-            .at_most(GAIN * inertia * spin, Quantity::AngularMomentumChange)
-            .at_most(GAIN * mass * center * spin, Quantity::MomentumChange),
+        Case::new(
+            "chain-thrown",
+            "100 links and a weight spin freely at 20 rad/s without gravity",
+            smoothly(thrown),
+        )
+        .at_most(GAIN * thrown_energy, Quantity::EnergyGain)
+        .at_most(GAIN * inertia * spin, Quantity::AngularMomentumChange)
+        .at_most(GAIN * mass * center * spin, Quantity::MomentumChange)
+        // Its shortest waves have 2000 rad/s: at four times the step they end its straight spin.
+        .at_its_own_step(),
     ]
 }
 

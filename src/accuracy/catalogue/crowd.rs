@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::sketch::{air, body, character, limits, moving, scenario, turning, with};
 use super::{Case, Quantity};
-use crate::scene::Scene;
+use crate::scene::{Effect, Scene, Switch};
 
 /// Number of links of each random character.
 const LINKS: [usize; 8] = [1, 2, 3, 5, 8, 15, 30, 60];
@@ -16,7 +16,9 @@ pub fn cases() -> Vec<Case> {
         let tree = Tree::random(seed as u64 + 1, links);
         let document = character("random", &tree.links, &tree.joints);
         let speeds = || tree.speeds.iter().map(|(name, speed)| (name.as_str(), 0.0, *speed));
-        let mut free = scenario(document.clone(), Scene { gravity: [0.0; 3], ..air() });
+        // Links thrown together at random stand in each other.
+        let apart = || [(Effect::SelfCollision, Switch::Off)].into();
+        let mut free = scenario(document.clone(), Scene { gravity: [0.0; 3], effects: apart(), ..air() });
         free.start.root = Some(turning([0.0; 3], [0.5, -1.0, 2.0]));
         free.start.joints = moving(speeds());
         cases.push(
@@ -28,7 +30,7 @@ pub fn cases() -> Vec<Case> {
             .at_most(0.05, Quantity::EnergyGainShare)
             .at_most(1e-2, Quantity::LimitOvershoot),
         );
-        let mut falling = scenario(document, Scene::default());
+        let mut falling = scenario(document, Scene { effects: apart(), ..Scene::default() });
         falling.start.joints = moving(speeds());
         cases.push(
             Case::new(
@@ -38,7 +40,8 @@ pub fn cases() -> Vec<Case> {
             )
             .at_most(0.05, Quantity::EnergyGainShare)
             .at_most(1e-2, Quantity::LimitOvershoot)
-            .at_most(1e-2, Quantity::Penetration),
+            // What comes down at 10 m/s on a lever of 0.2 m curves by (h v)² / 2 r in a step of 8 ms.
+            .at_most(1.6e-2, Quantity::Penetration),
         );
     }
     cases

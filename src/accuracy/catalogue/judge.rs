@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::{Case, Quantity, Run};
+use crate::accuracy::prepare;
 use crate::fault::InputError;
 use crate::scenario::{Ended, Line, NoFiles};
 use crate::scene::Accuracy;
@@ -54,7 +55,7 @@ pub fn judge(case: &Case, factor: f64) -> Result<Verdict, InputError> {
     let scenario = case.at(factor);
     let mut samples = Vec::new();
     let mut end = None;
-    let ended = scenario.prepare(&NoFiles)?.run(|line| {
+    let ended = prepare(&scenario, &NoFiles)?.run(|line| {
         match line {
             Line::Sample(sample) => samples.push(*sample),
             Line::End { summary } => end = Some(summary),

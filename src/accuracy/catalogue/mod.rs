@@ -76,12 +76,15 @@ impl Case {
         self
     }
 
+    /// Never at a multiple of its step.
+    fn at_its_own_step(mut self) -> Self {
+        self.own_step = true;
+        self
+    }
+
     /// The scenario at `factor` times its step.
     pub fn at(&self, factor: f64) -> Scenario {
-        let mut scenario = self.scenario.clone();
-        if !self.own_step {
-            scenario.accuracy.step *= factor;
-        }
-        scenario
+        let factor = if self.own_step { 1.0 } else { factor };
+        sketch::tuned(self.scenario.clone(), |accuracy| accuracy.step *= factor)
     }
 }

@@ -1,6 +1,8 @@
 //! Bodies that turn: tumbling, spinning, precessing.
 
-use super::sketch::{GRAVITY, air, body, bolted, character, hinge, moving, scenario, space, turning};
+use super::sketch::{
+    GRAVITY, air, body, bolted, character, hinge, moving, scenario, smoothly, space, turning,
+};
 use super::{Case, Quantity};
 use crate::scenario::Scenario;
 
@@ -20,7 +22,7 @@ fn tumbling() -> Case {
     scenario.start.root = Some(turning([0.0; 3], [0.01, spin, 0.01]));
     scenario.duration = 100.0;
     scenario.sample_every = 0.08;
-    Case::new("tumbling", "a free body tumbles about its middle axis for 100 s", scenario)
+    Case::new("tumbling", "a free body tumbles about its middle axis for 100 s", smoothly(scenario))
         .at_most(0.01 * spin * spin, Quantity::EnergyChange)
         .at_most(0.01 * 2.0 * spin, Quantity::AngularMomentumChange)
 }

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::motion::RootMotion;
 use crate::scenario::{CharacterSource, InlineCharacter, JointStart, Scenario, Start};
-use crate::scene::{Accuracy, Drive, Feedforward, MaxTorque, Scene};
+use crate::scene::{Accuracy, AskedAccuracy, Drive, Feedforward, Integrator, MaxTorque, Scene};
 
 /// Gravitational acceleration of the default scene, m/s².
 pub const GRAVITY: f64 = 9.81;
@@ -62,12 +62,30 @@ pub fn scenario(character: CharacterSource, scene: Scene) -> Scenario {
         character,
         fixed_base: false,
         scene,
-        accuracy: Accuracy::default(),
+        accuracy: AskedAccuracy::Settings(Accuracy::default()),
         start: Start::default(),
         drive: Drive::None,
         duration: 10.0,
         sample_every: 0.04,
     }
+}
+
+/// The same in steps of second order.
+pub fn smoothly(scenario: Scenario) -> Scenario {
+    tuned(scenario, |accuracy| accuracy.integrator = Integrator::MoreauJean)
+}
+
+/// The same in steps divided until each adds no more than `tolerance` (rad or m).
+pub fn finely(tolerance: f64, scenario: Scenario) -> Scenario {
+    tuned(scenario, |accuracy| accuracy.step_tolerance = Some(tolerance))
+}
+
+/// The same with its settings changed.
+pub fn tuned(mut scenario: Scenario, change: impl FnOnce(&mut Accuracy)) -> Scenario {
+    if let AskedAccuracy::Settings(accuracy) = &mut scenario.accuracy {
+        change(accuracy);
+    }
+    scenario
 }
 
 /// The same with the root bolted to the world.

@@ -1,7 +1,7 @@
 //! The same pendulum and the same dropped block at steps from 1 µs to a thirtieth of a second.
 
 use super::contacts::dropped_block;
-use super::sketch::{GRAVITY, air, body, bolted, character, hinge, moving, rod};
+use super::sketch::{GRAVITY, air, body, bolted, character, hinge, moving, rod, tuned};
 use super::{Case, Quantity};
 
 /// Steps, s, and their names.
@@ -14,10 +14,9 @@ const FINEST_DROP: f64 = 1e-5;
 /// The cases of step lengths.
 pub fn cases() -> Vec<Case> {
     let own_step = |mut case: Case, step: f64| {
-        case.scenario.accuracy.step = step;
+        case.scenario = tuned(case.scenario, |accuracy| accuracy.step = step);
         case.scenario.sample_every = step.max(0.04);
-        case.own_step = true;
-        case
+        case.at_its_own_step()
     };
     let mut cases = Vec::new();
     for (name, step) in STEPS {

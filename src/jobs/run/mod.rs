@@ -13,16 +13,18 @@ use std::time::Instant;
 use super::job::Stage;
 use super::request::Settings;
 use super::store::StoreError;
+use crate::accuracy::{settle, swaying};
 use crate::character::{self, JointKind, Link, Options, Reading, Source};
 use crate::export::{DiagramError, RecordingError};
 use crate::fault::{Fault, InputError};
 use crate::gait::GaitReport;
 use crate::learn::{
-    Behaviour, Cancel, Checkpoint, Ended, Generation, LearnError, Posture, Setup, Task, Trunk, learn,
+    Behaviour, Cancel, Checkpoint, Ended, Generation, LearnError, Learning, Posture, Setup, Task, Trunk,
+    learn,
 };
 use crate::model::Model;
 use crate::motion::{Metrics, Motion, Player};
-use crate::scene::{Effect, Scene, StepPlan, Switch};
+use crate::scene::{AccuracyChoice, Effect, Scene, StepPlan, Switch};
 use crate::stance::Stance;
 
 use observe::Recorder;
@@ -80,6 +82,8 @@ pub struct Prepared {
     pub scene: Scene,
     /// What a simulated step computes.
     pub plan: Arc<StepPlan>,
+    /// Why the accuracy was chosen, where a tolerance was asked for.
+    pub accuracy_choice: Option<AccuracyChoice>,
     /// s of the wall clock spent finding the standing pose.
     pub standing_seconds: f64,
 }
@@ -147,19 +151,23 @@ impl Order {
         if faults.is_empty() { Ok(Self { reading, settings }) } else { Err(InputError::Impossible(faults)) }
     }
 
-    /// Finds how the character stands, and decides what was left open.
-    fn prepare(&self, threads: usize) -> Result<Prepared, InputError> {
+    /// Finds how the character stands, and decides what was left open; `None` when it is called off.
+    fn prepare(&self, threads: usize, cancel: &Cancel) -> Result<Option<Prepared>, RunError> {
         let start = Instant::now();
         let Settings { scene, task, learning, accuracy, seed } = self.settings.clone();
         let model = Arc::new(Model::new(Arc::new(self.reading.character.clone()), false));
         let stance = Arc::new(Stance::find(&model, &scene));
+        let swaying = swaying(&model, &stance, &simulated(&scene, &learning));
+        let settled = settle(&swaying, &accuracy, &|| cancel.is_cancelled())?;
+        let Some((accuracy, accuracy_choice)) = settled else { return Ok(None) };
         let parameters =
             learning.resolve(&stance, accuracy.step).map_err(|error| error.under("/learning"))?;
         let setup =
             Setup { model, stance, scene, accuracy, task, learning: parameters.learning, seed, threads };
-        let scene = simulated(&setup);
+        let scene = simulated(&setup.scene, &setup.learning);
         let plan = Arc::new(StepPlan::compile(&scene, &accuracy, Some(&setup.stance.gains), &setup.model)?);
-        Ok(Prepared { setup, scene, plan, standing_seconds: start.elapsed().as_secs_f64() })
+        let standing_seconds = start.elapsed().as_secs_f64();
+        Ok(Some(Prepared { setup, scene, plan, accuracy_choice, standing_seconds }))
     }
 }
 
@@ -241,7 +249,10 @@ pub fn run(
     watcher: &mut dyn Watcher,
 ) -> Result<Outcome, RunError> {
     watcher.stage(Stage::Standing);
-    let prepared = order.prepare(threads)?;
+    let Some(prepared) = order.prepare(threads, cancel)? else {
+        let unsuccessful = Some("called off before the learning began".to_owned());
+        return Ok(Outcome { ended: Ended::Cancelled, metrics: None, unsuccessful, checking_seconds: 0.0 });
+    };
     watcher.prepared(&prepared);
 
     watcher.stage(Stage::Learning);
@@ -255,9 +266,9 @@ pub fn run(
 }
 
 /// The scene that the learner acts in, and that what it learned is checked in.
-fn simulated(setup: &Setup) -> Scene {
-    let mut scene = setup.scene.clone();
-    if setup.learning.trunk == Trunk::Locked {
+fn simulated(scene: &Scene, learning: &Learning) -> Scene {
+    let mut scene = scene.clone();
+    if learning.trunk == Trunk::Locked {
         scene.effects.insert(Effect::TrunkRotationLock, Switch::On);
     }
     scene

@@ -19,7 +19,7 @@ use crate::jobs::request::Settings;
 use crate::learn::{Behaviour, Cancel, Ended, Learned};
 use crate::motion::{Metrics, Motion, Provenance};
 use crate::playback::Trace;
-use crate::scene::{Decision, Effect};
+use crate::scene::{AccuracyChoice, Decision, Effect};
 
 /// The format of a report.
 const FORMAT: &str = "gaitwright/report@1";
@@ -43,6 +43,9 @@ pub struct Report {
     /// What was asked for, with the values used in place of those left open.
     #[serde(flatten)]
     pub settings: Settings,
+    /// Why the accuracy used was chosen, where a tolerance was asked for.
+    #[serde(default)]
+    pub accuracy_choice: Option<AccuracyChoice>,
     /// Every effect, whether it was simulated, and why.
     pub effects: BTreeMap<Effect, Decision>,
     /// Why the learning stopped.
@@ -151,7 +154,12 @@ fn report(
         character: CharacterName { name: character.name.clone(), digest: character.digest.clone() },
         notes: order.reading.notes.clone(),
         standing: standing(&setup.model, &setup.stance),
-        settings: Settings { learning: setup.learning.clone(), ..order.settings.clone() },
+        settings: Settings {
+            learning: setup.learning.clone(),
+            accuracy: setup.accuracy.into(),
+            ..order.settings.clone()
+        },
+        accuracy_choice: prepared.accuracy_choice.clone(),
         effects: prepared.plan.decisions.clone(),
         ended_by: learned.ended,
         reproducible: learned.ended == Ended::Generations,

@@ -71,7 +71,7 @@ pub struct Gains {
 }
 
 /// How the offset torque f₀ of tracking is found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Feedforward {
     /// f₀ = 0.

@@ -1,0 +1,157 @@
+//! `accuracy`: what accuracy costs, and which setting to take.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow};
+use gaitwright::accuracy::scenes::{ClosedForm, SCENES};
+use gaitwright::accuracy::{Pieces, Recommendation, Sweep, Table, Watcher, study};
+use gaitwright::export::front_diagram;
+use gaitwright::fault::InputError;
+use gaitwright::scenario::Scenario;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use super::failure::Failure;
+use super::input::{name, print, read};
+use super::simulate::Beside;
+
+/// Tolerances that are recommended for unless others are asked for, in the unit of the error.
+const TOLERANCES: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
+
+/// Tells what accuracy costs in computing time for a scenario, as table.csv, table.json and front.svg, and
+/// prints the cheapest setting for a tolerance.
+#[derive(Debug, clap::Args)]
+#[command(group(clap::ArgGroup::new("subject").required(true).args(["scenario", "scene", "list"])))]
+pub struct Accuracy {
+    /// Scenario document; `-` is standard input
+    scenario: Option<PathBuf>,
+    /// A built-in scene whose exact motion is known, instead of a scenario
+    #[arg(long, value_name = "NAME")]
+    scene: Option<String>,
+    /// List the built-in scenes
+    #[arg(long)]
+    list: bool,
+    /// Folder for table.csv, table.json, front.svg
+    #[arg(long, required_unless_present = "list")]
+    out: Option<PathBuf>,
+    /// Greatest error to be accepted, in the unit of the study; may be given several times
+    /// [default: powers of ten from 1e-2 to 1e-7]
+    #[arg(long, value_parser = tolerance)]
+    tolerance: Vec<f64>,
+}
+
+/// What is printed.
+#[derive(Serialize)]
+struct Recommendations<'a> {
+    format: &'static str,
+    subject: &'a str,
+    unit: &'a str,
+    recommendations: Vec<Recommendation>,
+}
+
+impl Accuracy {
+    pub fn run(self) -> Result<(), Failure> {
+        if self.list {
+            return list();
+        }
+        let table = match (&self.scenario, &self.scene) {
+            (Some(path), _) => of_scenario(path)?,
+            (None, scene) => of_scene(scene.as_deref().unwrap_or_default())?,
+        };
+        let out = self.out.as_deref().unwrap_or(Path::new("."));
+        std::fs::create_dir_all(out).with_context(|| format!("{} cannot be made", out.display()))?;
+        leave(out, "table.csv", table.to_csv().as_bytes())?;
+        leave(out, "table.json", &serde_json::to_vec_pretty(&table)?)?;
+        leave(out, "front.svg", front_diagram(&table)?.as_bytes())?;
+        let tolerances = if self.tolerance.is_empty() { &TOLERANCES[..] } else { &self.tolerance };
+        print(&Recommendations {
+            format: "gaitwright/recommendations@1",
+            subject: &table.subject.name,
+            unit: &table.subject.unit,
+            recommendations: tolerances.iter().map(|tolerance| table.recommend(*tolerance)).collect(),
+        })
+    }
+}
+
+/// Names the scenes, on standard output.
+fn list() -> Result<(), Failure> {
+    let mut stdout = std::io::stdout().lock();
+    for scene in SCENES {
+        writeln!(stdout, "{:<16} {}", scene.name, scene.about)?;
+    }
+    Ok(())
+}
+
+fn of_scenario(path: &Path) -> Result<Table, Failure> {
+    let faulty = |error| Failure::input(name(path))(error);
+    let scenario = Scenario::parse(&read(path)?).map_err(faulty)?;
+    let setup = scenario.set_up(&Beside(path)).map_err(faulty)?;
+    let file = path.file_name().map_or_else(|| name(path), |file| file.to_string_lossy().into_owned());
+    let studied = study(&file, &setup, &Pieces::default(), &Sweep::default(), &mut Progress::new());
+    table(studied, &name(path))
+}
+
+fn of_scene(name: &str) -> Result<Table, Failure> {
+    let Some(scene) = ClosedForm::named(name) else {
+        let names = SCENES.map(|scene| scene.name).join(", ");
+        let error = InputError::impossible("", format!("there is no scene of this name; there are {names}"));
+        return Err(Failure::input(name)(error));
+    };
+    table(scene.study(&Sweep::default(), &mut Progress::new()), name)
+}
+
+fn table(studied: Result<Option<Table>, InputError>, name: &str) -> Result<Table, Failure> {
+    match studied {
+        Ok(Some(table)) => Ok(table),
+        Ok(None) => Err(Failure::Work(anyhow!("{name}: the study was ended before it was done"))),
+        Err(error) => Err(Failure::input(name)(error)),
+    }
+}
+
+fn leave(folder: &Path, name: &str, contents: &[u8]) -> Result<(), Failure> {
+    let path = folder.join(name);
+    Ok(std::fs::write(&path, contents).with_context(|| format!("{} cannot be written", path.display()))?)
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("must be a positive finite number".to_owned()),
+    }
+}
+
+/// Progress on standard error: a bar on a terminal, a line for each method otherwise.
+struct Progress {
+    bar: Option<ProgressBar>,
+    told: String,
+}
+
+impl Progress {
+    fn new() -> Self {
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let bar = ProgressBar::new(1);
+            let style = ProgressStyle::with_template("{bar:40} {pos}/{len}  {elapsed}  {msg}");
+            style.map_or(bar.clone(), |style| bar.with_style(style))
+        });
+        Self { bar, told: String::new() }
+    }
+}
+
+impl Watcher for Progress {
+    fn progress(&mut self, done: usize, all: usize, what: &str) {
+        if let Some(bar) = &self.bar {
+            bar.set_length(all as u64);
+            bar.set_position(done as u64);
+            bar.set_message(what.to_owned());
+        } else if self.told != what {
+            eprintln!("{done}/{all} {what}");
+            what.clone_into(&mut self.told);
+        }
+    }
+
+    fn stop(&self) -> bool {
+        // Nothing is lost by ending this command where it is.
+        false
+    }
+}

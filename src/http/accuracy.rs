@@ -1,0 +1,32 @@
+//! Studies of what accuracy costs.
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::http::header::LOCATION;
+use axum::response::{IntoResponse, Response};
+
+use super::App;
+use super::extract::JsonBody;
+use super::jobs::JobBody;
+use super::problem::Problem;
+
+/// Queues a study of what accuracy costs for a scenario.
+///
+/// The job's record holds the recommendations in the end; the table and the diagram are among its results.
+#[utoipa::path(
+    post, path = "/v1/accuracy", operation_id = "submit_study", tag = "jobs",
+    request_body(description = "A scenario of at most 60 s whose character and motion are inline, and the \
+        tolerances for which a setting is to be recommended",
+        content = ref("#/components/schemas/StudyRequest")),
+    responses(
+        (status = 202, description = "Queued", body = ref("#/components/schemas/Job"),
+            headers(("Location" = String, description = "Where the job is"))),
+        (status = "4XX", description = "Refused: 400, 413, 415, 422, or 429 when too many jobs wait",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem")),
+        (status = 503, description = "Shutting down",
+            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+pub(super) async fn submit(State(app): State<App>, JsonBody(body): JsonBody) -> Result<Response, Problem> {
+    let body = JobBody::from(app.jobs.submit_study(body.into()).await?);
+    Ok((StatusCode::ACCEPTED, [(LOCATION, body.place().to_owned())], Json(body)).into_response())
+}

@@ -1,0 +1,112 @@
+//! Studies of what accuracy costs, as jobs.
+
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::files::Artefact;
+use super::run::RunError;
+use super::work::{Studied, Work};
+use crate::accuracy::{Pieces, Sweep, Table, Watcher, study};
+use crate::export::front_diagram;
+use crate::fault::{Fault, InputError, Parts};
+use crate::scenario::{NoFiles, Scenario, Setup};
+
+/// The format of a request for a study.
+const FORMAT: &str = "gaitwright/study@1";
+
+/// Longest scenario that is studied, s.
+const LONGEST: f64 = 60.0;
+
+/// Most tolerances of a request.
+const MOST_TOLERANCES: usize = 20;
+
+/// A study as posted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct StudyRequest {
+    /// What is studied. Character and motion are inline; `accuracy` plays no part.
+    pub scenario: Scenario,
+    /// Errors for which a setting is to be recommended, m: powers of ten from 1e-2 to 1e-6 where left out.
+    #[serde(default = "usual_tolerances")]
+    pub tolerances: Vec<f64>,
+}
+
+fn usual_tolerances() -> Vec<f64> {
+    vec![1e-2, 1e-3, 1e-4, 1e-5, 1e-6]
+}
+
+impl StudyRequest {
+    /// Reads a request and everything in it.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError::Malformed`] when `bytes` is not a JSON object, otherwise [`InputError::Impossible`] with
+    /// every fault of the scenario, its character and its motion.
+    pub fn parse(bytes: &[u8]) -> Result<(Self, Setup), InputError> {
+        let mut parts = Parts::parse(bytes)?;
+        parts.check_format(FORMAT);
+        let scenario = parts.require("scenario");
+        let tolerances = parts.take("tolerances").unwrap_or_else(usual_tolerances);
+        let request = scenario.map(|scenario| Self { scenario, tolerances });
+        let request = parts.end(request, &["format", "scenario", "tolerances"])?;
+        let faults = request.faults();
+        if !faults.is_empty() {
+            return Err(InputError::Impossible(faults));
+        }
+        let setup = request.scenario.set_up(&NoFiles).map_err(|error| error.under("/scenario"))?;
+        Ok((request, setup))
+    }
+
+    fn faults(&self) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        if self.scenario.duration > LONGEST {
+            let reason = format!("only scenarios of at most {LONGEST} s are studied here");
+            faults.push(Fault::new("/scenario/duration", reason));
+        }
+        if self.tolerances.len() > MOST_TOLERANCES {
+            faults.push(Fault::new("/tolerances", format!("at most {MOST_TOLERANCES} are answered")));
+        }
+        for (index, tolerance) in self.tolerances.iter().enumerate() {
+            if !(tolerance.is_finite() && *tolerance > 0.0) {
+                let reason = "a tolerance must be a positive finite number";
+                faults.push(Fault::new(format!("/tolerances/{index}"), reason));
+            }
+        }
+        faults
+    }
+}
+
+impl From<StudyRequest> for Work {
+    fn from(request: StudyRequest) -> Self {
+        let StudyRequest { tolerances, .. } = request;
+        Self::Accuracy(Box::new(Studied { tolerances, subject: None, recommendations: Vec::new() }))
+    }
+}
+
+/// Studies the request in `bytes` and leaves table and diagram in `folder`; `None` when the watcher ends it.
+///
+/// # Errors
+///
+/// When the scenario turns out impossible, or a file cannot be written.
+pub(super) fn run(
+    bytes: &[u8],
+    folder: &Path,
+    watcher: &mut dyn Watcher,
+) -> Result<Option<Studied>, RunError> {
+    let (request, setup) = StudyRequest::parse(bytes)?;
+    let name = setup.model.character.name.clone();
+    let studied = study(&name, &setup, &Pieces::default(), &Sweep::default(), watcher);
+    let Some(table) = studied? else { return Ok(None) };
+    leave(&table, folder)?;
+    let recommendations = request.tolerances.iter().map(|tolerance| table.recommend(*tolerance)).collect();
+    Ok(Some(Studied { tolerances: request.tolerances, subject: Some(table.subject), recommendations }))
+}
+
+/// Writes a study's table and diagram into `folder`.
+fn leave(table: &Table, folder: &Path) -> Result<(), RunError> {
+    let json = serde_json::to_vec_pretty(table).map_err(std::io::Error::from)?;
+    Artefact::Front.publish(folder, front_diagram(table)?.as_bytes())?;
+    Artefact::TableCsv.publish(folder, table.to_csv().as_bytes())?;
+    Ok(Artefact::Table.publish(folder, &json)?)
+}

@@ -1,0 +1,80 @@
+//! What a job is for, with what is kept of each kind.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::request::Settings;
+use crate::accuracy::{Recommendation, Subject};
+use crate::learn::Ended;
+use crate::motion::Metrics;
+use crate::scene::{AccuracyChoice, AskedAccuracy, Decision, Effect};
+
+/// What a job is for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Work {
+    /// Learns a motion.
+    Learning(Box<Learned>),
+    /// Studies what accuracy costs.
+    Accuracy(Box<Studied>),
+}
+
+/// A job that learns: what is wanted, and what came of it so far.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Learned {
+    /// What was asked for; once the job runs, with the values used in place of those left open.
+    #[serde(flatten)]
+    pub settings: Settings,
+    /// Why the accuracy used was chosen, where a tolerance was asked for; known once the job runs.
+    #[serde(default)]
+    pub accuracy_choice: Option<AccuracyChoice>,
+    /// Fitness of the best behaviour so far, m/s along the task's direction less its costs.
+    pub best_fitness: Option<f64>,
+    /// Share of the transitions that came from the cache, 0 to 1.
+    pub cache_hit_rate: Option<f64>,
+    /// Every effect, whether it is simulated, and why; known once the job runs.
+    pub effects: BTreeMap<Effect, Decision>,
+    /// Why the learning stopped.
+    pub ended_by: Option<Ended>,
+    /// Figures of the motion found, from the continuous check.
+    pub metrics: Option<Metrics>,
+}
+
+/// A job that studies what accuracy costs: what is wanted, and what came of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Studied {
+    /// Errors for which a setting is to be recommended, m.
+    pub tolerances: Vec<f64>,
+    /// What the settings were tried on; known once the study is done.
+    pub subject: Option<Subject>,
+    /// One for each tolerance; known once the study is done.
+    pub recommendations: Vec<Recommendation>,
+}
+
+impl Learned {
+    /// What is wanted, as it was asked for before an accuracy was chosen for its tolerance: the choice is made
+    /// again by whoever takes the job up again, and comes out the same.
+    pub(super) fn wanted(&self) -> Settings {
+        let mut settings = self.settings.clone();
+        if let Some(choice) = &self.accuracy_choice {
+            settings.accuracy = AskedAccuracy::Tolerance(choice.tolerance);
+        }
+        settings
+    }
+}
+
+impl From<Settings> for Work {
+    fn from(settings: Settings) -> Self {
+        Self::Learning(Box::new(Learned {
+            settings,
+            accuracy_choice: None,
+            best_fitness: None,
+            cache_hit_rate: None,
+            effects: BTreeMap::new(),
+            ended_by: None,
+            metrics: None,
+        }))
+    }
+}

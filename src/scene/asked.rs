@@ -1,0 +1,141 @@
+//! How finely a document asks for a scene to be simulated: by settings, or by the error it accepts.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::wire::{Accuracy, Coordinates, FrictionCone, Integrator, JointBias, SolverChoice};
+use crate::fault::Fault;
+
+/// How finely a scene is to be simulated. In documents either the fields of [`Accuracy`], or `tolerance` alone.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(try_from = "Fields", into = "Fields")]
+#[schemars(with = "Fields")]
+pub enum AskedAccuracy {
+    /// With these settings.
+    Settings(Accuracy),
+    /// With the cheapest settings whose error is at most this, m; they are chosen before the simulation.
+    Tolerance(f64),
+}
+
+/// Why settings were chosen for a tolerance.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AccuracyChoice {
+    /// What was asked for, m.
+    pub tolerance: f64,
+    /// Mean error of the settings chosen, m.
+    pub error: f64,
+    /// How they were chosen.
+    pub because: String,
+}
+
+/// How finely a scene is simulated: settings, or a tolerance for which they are chosen.
+#[derive(Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(rename = "AskedAccuracy")]
+struct Fields {
+    /// Greatest error accepted, as the root mean square displacement of the bodies, m: the cheapest settings
+    /// that keep it are chosen. No other field goes with it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tolerance: Option<f64>,
+    /// Time step, s; with `step_tolerance` the longest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    step: Option<f64>,
+    /// Greatest error that one step may add to a joint angle (rad), a joint position or the root's
+    /// position (m): steps are divided until they keep it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    step_tolerance: Option<f64>,
+    /// Method of integration.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    integrator: Option<Integrator>,
+    /// Solver of the complementarity problem.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    solver: Option<SolverChoice>,
+    /// Coordinates in which the character is simulated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coordinates: Option<Coordinates>,
+    /// What joint rows ask for in maximal coordinates.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    joint_bias: Option<JointBias>,
+    /// Shape of the set of admissible friction forces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    friction_cone: Option<FrictionCone>,
+}
+
+impl AskedAccuracy {
+    /// The shortest step that is chosen for a tolerance, s.
+    pub const FINEST: f64 = 2.5e-4;
+
+    /// Everything impossible in what is asked for.
+    pub fn faults(&self) -> Vec<Fault> {
+        match self {
+            Self::Settings(accuracy) => accuracy.faults(),
+            Self::Tolerance(tolerance) if *tolerance > 0.0 && tolerance.is_finite() => Vec::new(),
+            Self::Tolerance(_) => {
+                vec![Fault::new("/tolerance", "the tolerance must be a positive finite number")]
+            }
+        }
+    }
+}
+
+impl Default for AskedAccuracy {
+    fn default() -> Self {
+        Self::Settings(Accuracy::default())
+    }
+}
+
+impl From<Accuracy> for AskedAccuracy {
+    fn from(accuracy: Accuracy) -> Self {
+        Self::Settings(accuracy)
+    }
+}
+
+impl TryFrom<Fields> for AskedAccuracy {
+    type Error = &'static str;
+
+    fn try_from(fields: Fields) -> Result<Self, Self::Error> {
+        let Fields {
+            tolerance,
+            step,
+            step_tolerance,
+            integrator,
+            solver,
+            coordinates,
+            joint_bias,
+            friction_cone,
+        } = fields;
+        let usual = Accuracy::default();
+        let settings = Accuracy {
+            step: step.unwrap_or(usual.step),
+            step_tolerance: step_tolerance.or(usual.step_tolerance),
+            integrator: integrator.unwrap_or(usual.integrator),
+            solver: solver.unwrap_or(usual.solver),
+            coordinates: coordinates.unwrap_or(usual.coordinates),
+            joint_bias: joint_bias.unwrap_or(usual.joint_bias),
+            friction_cone: friction_cone.unwrap_or(usual.friction_cone),
+        };
+        match tolerance {
+            None => Ok(Self::Settings(settings)),
+            Some(tolerance) if settings == usual => Ok(Self::Tolerance(tolerance)),
+            Some(_) => Err("a tolerance chooses the settings: give either the tolerance or the settings"),
+        }
+    }
+}
+
+impl From<AskedAccuracy> for Fields {
+    fn from(asked: AskedAccuracy) -> Self {
+        match asked {
+            AskedAccuracy::Tolerance(tolerance) => Self { tolerance: Some(tolerance), ..Self::default() },
+            AskedAccuracy::Settings(accuracy) => Self {
+                tolerance: None,
+                step: Some(accuracy.step),
+                step_tolerance: accuracy.step_tolerance,
+                integrator: Some(accuracy.integrator),
+                solver: Some(accuracy.solver),
+                coordinates: Some(accuracy.coordinates),
+                joint_bias: Some(accuracy.joint_bias),
+                friction_cone: Some(accuracy.friction_cone),
+            },
+        }
+    }
+}
