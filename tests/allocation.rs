@@ -7,7 +7,9 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use gaitwright::model::Model;
-use gaitwright::scene::{Accuracy, Effect, Feedforward, Gains, Scene, SolverChoice, SolverKind, StepPlan};
+use gaitwright::scene::{
+    Accuracy, Coordinates, Effect, Feedforward, Gains, Scene, SolverChoice, SolverKind, StepPlan,
+};
 use gaitwright::sim::contact::Against;
 use gaitwright::sim::{Command, Simulator, State};
 use gaitwright::stance::Stance;
@@ -49,11 +51,15 @@ static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn a_warm_step_allocates_nothing() {
-    for kind in [SolverKind::Newton, SolverKind::Pgs] {
+    for (kind, coordinates) in [
+        (SolverKind::Newton, Coordinates::Reduced),
+        (SolverKind::Pgs, Coordinates::Reduced),
+        (SolverKind::Newton, Coordinates::Maximal),
+    ] {
         let model = common::example("quadruped.urdf");
         let stance = Stance::find(&model, &Scene::default());
         let solver = SolverChoice { kind, ..SolverChoice::default() };
-        let accuracy = Accuracy { solver, ..Accuracy::default() };
+        let accuracy = Accuracy { solver, coordinates, ..Accuracy::default() };
         let plan = common::plan(&model, &Scene::default(), &accuracy, Some(&stance.gains));
         let mut simulator = Simulator::new(model.clone(), plan, stance.state.clone());
         let targets: Vec<Vec<f64>> = (0..=1000)
@@ -75,7 +81,10 @@ fn a_warm_step_allocates_nothing() {
                 simulator.step(Command::Track { now: &pair[0], next: &pair[1] }).unwrap();
             }
             let allocations = ALLOCATIONS.with(Cell::get) - before;
-            assert!(round == 0 || allocations == 0, "{allocations} allocations with {kind:?}");
+            assert!(
+                round == 0 || allocations == 0,
+                "{allocations} allocations with {kind:?} in {coordinates:?} coordinates"
+            );
         }
     }
 }

@@ -7,7 +7,7 @@ use gaitwright::scenario::Scenario;
 
 /// Parts of the catalogue that are run side by side, by the first word of a case's name.
 const PARTS: [&[&str]; 5] = [
-    &["chain", "ratio", "links", "inertia", "gimbal", "heavy", "light"],
+    &["chain", "ratio", "links", "inertia", "gimbal", "heavy", "light", "four", "conflicting"],
     &["spring", "damper", "tumbling", "spin", "gyroscope", "limit", "torque"],
     &["step"],
     &["random"],

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Unit, Vector3};
 use super::draft::{At, Draft, DraftInertial, DraftJoint, DraftLink, Report};
 use super::{
     About, Character, Inertial, Joint, JointKind, Limits, Link, NoteKind, Options, Placed, Reading, Shape,
-    inertia, stand_in,
+    inertia, loops, stand_in,
 };
 use crate::fault::{Fault, InputError};
 
@@ -30,6 +30,9 @@ pub fn build(mut draft: Draft, digest: String, options: Options) -> Result<Readi
     }
     let order = order(&draft.links, &draft.joints, draft.complete, report);
     check_standing(draft.standing.as_deref(), &draft.joints, report);
+    for closing in &draft.loops {
+        loops::check(closing, report);
+    }
     let masses = draft.links.iter().filter_map(|link| link.inertial.as_ref()).map(|it| it.value.mass);
     let total: f64 = masses.sum();
     if report.faults.is_empty() && total <= 0.0 {
@@ -40,7 +43,12 @@ pub fn build(mut draft: Draft, digest: String, options: Options) -> Result<Readi
     }
     let mut report = std::mem::take(&mut draft.report);
     let (name, standing) = (std::mem::take(&mut draft.name), draft.standing.take());
+    let drafted_loops = std::mem::take(&mut draft.loops);
     let Assembled { mut links, places, missing } = assemble(draft, &order, &mut report);
+    let loops = loops::close(drafted_loops, &links, &mut report);
+    if !report.faults.is_empty() {
+        return Err(InputError::Impossible(report.faults));
+    }
     inertia::settle(&mut links, &places, &mut report);
     stand_in::add(&mut links, &missing, &mut report);
     if options.strict {
@@ -58,7 +66,7 @@ pub fn build(mut draft: Draft, digest: String, options: Options) -> Result<Readi
         angles.into_iter().map(|(name, angle)| (name.value, angle)).collect()
     });
     Ok(Reading {
-        character: Character { name, links, standing, digest },
+        character: Character { name, links, loops, standing, digest },
         notes: report.notes.into_iter().map(|note| note.value).collect(),
     })
 }
@@ -171,7 +179,7 @@ fn check_link(link: &DraftLink, report: &mut Report) {
     }
 }
 
-fn check_lengths(lengths: &Vector3<f64>, what: &str, place: &str, report: &mut Report) {
+pub fn check_lengths(lengths: &Vector3<f64>, what: &str, place: &str, report: &mut Report) {
     if !lengths.iter().all(|length| length.abs() <= LENGTH) {
         report.fault(place, format!("{what} must be finite and within {LENGTH:e} m"));
     }
@@ -204,16 +212,20 @@ pub fn shape_fault(shape: &Shape) -> Option<(&'static str, String)> {
     }
 }
 
+pub fn check_axis(axis: &At<Vector3<f64>>, report: &mut Report) {
+    let length = axis.value.norm();
+    if !(1e-6..=LENGTH).contains(&length) {
+        let reason = if length == 0.0 { "the axis is zero" } else { "the axis must have a length near 1" };
+        report.fault(axis.place.as_str(), reason);
+    }
+}
+
 fn check_joint(joint: &DraftJoint, report: &mut Report) {
     check_lengths(&joint.origin.value.translation.vector, "the origin", &joint.origin.place, report);
     if joint.kind == JointKind::Fixed {
         return;
     }
-    let length = joint.axis.value.norm();
-    if !(1e-6..=LENGTH).contains(&length) {
-        let reason = if length == 0.0 { "the axis is zero" } else { "the axis must have a length near 1" };
-        report.fault(joint.axis.place.as_str(), reason);
-    }
+    check_axis(&joint.axis, report);
     if let Some(At { value: [lower, upper], place }) = &joint.limits
         && !(lower.is_finite() && upper.is_finite() && lower < upper)
     {
@@ -325,13 +337,18 @@ fn finished_inertial(draft: DraftInertial) -> Option<Inertial> {
     bodily.then_some(Inertial { mass: draft.mass, center_of_mass: draft.center_of_mass, inertia })
 }
 
+/// The direction of an axis whose length has been checked.
+pub fn unit(axis: Vector3<f64>) -> Unit<Vector3<f64>> {
+    Unit::try_new(axis, 1e-6).unwrap_or(Vector3::x_axis())
+}
+
 fn finished_joint(joint: DraftJoint, parent: usize) -> Joint {
     Joint {
         name: joint.name.value,
         parent,
         kind: joint.kind,
         origin: joint.origin.value,
-        axis: Unit::try_new(joint.axis.value, 1e-6).unwrap_or(Vector3::x_axis()),
+        axis: unit(joint.axis.value),
         limits: joint.limits.map(|At { value: [lower, upper], .. }| Limits { lower, upper }),
         effort: joint.effort.map(|effort| effort.value),
         velocity: joint.velocity.map(|velocity| velocity.value),

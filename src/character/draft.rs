@@ -3,7 +3,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
-use super::{About, JointKind, Note, NoteKind, Placed};
+use super::{About, JointKind, LoopKind, Note, NoteKind, Placed};
 use crate::fault::Fault;
 
 /// Something and its place in the document (what becomes [`Fault::pointer`]).
@@ -38,6 +38,7 @@ pub struct Draft {
     pub name: String,
     pub links: Vec<DraftLink>,
     pub joints: Vec<DraftJoint>,
+    pub loops: Vec<DraftLoop>,
     pub standing: Option<Vec<(At<String>, f64)>>,
     /// Whether every link and joint of the document is here: none was left out for a fault of its own.
     pub complete: bool,
@@ -103,4 +104,17 @@ pub struct DraftJoint {
     pub damping: At<f64>,
     pub friction: At<f64>,
     pub armature: At<f64>,
+}
+
+/// A joint that closes a loop between the links `ends`.
+#[derive(Debug)]
+pub struct DraftLoop {
+    pub name: At<String>,
+    pub kind: LoopKind,
+    pub ends: [At<String>; 2],
+    /// In the first link's frame.
+    pub origin: At<Isometry3<f64>>,
+    /// In the second link's frame, where the document gives it.
+    pub origin_in_second: Option<At<Isometry3<f64>>>,
+    pub axis: At<Vector3<f64>>,
 }

@@ -6,8 +6,8 @@
 //!
 //! The way of the data: [`read`] hands the bytes to the reader of their format; each reader writes a
 //! draft in its own order with the place of every part; one `build` step, the same for all, checks
-//! the tree and the numbers, orders the links, settles inertias (`inertia`) and missing collision
-//! shapes (`stand_in`), and so establishes what [`Character`] promises.
+//! the tree and the numbers, orders the links, closes loops (`loops`), settles inertias (`inertia`) and missing
+//! collision shapes (`stand_in`), and so establishes what [`Character`] promises.
 
 mod archive;
 mod build;
@@ -15,6 +15,7 @@ mod draft;
 mod hull;
 mod inertia;
 mod json;
+mod loops;
 mod mesh;
 mod solid;
 mod stand_in;
@@ -27,7 +28,9 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 pub use json::{ShapeDocument, read_shape, schema};
-pub use types::{About, Character, Inertial, Joint, JointKind, Limits, Link, Note, NoteKind, Placed, Shape};
+pub use types::{
+    About, Character, Inertial, Joint, JointKind, Limits, Link, Loop, LoopKind, Note, NoteKind, Placed, Shape,
+};
 
 use crate::fault::{Fault, InputError};
 use supply::Supply;

@@ -15,6 +15,8 @@ pub struct Character {
     pub name: String,
     /// Links, parents before children.
     pub links: Vec<Link>,
+    /// Joints that close loops over the tree.
+    pub loops: Vec<Loop>,
     /// Joint angles (rad; m for prismatic joints) of a standing pose given by the author, by joint
     /// name, in the order of the links; joints left out stand at 0.
     pub standing: Option<Vec<(String, f64)>>,
@@ -87,6 +89,35 @@ pub enum JointKind {
     Revolute,
     /// Translation along the axis.
     Prismatic,
+}
+
+/// A passive joint between two links that the tree joins already.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loop {
+    /// Unique among the loops.
+    pub name: String,
+    /// What the joint allows.
+    pub kind: LoopKind,
+    /// Indices of the two links, which the tree does not join rigidly.
+    pub links: [usize; 2],
+    /// The joint's frame in each of the two links' frames. With all angles of the tree at zero they
+    /// are one.
+    pub frames: [Isometry3<f64>; 2],
+    /// Axis in the joint's frame; meaningless for balls and fixed joints.
+    pub axis: Unit<Vector3<f64>>,
+}
+
+/// What a joint that closes a loop allows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LoopKind {
+    /// All rotations.
+    Ball,
+    /// Rotation about the axis.
+    Revolute,
+    /// Translation along the axis.
+    Prismatic,
+    /// No motion.
+    Fixed,
 }
 
 /// A range of motion, rad or m.

@@ -6,8 +6,8 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::collision::convex::Convex;
 use super::collision::pairs::Anatomy;
-use super::{Body, Freedom, LinkPlace, Model, collision};
-use crate::character::{Character, Joint, JointKind};
+use super::{Body, Freedom, LinkPlace, LoopJoint, Model, collision};
+use crate::character::{Character, Joint, JointKind, Loop};
 
 impl Model {
     /// Compiles `character`.
@@ -56,6 +56,8 @@ impl Model {
             links.push(place);
         }
         let bodies: Vec<Body> = bodies.into_iter().map(MergedBody::finish).collect();
+        let loops: Vec<LoopJoint> =
+            character.loops.iter().map(|closing| loop_joint(closing, &links)).collect();
         let (ground_shapes, ground_points, ground_slots) = collision::candidates(&character, &links);
         let solids: Vec<Convex> = character
             .links
@@ -68,6 +70,7 @@ impl Model {
         let standing: Vec<f64> = joints.iter().map(|joint| standing_angle(&character, joint)).collect();
         let anatomy = Anatomy {
             bodies: &bodies,
+            loops: &loops,
             limits: &limits,
             shapes: &ground_shapes,
             solids: &solids,
@@ -85,6 +88,7 @@ impl Model {
             armature: joints.iter().map(|joint| joint.armature).collect(),
             mass: bodies.iter().map(|body| body.mass).sum(),
             bodies,
+            loops,
             links,
             ground_shapes,
             ground_points,
@@ -101,6 +105,21 @@ fn standing_angle(character: &Character, joint: &Joint) -> f64 {
     let given = character.standing.iter().flatten().find(|(name, _)| *name == joint.name);
     let angle = given.map_or(0.0, |(_, angle)| *angle);
     joint.limits.map_or(angle, |range| angle.clamp(range.lower, range.upper))
+}
+
+fn loop_joint(closing: &Loop, links: &[LinkPlace]) -> LoopJoint {
+    let end = |end: usize| {
+        let place = &links[closing.links[end]];
+        (place.body, place.pose * closing.frames[end])
+    };
+    let [(first, own), (second, other)] = [end(0), end(1)];
+    LoopJoint {
+        kind: closing.kind,
+        bodies: [first, second],
+        at: [own, other].map(|frame| frame.translation.vector),
+        turn: [own, other].map(|frame| *frame.rotation.to_rotation_matrix().matrix()),
+        axis: *closing.axis,
+    }
 }
 
 fn freedom(kind: JointKind) -> Option<Freedom> {

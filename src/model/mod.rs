@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use crate::character::Character;
+use crate::character::{Character, LoopKind};
 use collision::convex::Convex;
 use collision::pairs::Pairs;
 
@@ -42,6 +42,8 @@ pub struct Model {
     pub armature: Vec<f64>,
     /// Total mass, kg.
     pub mass: f64,
+    /// Joints that close loops over the tree.
+    pub loops: Vec<LoopJoint>,
     /// Where each link of the character sits, in the order of the character's links.
     pub links: Vec<LinkPlace>,
     /// Shapes that can touch something, and where they can touch the ground.
@@ -95,6 +97,21 @@ pub enum Freedom {
     Prismatic,
 }
 
+/// A joint that closes a loop: it joins two bodies of the tree.
+#[derive(Debug, Clone)]
+pub struct LoopJoint {
+    /// What it allows.
+    pub kind: LoopKind,
+    /// Indices of the two bodies.
+    pub bodies: [usize; 2],
+    /// Origin of the joint's frame in the frames of the two bodies, m.
+    pub at: [Vector3<f64>; 2],
+    /// Orientation of the joint's frame in the frames of the two bodies.
+    pub turn: [Matrix3<f64>; 2],
+    /// Axis in the joint's frame.
+    pub axis: Vector3<f64>,
+}
+
 /// Where a link of the character sits in the model.
 #[derive(Debug, Clone)]
 pub struct LinkPlace {
@@ -118,6 +135,15 @@ impl Model {
     /// Index of the joint called `name`.
     pub fn joint(&self, name: &str) -> Option<usize> {
         self.joint_names.iter().position(|joint| joint == name)
+    }
+
+    /// The first body that can move and has no mass or no positive definite inertia of its own, if
+    /// there is one.
+    pub fn body_without_inertia(&self) -> Option<usize> {
+        let first = usize::from(self.fixed_base);
+        let lacking =
+            |body: &Body| body.mass.is_nan() || body.mass <= 0.0 || body.inertia.cholesky().is_none();
+        self.bodies.iter().skip(first).position(lacking).map(|index| index + first)
     }
 
     /// Whether body `ancestor` lies on the way from body `body` to the root, both ends included.

@@ -106,7 +106,7 @@ pub struct Summary {
     pub accuracy_choice: Option<AccuracyChoice>,
     /// m.
     pub greatest_penetration: f64,
-    /// Greatest distance of a joint from its range of motion, rad or m. Joints of reduced coordinates
-    /// cannot come apart, so that their limits are all that can be violated.
+    /// Greatest distance of a joint from its range of motion, or of its two bodies from each other (of loops, and
+    /// in maximal coordinates), rad or m.
     pub greatest_joint_error: f64,
 }

@@ -85,7 +85,8 @@ impl Prepared {
             }
             done += 1;
             penetration = self.simulator.contacts().map(|contact| contact.depth).fold(penetration, f64::max);
-            joint_error = joint_error.max(self.simulator.limit_violation());
+            joint_error =
+                joint_error.max(self.simulator.limit_violation()).max(self.simulator.joint_separation());
             if done % self.stride == 0 && !sink(Line::Sample(Box::new(self.sample()))) {
                 return Ended::Stopped;
             }

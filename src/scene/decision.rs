@@ -28,13 +28,18 @@ pub struct Decision {
 /// What speaks for (`Ok`) or against (`Err`) simulating an effect, in one sentence.
 type Call = Result<Cow<'static, str>, Cow<'static, str>>;
 
-/// Decides every effect. An effect that is switched on is simulated wherever the scene and the
+/// Decides every effect; `maximal` says whether joints are rows. An effect that is switched on is simulated wherever the scene and the
 /// character have anything for it to act on.
-pub fn decide(scene: &Scene, gains: Option<&Gains>, model: &Model) -> BTreeMap<Effect, Decision> {
+pub fn decide(
+    scene: &Scene,
+    gains: Option<&Gains>,
+    model: &Model,
+    maximal: bool,
+) -> BTreeMap<Effect, Decision> {
     let mut decisions: BTreeMap<Effect, Decision> = BTreeMap::new();
     let (last, first): (Vec<Effect>, Vec<Effect>) = Effect::ALL.into_iter().partition(|it| LAST.contains(it));
     for effect in first.into_iter().chain(last) {
-        let call = call(effect, scene, gains, model, &decisions);
+        let call = call(effect, scene, gains, model, maximal, &decisions);
         let decision = match (scene.effects.get(&effect).copied().unwrap_or_default(), call) {
             (Switch::Off, _) => Decision { on: false, because: "switched off".into() },
             (Switch::On, Ok(_)) => Decision { on: true, because: "switched on".into() },
@@ -54,6 +59,7 @@ fn call(
     scene: &Scene,
     gains: Option<&Gains>,
     model: &Model,
+    maximal: bool,
     earlier: &BTreeMap<Effect, Decision>,
 ) -> Call {
     let on = |effect| earlier.get(&effect).is_some_and(|decision| decision.on);
@@ -129,6 +135,10 @@ fn call(
                 "no joint of the character has dry friction",
             )
         }
+        Effect::Stabilization if maximal && model.joint_count() > 0 => {
+            Ok("joints of maximal coordinates drift without it".into())
+        }
+        Effect::Stabilization if !model.loops.is_empty() => Ok("closed loops drift without it".into()),
         Effect::Stabilization => either(
             on(Effect::JointLimits) || CONTACTS.into_iter().any(on),
             "contacts and limits drift without it",

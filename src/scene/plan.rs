@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Vector3};
 
 use super::decision::{CONTACTS, Decision, decide};
-use super::{Accuracy, Effect, Feedforward, FrictionCone, Gains, Scene, Terrain};
+use super::{Accuracy, Coordinates, Effect, Feedforward, FrictionCone, Gains, JointBias, Scene, Terrain};
 use crate::fault::{Fault, InputError};
 use crate::model::Model;
 use crate::model::collision::convex::Convex;
@@ -83,7 +83,16 @@ impl StepPlan {
         if !faults.is_empty() {
             return Err(InputError::Impossible(faults));
         }
-        let decisions = decide(scene, gains, model);
+        let maximal = accuracy.coordinates == Coordinates::Maximal;
+        if let Some(body) = maximal.then(|| model.body_without_inertia()).flatten() {
+            let link = &model.character.links[model.links.iter().position(|it| it.body == body).unwrap_or(0)];
+            let reason = format!(
+                "the body of link {} has no inertia of its own, which maximal coordinates need",
+                link.name
+            );
+            return Err(InputError::impossible("/accuracy/coordinates", reason));
+        }
+        let decisions = decide(scene, gains, model, maximal);
         let on = |effect| decisions.get(&effect).is_some_and(|decision: &Decision| decision.on);
         Ok(Self {
             accuracy: *accuracy,
@@ -114,6 +123,11 @@ impl StepPlan {
     /// Time step, s.
     pub fn step(&self) -> f64 {
         self.accuracy.step
+    }
+
+    /// Whether the rows of joints and loops have the bias of their own turning.
+    pub fn reads_turning(&self) -> bool {
+        self.velocity_forces && self.accuracy.joint_bias == JointBias::Consistent
     }
 
     /// Whether friction is a circular cone, and not a pyramid.

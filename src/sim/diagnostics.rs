@@ -2,10 +2,11 @@
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use super::Failure;
 use super::reduced::kinematics::{BodyMotion, place};
 use super::rows::Owner;
+use super::rows::joint::Coupling;
 use super::state::State;
+use super::{Failure, maximal};
 use crate::model::Model;
 use crate::scene::StepPlan;
 
@@ -29,8 +30,25 @@ pub struct Momentum {
 
 fn placed(model: &Model, state: &State) -> Vec<BodyMotion> {
     let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
-    place(model, state, &mut bodies);
+    if state.parts.is_empty() {
+        place(model, state, &mut bodies);
+    } else {
+        maximal::kinematics::place(model, state, &mut bodies);
+    }
     bodies
+}
+
+/// Greatest distance (m) or angle (rad) by which the two bodies of a joint or of a closed loop are apart.
+/// Only loops can come apart in reduced coordinates.
+pub fn joint_separation(model: &Model, state: &State) -> f64 {
+    let joints = if state.parts.is_empty() { 0 } else { model.joint_count() };
+    if joints == 0 && model.loops.is_empty() {
+        return 0.0;
+    }
+    let bodies = placed(model, state);
+    let tree = (0..joints).map(|joint| Coupling::of_joint(model, &bodies, joint));
+    let loops = (0..model.loops.len()).map(|index| Coupling::of_loop(model, &bodies, index));
+    tree.chain(loops).map(|coupling| coupling.separation()).fold(0.0, f64::max)
 }
 
 /// Centre of mass of `model` in `state`, world frame, m.
@@ -117,5 +135,9 @@ fn describe(model: &Model, owner: Owner) -> String {
         }
         Owner::DryFriction(joint) => format!("the dry friction of joint {}", model.joint_names[joint]),
         Owner::Torque(joint) => format!("the torque limit of joint {}", model.joint_names[joint]),
+        Owner::Drive(joint) => format!("the drive of joint {}", model.joint_names[joint]),
+        Owner::Joint(joint) => format!("what holds joint {} together", model.joint_names[joint]),
+        Owner::Loop(index) => format!("the loop {}", model.character.loops[index].name),
+        Owner::TrunkLock => format!("the rotation lock of link {}", model.character.links[0].name),
     }
 }

@@ -2,12 +2,14 @@
 //! linear complementarity problem each step.
 //!
 //! A [`Simulator`] is a model, a step plan, a state and a workspace; a step is a function of the four
-//! ([`Simulator::step`], whose stages stand by name in `reduced/stages.rs`). It allocates nothing once it is warm.
+//! ([`Simulator::step`], whose stages stand by name in `reduced/stages` and `maximal/stages.rs`).
+//! It allocates nothing once it is warm.
 
 pub mod contact;
 mod diagnostics;
 mod integrate;
 pub mod lcp;
+mod maximal;
 pub mod rapier;
 pub mod reduced;
 pub mod rows;
@@ -22,8 +24,9 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::model::Model;
-use crate::scene::StepPlan;
+use crate::scene::{Coordinates, StepPlan};
 use contact::Against;
+use maximal::Maximal;
 use step::Division;
 use workspace::Workspace;
 
@@ -85,6 +88,8 @@ pub struct Simulator {
     plan: Arc<StepPlan>,
     state: State,
     work: Workspace,
+    /// What maximal coordinates need besides, where the plan has them.
+    maximal: Option<Maximal>,
     division: Division,
 }
 
@@ -93,7 +98,9 @@ impl Simulator {
     pub fn new(model: Arc<Model>, plan: Arc<StepPlan>, state: State) -> Self {
         let work = Workspace::new(&model, &plan);
         let division = Division::new(&model, &plan);
-        Self { model, plan, state, work, division }
+        let maximal =
+            (plan.accuracy.coordinates == Coordinates::Maximal).then(|| Maximal::new(&model, &plan));
+        Self { model, plan, state, work, maximal, division }
     }
 
     /// The model.
@@ -147,6 +154,12 @@ impl Simulator {
             .zip(&self.state.angles)
             .map(|(limit, angle)| limit.map_or(0.0, |[lower, upper]| (lower - angle).max(angle - upper)));
         outside.fold(0.0, f64::max)
+    }
+
+    /// Greatest distance (m) or angle (rad) by which the two bodies of a joint or of a closed loop are apart at
+    /// the present state. Only loops can come apart in reduced coordinates.
+    pub fn joint_separation(&self) -> f64 {
+        diagnostics::joint_separation(&self.model, &self.state)
     }
 
     /// Contacts of the last step that carried force or penetrate, in the order of the model's slots.

@@ -3,8 +3,8 @@
 
 use super::lcp::Status;
 use super::reduced::root::RootFreedom;
-use super::reduced::stages::{self, Outcome};
-use super::{Command, Failure, Simulator, State};
+use super::reduced::stages::Outcome;
+use super::{Command, Failure, Simulator, State, maximal, reduced};
 use crate::model::Model;
 use crate::scene::{Integrator, StepPlan};
 
@@ -125,7 +125,7 @@ impl Simulator {
 
     /// From `from` to `until` seconds after the beginning of the step.
     fn part(&mut self, command: Command<'_>, from: f64, until: f64) -> Result<Outcome, Failure> {
-        let Self { model, plan, state, work, division } = self;
+        let Self { model, plan, state, work, maximal, division } = self;
         let whole = plan.step();
         let command = match command {
             Command::Track { now, next } if until - from < whole => {
@@ -138,7 +138,11 @@ impl Simulator {
             }
             command => command,
         };
-        stages::step(model, plan, state, work, command, until - from)
+        let length = until - from;
+        match maximal {
+            None => reduced::stages::step(model, plan, state, work, command, length),
+            Some(own) => maximal::stages::step(model, plan, state, work, own, command, length),
+        }
     }
 
     /// The whole step in parts, each as long as `tolerance` (rad or m) allows: every part is computed

@@ -11,6 +11,9 @@
 
 use super::reduced::articulated::JointLoad;
 
+/// A drive whose resistance α is below this (N m s/rad) is a given torque: it has no slope to solve for.
+const NO_RESISTANCE: f64 = 1e-12;
+
 /// A joint's drive over one step, as a line: torque = `at_rest` − `resistance` · q̇⁺.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Spring {
@@ -67,6 +70,27 @@ impl Spring {
             at_rest: offset - stiffness * displacement - damping * slip,
             resistance: shares.implicit * damping + stiffness * (late + mean),
         }
+    }
+
+    /// Whether this is a torque whatever the velocity.
+    #[inline]
+    pub fn is_given(self) -> bool {
+        self.resistance <= NO_RESISTANCE
+    }
+
+    /// A given torque within `greatest`; what depends on the velocity as it is.
+    #[inline]
+    pub fn clamped(self, greatest: f64) -> Self {
+        match self.is_given() {
+            true => Self { at_rest: self.at_rest.clamp(-greatest, greatest), ..self },
+            false => self,
+        }
+    }
+
+    /// Both together.
+    #[inline]
+    pub fn plus(self, other: Self) -> Self {
+        Self { at_rest: self.at_rest + other.at_rest, resistance: self.resistance + other.resistance }
     }
 
     /// The torque at the new velocity `rate`, N m or N.

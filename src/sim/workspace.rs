@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::contact::Touch;
 use super::contact::solids::Solids;
-use super::lcp::{Lemke, Newton, Pgs, Problem, Solution, Solver};
+use super::lcp::{Equality, Lemke, Newton, Pgs, Problem, Solution, Solver};
 use super::reduced::articulated::{Articulated, JointLoad, Pushes};
 use super::reduced::kinematics::{BodyMotion, carried_inertia, levers};
 use super::reduced::response::ROOT;
@@ -14,7 +14,7 @@ use super::spatial::{Force, Motion};
 use super::tracking::Spring;
 use super::{Contact, contact::Outlook, contact::ground};
 use crate::model::{Model, SOLID_SLOTS};
-use crate::scene::{Feedforward, SolverChoice, SolverKind, StepPlan};
+use crate::scene::{Coordinates, Feedforward, SolverChoice, SolverKind, StepPlan};
 
 /// Scratch memory of a step; each field says which stage fills it.
 #[derive(Debug, Clone)]
@@ -87,7 +87,7 @@ pub(super) struct Workspace {
     pub control: Option<VelocityControl>,
     pub control_rows: Rows,
     /// The solver.
-    pub engine: Engine,
+    pub engine: Equality<Engine>,
 }
 
 /// The solver that the plan chose.
@@ -106,8 +106,10 @@ impl Engine {
             SolverKind::Lemke => Self::Lemke(Lemke::new(choice.iterations)),
         }
     }
+}
 
-    pub fn solve(&mut self, problem: &Problem<'_>, force: &mut [f64]) -> Solution {
+impl Solver for Engine {
+    fn solve(&mut self, problem: &Problem<'_>, force: &mut [f64]) -> Solution {
         match self {
             Self::Newton(newton) => newton.solve(problem, force),
             Self::Pgs(pgs) => pgs.solve(problem, force),
@@ -128,6 +130,10 @@ impl Workspace {
         let contact_rows = slots.min(64) * contact::rows_per_touch(plan.friction);
         let feedforward = plan.drive.as_ref().map_or(Feedforward::None, |drive| drive.feedforward);
         let control_rows = if feedforward == Feedforward::ContactAware { contact_rows } else { 0 };
+        let maximal = plan.accuracy.coordinates == Coordinates::Maximal;
+        // Of the rows that the joints themselves have in maximal coordinates, at most six each.
+        let (width, held_rows) = if maximal { (6 * bodies, 3 + 6 * joints) } else { (ROOT + joints, 0) };
+        let loop_rows = 6 * model.loops.len();
         Self {
             bodies: vec![BodyMotion::REST; bodies],
             old: vec![Motion::ZERO; bodies],
@@ -155,15 +161,15 @@ impl Workspace {
             carried: vec![Vector3::zeros(); bodies],
             free: vec![Motion::ZERO; bodies],
             expected: Pushes { bodies: vec![Force::ZERO; bodies], joints: vec![0.0; joints] },
-            rows: Rows::new(contact_rows + joint_rows(plan).min(64), ROOT + joints),
-            half: vec![0.0; ROOT + joints],
+            rows: Rows::new(contact_rows + joint_rows(plan).min(64) + held_rows + loop_rows, width),
+            half: vec![0.0; width],
             changes: vec![Motion::ZERO; bodies],
             torque: vec![0.0; joints],
             evaluations: 0,
             residual: 0.0,
             control: (feedforward != Feedforward::None).then(|| VelocityControl::new(bodies)),
-            control_rows: Rows::new(control_rows, ROOT),
-            engine: Engine::new(&plan.accuracy.solver),
+            control_rows: Rows::new(control_rows + held_rows, if maximal { width } else { ROOT }),
+            engine: Equality::new(Engine::new(&plan.accuracy.solver), plan.accuracy.solver.tolerance),
         }
     }
 
@@ -184,6 +190,56 @@ impl Workspace {
         if let Some(solids) = solids {
             solids.detect(model, bodies, &plan.obstacles, origin, &outlook, touches);
         }
+    }
+
+    /// Marks the ends of the ranges `limits` that joints at `angles` would pass in `step` seconds; whether one of
+    /// them had no row.
+    pub fn passing(&mut self, limits: &[Option<[f64; 2]>], angles: &[f64], step: f64) -> bool {
+        let mut again = false;
+        for (joint, limit) in limits.iter().enumerate() {
+            let Some([lower, upper]) = *limit else { continue };
+            let end = angles[joint] + step * self.joint_rates[joint];
+            for (near, passed) in self.near_limit[joint].iter_mut().zip([end < lower, end > upper]) {
+                again |= passed && !*near;
+                *near |= passed;
+            }
+        }
+        again
+    }
+
+    /// Whether rows change the velocity of a body by a blow, against the bodies' `undisturbed` ones: by more
+    /// than what weight does to a body at rest, which is looked ahead to anyway.
+    pub fn is_blow(&self, plan: &StepPlan, step: f64, undisturbed: &[Motion]) -> bool {
+        let new = self.free.iter().zip(&self.changes).map(|(free, change)| free.plus(*change));
+        let blow = new.zip(undisturbed).zip(&self.bodies).map(|((new, old), body)| {
+            let change = new.plus(old.scaled(-1.0));
+            change.at(body.center).amax() + change.angular.amax() * self.reach
+        });
+        !self.touches.is_empty() && blow.fold(0.0, f64::max) > 4.0 * step * plan.gravity.norm()
+    }
+
+    /// Looks for touches again at the new velocities, and keeps those that are known; whether there are
+    /// others.
+    pub fn look_again(&mut self, model: &Model, plan: &StepPlan, step: f64) -> bool {
+        let Self { bodies, free, changes, drift_changes, known, touches, .. } = self;
+        for (index, body) in bodies.iter_mut().enumerate() {
+            drift_changes[index] = body.velocity;
+            body.velocity = free[index].plus(changes[index]);
+        }
+        known.clone_from(touches);
+        self.detect(model, plan, step);
+        let Self { bodies, drift_changes, known, touches, .. } = self;
+        for (body, velocity) in bodies.iter_mut().zip(drift_changes) {
+            body.velocity = *velocity;
+        }
+        let count = known.len();
+        for touch in touches.iter() {
+            if known[..count].iter().all(|other| other.slot != touch.slot) {
+                known.push(Touch { rebound: 0.0, ..*touch });
+            }
+        }
+        std::mem::swap(known, touches);
+        touches.len() > count
     }
 
     /// Every touch of the last step with its force.

@@ -6,6 +6,7 @@
 
 mod anatomy;
 mod gains;
+mod loops;
 mod pose;
 mod prove;
 mod upright;

@@ -8,6 +8,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::anatomy::{Limb, Posed, limbs};
+use super::loops;
 use crate::model::{Freedom, Model};
 
 /// Share of a limb's length between its first joint and the ground: bent far enough to push off with, which
@@ -29,6 +30,7 @@ pub fn given(model: &Model) -> Option<Vec<f64>> {
             angles[joint] = *angle;
         }
     }
+    loops::close(model, &mut angles);
     Some(angles)
 }
 
@@ -40,14 +42,17 @@ fn neutral(model: &Model) -> Vec<f64> {
 
 /// Searches for a standing pose; the same for the same model.
 pub fn search(model: &Model) -> Vec<f64> {
-    let start = neutral(model);
+    let mut start = neutral(model);
+    loops::close(model, &mut start);
     let posed = Posed::new(model, &start);
     let limbs = limbs(model, &posed);
     if limbs.is_empty() || lies(&posed) {
         return start;
     }
     let cost = Cost { model, limbs: &limbs, start: &start };
-    descend(start.clone(), model, &limbs, |angles| cost.of(angles))
+    let mut angles = descend(start.clone(), model, &limbs, |angles| cost.of(angles));
+    loops::close(model, &mut angles);
+    angles
 }
 
 /// Whether the character is flat in this pose.
@@ -139,6 +144,8 @@ impl Cost<'_> {
         // What lies below the feet (a knee, a belly) would carry the character in their place.
         let below = (mean.z - posed.lowest()).max(0.0);
         cost += 20.0 * relative(below);
+        // A loop that is open would be closed by force.
+        cost += 20.0 * relative(loops::opening(self.model, &posed));
         for (joint, angle) in angles.iter().enumerate() {
             cost += 0.003 * (angle - self.start[joint]).powi(2);
             if let Some([lower, upper]) = self.model.limits[joint] {

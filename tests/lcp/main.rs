@@ -7,6 +7,7 @@ mod contacts;
 mod any_input;
 mod contact;
 mod convex;
+mod equality;
 mod redundancy;
 mod residuals;
 mod textbook;

@@ -74,9 +74,9 @@ pub fn run(drawing: &Drawing, plan: &Arc<StepPlan>) -> Result<State, Broken> {
             let gained = energy - start;
             return Err(Broken::Accuracy(format!("gained {gained:e} J of {liveliest:e} J at {at} s")));
         }
-        // A solver with a budget leaves a velocity, which moves what it should have stopped.
-        left = left.max(simulator.residual());
-        let overrun = OVERRUN + plan.step() * (OVERRUN_SHARE * fastest + left);
+        // A solver with a budget leaves velocities, which move what it should have stopped.
+        left += plan.step() * simulator.residual();
+        let overrun = OVERRUN + plan.step() * OVERRUN_SHARE * fastest + left;
         let beyond = simulator.limit_violation();
         if plan.limits.is_some() && beyond > overrun {
             let residual = simulator.residual();

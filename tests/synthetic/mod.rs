@@ -97,7 +97,13 @@ pub fn quadruped() -> Character {
             visuals: vec![],
         });
     }
-    Character { name: "synthetic".into(), links, standing: None, digest: "sha256:0".into() }
+    Character {
+        name: "synthetic".into(),
+        links,
+        loops: Vec::new(),
+        standing: None,
+        digest: "sha256:0".into(),
+    }
 }
 
 pub fn joint_names() -> Vec<String> {

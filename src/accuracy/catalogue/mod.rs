@@ -9,6 +9,7 @@ mod contacts;
 mod crowd;
 mod judge;
 mod limits;
+mod loops;
 mod quantity;
 mod robots;
 mod rotation;
@@ -53,6 +54,7 @@ pub fn cases() -> Vec<Case> {
         rotation::cases(),
         contacts::cases(),
         limits::cases(),
+        loops::cases(),
         robots::cases(),
         steps::cases(),
         crowd::cases(),

@@ -33,7 +33,7 @@ pub enum Quantity {
     MomentumChange,
     /// Greatest change of the angular momentum about the centre of mass, kg m²/s.
     AngularMomentumChange,
-    /// Greatest distance of a joint from its range of motion, rad or m.
+    /// Greatest distance of a joint from its range of motion, or of a loop's two ends from each other, rad or m.
     LimitOvershoot,
     /// Greatest depth of a contact, m.
     Penetration,

@@ -13,8 +13,14 @@ pub const GRAVITY: f64 = 9.81;
 
 /// A character document with these links and joints that stands with all joints at zero.
 pub fn character(name: &str, links: &[Value], joints: &[Value]) -> CharacterSource {
+    closed(name, links, joints, &[])
+}
+
+/// The same with joints that close loops.
+pub fn closed(name: &str, links: &[Value], joints: &[Value], loops: &[Value]) -> CharacterSource {
     CharacterSource::Inline(InlineCharacter::Json(json!({
-        "format": "gaitwright/character@1", "name": name, "links": links, "joints": joints, "standing": {}
+        "format": "gaitwright/character@1", "name": name, "links": links, "joints": joints, "loops": loops,
+        "standing": {}
     })))
 }
 

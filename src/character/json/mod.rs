@@ -7,9 +7,9 @@ pub use wire::Shape as ShapeDocument;
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::build::{LENGTH, shape_fault};
-use super::draft::{At, Draft, DraftInertial, DraftJoint, DraftLink, Report, name_fault};
+use super::draft::{At, Draft, DraftInertial, DraftJoint, DraftLink, DraftLoop, Report, name_fault};
 use super::solid::Solid;
-use super::{About, JointKind, NoteKind, Placed, Shape, mesh};
+use super::{About, JointKind, LoopKind, NoteKind, Placed, Shape, mesh};
 use crate::fault::{self, Fault, InputError};
 
 const FORMAT: &str = "gaitwright/character@1";
@@ -24,7 +24,9 @@ pub fn schema() -> serde_json::Value {
 /// What the document in `bytes` describes.
 pub fn draft(bytes: &[u8]) -> Result<Draft, InputError> {
     let document: wire::Document = fault::from_json(super::text(bytes)?.as_bytes())?;
-    for (what, count) in [("links", document.links.len()), ("joints", document.joints.len())] {
+    for (what, count) in
+        [("links", document.links.len()), ("joints", document.joints.len()), ("loops", document.loops.len())]
+    {
         if count > super::LINKS {
             let reason = format!("the character has {count} {what}; at most {} are read", super::LINKS);
             return Err(InputError::TooLarge(Fault::new(format!("/{what}"), reason)));
@@ -50,6 +52,12 @@ pub fn draft(bytes: &[u8]) -> Result<Draft, InputError> {
         .enumerate()
         .map(|(index, joint)| read_joint(&mut report, index, joint))
         .collect();
+    let loops = document
+        .loops
+        .into_iter()
+        .enumerate()
+        .map(|(index, closing)| read_loop(&mut report, index, closing))
+        .collect();
     let standing = document.standing.map(|angles| {
         angles
             .into_iter()
@@ -59,7 +67,7 @@ pub fn draft(bytes: &[u8]) -> Result<Draft, InputError> {
             })
             .collect()
     });
-    Ok(Draft { name: document.name, links, joints, standing, complete: true, report })
+    Ok(Draft { name: document.name, links, joints, loops, standing, complete: true, report })
 }
 
 /// What is wrong with the document's names.
@@ -67,9 +75,12 @@ fn name_faults(document: &wire::Document) -> Vec<Fault> {
     let links = document.links.iter().enumerate().map(|(i, link)| (format!("/links/{i}/name"), &link.name));
     let joints =
         document.joints.iter().enumerate().map(|(i, joint)| (format!("/joints/{i}/name"), &joint.name));
+    let loops =
+        document.loops.iter().enumerate().map(|(i, closing)| (format!("/loops/{i}/name"), &closing.name));
     std::iter::once(("/name".to_owned(), &document.name))
         .chain(links)
         .chain(joints)
+        .chain(loops)
         .filter_map(|(place, name)| name_fault(name).map(|reason| Fault::new(place, reason)))
         .collect()
 }
@@ -271,5 +282,25 @@ fn read_joint(report: &mut Report, index: usize, joint: wire::Joint) -> DraftJoi
         parent: At::new(joint.parent, part("parent")),
         child: At::new(joint.child, part("child")),
         name: At::new(joint.name, part("name")),
+    }
+}
+
+fn read_loop(report: &mut Report, index: usize, closing: wire::Loop) -> DraftLoop {
+    let part = |part: &str| format!("/loops/{index}/{part}");
+    let kind = match closing.kind {
+        wire::LoopKind::Ball => LoopKind::Ball,
+        wire::LoopKind::Revolute => LoopKind::Revolute,
+        wire::LoopKind::Prismatic => LoopKind::Prismatic,
+        wire::LoopKind::Fixed => LoopKind::Fixed,
+    };
+    DraftLoop {
+        name: At::new(closing.name, part("name")),
+        kind,
+        ends: [At::new(closing.a, part("a")), At::new(closing.b, part("b"))],
+        origin: At::new(read_pose(report, &part("origin"), closing.origin), part("origin")),
+        origin_in_second: closing
+            .origin_in_b
+            .map(|pose| At::new(read_pose(report, &part("origin_in_b"), pose), part("origin_in_b"))),
+        axis: At::new(Vector3::from(closing.axis), part("axis")),
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// A character: links joined by joints into one tree. SI units, radians, z up, x forward.
+/// A character: links joined by joints into one tree, and loops closed over it. SI units, radians, z up, x forward.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "gaitwright/character@1", rename = "Character")]
@@ -19,6 +19,9 @@ pub struct Document {
     /// In the order in which a parent's children are to follow it.
     #[serde(default)]
     pub joints: Vec<Joint>,
+    /// Joints that close loops: each joins two links that the tree joins already, and is passive.
+    #[serde(default)]
+    pub loops: Vec<Loop>,
     /// A standing pose, by joint name, rad or m; joints left out stand at 0.
     #[serde(default)]
     pub standing: Option<BTreeMap<String, f64>>,
@@ -202,6 +205,44 @@ pub enum JointKind {
     Continuous,
     /// Translation along the axis.
     Prismatic,
+}
+
+/// A joint between two links of the tree, which closes a loop. With all angles at 0 it must be closed.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Loop {
+    /// Unique among the loops.
+    pub name: String,
+    /// What the joint allows.
+    pub kind: LoopKind,
+    /// Name of the first link.
+    pub a: String,
+    /// Name of the second link.
+    pub b: String,
+    /// The joint frame in the frame of link `a`.
+    #[serde(default)]
+    pub origin: Pose,
+    /// The joint frame in the frame of link `b`: where `origin` is with all angles at 0. It follows
+    /// from that and may be left out.
+    #[serde(default)]
+    pub origin_in_b: Option<Pose>,
+    /// In the joint frame; it is normalised.
+    #[serde(default = "x_axis")]
+    pub axis: [f64; 3],
+}
+
+/// What a joint that closes a loop allows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LoopKind {
+    /// All rotations.
+    Ball,
+    /// Rotation about the axis.
+    Revolute,
+    /// Translation along the axis.
+    Prismatic,
+    /// No motion.
+    Fixed,
 }
 
 /// A range of motion, rad or m.

@@ -60,7 +60,7 @@ pub fn draft(bytes: &[u8], supply: &Supply) -> Result<Draft, InputError> {
     context.note_ignored(robot, &owner);
     let described = robot.children().filter(|child| named(*child, "link") || named(*child, "joint")).count();
     let complete = links.len() + joints.len() == described;
-    Ok(Draft { name, links, joints, standing: None, complete, report: context.report })
+    Ok(Draft { name, links, joints, loops: Vec::new(), standing: None, complete, report: context.report })
 }
 
 /// Every material with a name and a colour, wherever it is defined; of several the first.

@@ -14,7 +14,7 @@ use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use rapier3d::parry::math::{Pose, Vector};
 
 use super::convex::{self, Convex, vector};
-use crate::model::{Body, Freedom, GroundShape};
+use crate::model::{Body, Freedom, GroundShape, LoopJoint};
 
 /// Greatest number of joints between two shapes whose motion is searched; more joints are taken to bring
 /// the shapes together.
@@ -60,6 +60,8 @@ impl Pairs {
 pub struct Anatomy<'a> {
     /// Bodies, parents before children.
     pub bodies: &'a [Body],
+    /// Joints that close loops.
+    pub loops: &'a [LoopJoint],
     /// Ranges of motion, one a joint.
     pub limits: &'a [Option<[f64; 2]>],
     /// The bodies of the shapes.
@@ -133,10 +135,11 @@ impl Anatomy<'_> {
         self.way(bodies).is_none_or(|way| Pair { anatomy: self, shapes, way }.can_meet())
     }
 
-    /// Whether one of the bodies carries the other.
+    /// Whether one of the bodies carries the other, or a loop's joint is between them.
     fn joined(&self, [a, b]: [usize; 2]) -> bool {
         let carries = |parent: usize, child: usize| child > 0 && self.bodies[child].parent == parent;
-        carries(a, b) || carries(b, a)
+        let closes = |closing: &LoopJoint| closing.bodies == [a, b] || closing.bodies == [b, a];
+        carries(a, b) || carries(b, a) || self.loops.iter().any(closes)
     }
 
     /// The joints between two bodies, those nearer to the root first on each side; `None` if they are too

@@ -20,7 +20,7 @@ pub struct Accuracy {
     pub solver: SolverChoice,
     /// Coordinates in which the character is simulated.
     pub coordinates: Coordinates,
-    /// What joint rows ask for in maximal coordinates; of no effect in reduced ones.
+    /// What the rows of joints ask for: of all in maximal coordinates, of those that close loops in reduced ones.
     pub joint_bias: JointBias,
     /// Shape of the set of admissible friction forces.
     pub friction_cone: FrictionCone,
@@ -58,8 +58,11 @@ impl Accuracy {
             faults
                 .push(Fault::new("/solver/tolerance", "the tolerance must be a finite number of at least 0"));
         }
-        if self.coordinates == Coordinates::Maximal {
-            faults.push(Fault::new("/coordinates", "this simulator does not have maximal coordinates yet"));
+        if self.coordinates == Coordinates::Maximal && self.integrator == Integrator::MoreauJean {
+            faults.push(Fault::new(
+                "/integrator",
+                "maximal coordinates are stepped by semi_implicit_euler only",
+            ));
         }
         if self.solver.kind == SolverKind::Lemke && self.friction_cone == FrictionCone::Cone {
             faults.push(Fault::new(

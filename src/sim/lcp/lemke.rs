@@ -14,7 +14,7 @@
 //! the problem itself decides whether that is a solution.
 
 use super::active::{ActiveSet, Step};
-use super::residual::{evaluate, project};
+use super::residual::{evaluate, greatest_velocity, project};
 use super::standard::Standard;
 use super::{Bound, Problem, Solution, Solver, Status};
 
@@ -126,13 +126,6 @@ impl Solver for Lemke {
         };
         Solution { status, iterations, residual }
     }
-}
-
-/// The greatest sum of the magnitudes that make up a row's velocity, m/s or rad/s.
-fn greatest_velocity(problem: &Problem<'_>, lambda: &[f64]) -> f64 {
-    let rows = problem.matrix.chunks_exact(lambda.len().max(1)).zip(problem.offset);
-    rows.map(|(row, b)| row.iter().zip(lambda).map(|(a, force)| (a * force).abs()).sum::<f64>() + b.abs())
-        .fold(0.0, f64::max)
 }
 
 /// The weight of z₀ in a row, between 1 and 2.

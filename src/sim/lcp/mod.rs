@@ -9,15 +9,21 @@
 //! | [`Pgs`] | in the limit | yes | n² a sweep |
 //! | [`Newton`] | to rounding | yes | n³/3 a step, one or two steps from a good start |
 //! | [`Lemke`] | to rounding | no | 2 m² a pivot, where the lifted problem has m ≤ 7 n / 3 variables |
+//!
+//! [`Equality`] stands before any of them: it solves the free rows by a factor that knows where they are
+//! zero, and leaves the other rows to the solver behind it.
 
 mod active;
+mod equality;
 mod lemke;
 mod linear;
 mod newton;
 mod pgs;
 mod residual;
+mod skyline;
 mod standard;
 
+pub use equality::Equality;
 pub use lemke::Lemke;
 pub use newton::Newton;
 pub use pgs::Pgs;

@@ -43,6 +43,13 @@ pub(super) fn evaluate(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f6
     worst + poison
 }
 
+/// The greatest sum of the magnitudes that make up a row's velocity, m/s or rad/s.
+pub(super) fn greatest_velocity(problem: &Problem<'_>, lambda: &[f64]) -> f64 {
+    let rows = problem.matrix.chunks_exact(lambda.len().max(1)).zip(problem.offset);
+    rows.map(|(row, b)| row.iter().zip(lambda).map(|(a, force)| (a * force).abs()).sum::<f64>() + b.abs())
+        .fold(0.0, f64::max)
+}
+
 /// The natural map of the block of rows that begins at `row` (see [`Problem::block`]).
 pub(super) fn error(problem: &Problem<'_>, row: usize, lambda: &[f64], velocity: &[f64]) -> f64 {
     let (lower, upper) = problem.bounds[row].interval(lambda);

@@ -1,8 +1,12 @@
 //! The rows of a step: what each asks of the new velocity, half-solved and gathered into one problem.
 
 pub mod contact;
+pub mod drive;
 pub mod dry_friction;
+pub mod joint;
 pub mod limit;
+pub mod lock;
+pub mod loops;
 pub mod torque;
 
 use std::ops::Range;
@@ -27,8 +31,16 @@ pub enum Owner {
     UpperLimit(usize),
     /// The dry friction of a joint.
     DryFriction(usize),
-    /// The saturated actuator of a joint.
+    /// The actuator of a joint, within its greatest torque.
     Torque(usize),
+    /// What drives a joint without bounds, and its damping and rotor, where they have a row.
+    Drive(usize),
+    /// What holds the two bodies of a joint together.
+    Joint(usize),
+    /// What closes a loop.
+    Loop(usize),
+    /// The lock of the root's rotation.
+    TrunkLock,
 }
 
 /// Rows that follow each other and reach the same joints.
@@ -44,7 +56,7 @@ struct Limb {
 /// Row i asks for w_i = (J v⁺)_i + bias_i under its bound; A = h J M⁻¹ Jᵀ + softness and
 /// b = J v_free + bias, where v_free is the velocity that no row acts on (Tokizaki & Hasegawa
 /// eqs. 26-27).
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Rows {
     width: usize,
     half: Vec<f64>,
@@ -87,6 +99,7 @@ impl Rows {
     /// Removes all rows.
     pub fn clear(&mut self) {
         self.half.clear();
+        self.limbs.clear();
         self.softness.clear();
         self.recovery.clear();
         self.bounds.clear();

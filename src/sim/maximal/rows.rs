@@ -1,0 +1,131 @@
+//! The rows of a step in maximal coordinates, in their order.
+
+use super::response;
+use super::stages::Stages;
+use crate::sim::reduced::root::RootFreedom;
+use crate::sim::rows::joint::Coupling;
+use crate::sim::rows::{Owner, Rows, contact, drive, dry_friction, joint, limit, lock, loops, torque};
+use crate::sim::spatial::{Force, Motion};
+use crate::sim::step::root_freedom;
+use crate::sim::tracking::Spring;
+
+impl Stages<'_> {
+    /// The greatest torque of joint `joint`'s actuator, if its drive has a row within bounds.
+    fn greatest_torque(&self, joint: usize) -> Option<f64> {
+        let greatest = self.plan.drive.as_ref()?.max_torque.as_ref()?[joint];
+        (greatest.is_finite() && !self.work.springs[joint].is_given()).then_some(greatest)
+    }
+
+    /// All rows: contacts first, then what has bounds, then the joints from the leaves to the root, an
+    /// order in which their factor fills in least.
+    pub(super) fn rows(&mut self) {
+        let (plan, step) = (self.plan, self.step);
+        let mut rows = std::mem::take(&mut self.work.rows);
+        rows.clear();
+        self.contacts(&mut rows);
+        let (state, work) = (&*self.state, &*self.work);
+        let (memory, rates) = (&state.memory, &work.free_rates);
+        let of_joint = |joint: usize, half: &mut [f64]| self.of_joint(joint, half);
+        if let Some(limits) = &plan.limits {
+            limit::add(
+                &mut rows,
+                limits,
+                &work.near_limit,
+                &state.angles,
+                rates,
+                step,
+                plan.stabilization,
+                &memory.limit,
+                of_joint,
+            );
+        }
+        if let Some(friction) = &plan.dry_friction {
+            dry_friction::add(&mut rows, friction, rates, &memory.dry_friction, of_joint);
+        }
+        for (joint, rate) in rates.iter().enumerate() {
+            if let Some(greatest) = self.greatest_torque(joint) {
+                let guess = memory.saturated[joint];
+                torque::add(&mut rows, joint, work.springs[joint], greatest, *rate, guess, of_joint);
+            }
+        }
+        for joint in (0..rates.len()).rev() {
+            self.joint(&mut rows, joint);
+            let line = self.line(joint);
+            if !line.is_given() {
+                drive::add(&mut rows, joint, line, rates[joint], of_joint);
+            }
+        }
+        self.lock(&mut rows);
+        loops::add(
+            &mut rows,
+            self.model,
+            &work.bodies,
+            &work.mean_rates,
+            &work.free,
+            step,
+            plan.reads_turning(),
+            plan.stabilization,
+            |[child, parent], wrench, half| self.of_bodies(child, Some(parent), wrench, half),
+        );
+        self.work.rows = rows;
+    }
+
+    /// Everything along joint `joint` that is linear in its velocity and has no bounds.
+    fn line(&self, joint: usize) -> Spring {
+        let mut line = drive::rotor(self.model.armature[joint], self.state.velocities[joint], self.step);
+        if let Some(damping) = &self.plan.damping {
+            line.resistance += damping[joint];
+        }
+        let spring = self.work.springs[joint];
+        if !spring.is_given() && self.greatest_torque(joint).is_none() {
+            line = line.plus(spring);
+        }
+        line
+    }
+
+    /// Adds the rows of contacts.
+    pub(super) fn contacts(&self, rows: &mut Rows) {
+        let Self { plan, state, work, step, .. } = self;
+        contact::add(
+            rows,
+            &work.touches,
+            &work.free,
+            plan.friction,
+            *step,
+            plan.stabilization,
+            &state.memory.contact,
+            |touch, direction, half| {
+                let force = Force::at(touch.at, direction);
+                self.of_bodies(touch.body, touch.against.body(), force, half);
+            },
+        );
+    }
+
+    /// Adds the rows that hold joint `joint` together.
+    pub(super) fn joint(&self, rows: &mut Rows, joint: usize) {
+        let coupling = Coupling::of_joint(self.model, &self.work.bodies, joint);
+        // What a step has moved apart the next may take back at once, however fast that was.
+        let fastest = if self.plan.stabilization { f64::INFINITY } else { 0.0 };
+        let (owner, free, step) = (Owner::Joint(joint), &self.work.free, self.step);
+        joint::add(rows, owner, &coupling, free, Motion::ZERO, step, fastest, |wrench, half| {
+            self.of_bodies(coupling.child, Some(coupling.parent), wrench, half);
+        });
+    }
+
+    /// Adds the rows that lock the root's rotation, if it is to be locked.
+    pub(super) fn lock(&self, rows: &mut Rows) {
+        if root_freedom(self.model, self.plan) == RootFreedom::Translating {
+            lock::add(rows, self.work.free[0], |wrench, half| self.of_bodies(0, None, wrench, half));
+        }
+    }
+
+    fn of_bodies(&self, body: usize, other: Option<usize>, force: Force, half: &mut [f64]) {
+        response::of_bodies(&self.own.factors, &self.work.bodies, body, other, force, half);
+    }
+
+    /// Half-solves a unit of force along joint `joint`.
+    pub(super) fn of_joint(&self, joint: usize, half: &mut [f64]) {
+        let wrench = response::along(&self.work.bodies[joint + 1]);
+        self.of_bodies(joint + 1, Some(self.model.bodies[joint + 1].parent), wrench, half);
+    }
+}

@@ -1,0 +1,185 @@
+//! One step of time in joint coordinates: the stages by name, in order.
+//!
+//! The paper's step takes everything at the beginning of the step but the new velocities, and then moves the
+//! positions along them (Tokizaki & Hasegawa eqs. 8-9). Moreau and Jean's with θ = 1/2 moves the positions
+//! half-way along the old velocities, takes everything there, and moves them the other half along the new
+//! ones: over a sequence of steps that is the same staggered scheme, so that contacts and limits look a
+//! whole step ahead in both, but forces of position are taken in the middle, and forces of velocity are
+//! repeated until they are those of the mean of old and new velocities. That is of second order, and neither
+//! feeds nor drains a rotation.
+
+mod commit;
+mod drives;
+mod free_motion;
+mod rows;
+mod velocity_forces;
+
+use crate::model::Model;
+use crate::scene::{Integrator, StepPlan};
+use crate::sim::diagnostics::check_finite;
+use crate::sim::integrate::advance;
+use crate::sim::reduced::kinematics::place;
+use crate::sim::reduced::root::RootFreedom;
+use crate::sim::spatial::Motion;
+use crate::sim::state::{State, Swing};
+use crate::sim::step::root_freedom;
+use crate::sim::workspace::Workspace;
+use crate::sim::{Command, Failure};
+
+/// Farthest that a body may turn in a step, rad, at its old velocity as at its new one. What turns faster has
+/// to be stepped more finely.
+const FARTHEST_TURN: f64 = 0.3;
+
+/// Farthest that the phase of a body swinging under tension may go in a step, rad: such a swing is explicit
+/// in its position, and unstable from 2 on.
+const FARTHEST_SWING: f64 = 1.0;
+
+/// How a step ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Outcome {
+    /// The state is that after the step.
+    Done,
+    /// A body turns or swings too fast for the step. The state's positions may have moved, its
+    /// velocities not.
+    TooFast {
+        /// Index of the body.
+        body: usize,
+        /// Longest step that could follow it, s.
+        longest: f64,
+    },
+}
+
+/// One step of `step` seconds, unless a body would turn too far in it.
+///
+/// # Errors
+/// As [`crate::sim::Simulator::step`].
+pub fn step(
+    model: &Model,
+    plan: &StepPlan,
+    state: &mut State,
+    work: &mut Workspace,
+    command: Command<'_>,
+    step: f64,
+) -> Result<Outcome, Failure> {
+    let freedom = root_freedom(model, plan);
+    let middle = plan.accuracy.integrator == Integrator::MoreauJean;
+    let time = state.time;
+    let mut stages = Stages { model, plan, state, work, freedom, step, time, middle, turn: 0.0 };
+    if middle {
+        stages.first_half();
+    }
+    stages.kinematics();
+    let (body, turn) = stages.fastest_turn();
+    if turn * step > FARTHEST_TURN {
+        return Ok(Outcome::TooFast { body, longest: FARTHEST_TURN / turn });
+    }
+    if let Some(Swing { body, rate }) = stages.state.memory.swing
+        && rate * step > FARTHEST_SWING
+    {
+        return Ok(Outcome::TooFast { body, longest: FARTHEST_SWING / rate });
+    }
+    stages.turn = turn * step;
+    stages.detection();
+    stages.drives(command)?;
+    if !stages.velocities()? || !stages.mean_velocities(command)? {
+        return Ok(Outcome::TooFast { body, longest: 0.5 * step });
+    }
+    let (body, turn) = stages.fastest_new_turn();
+    if turn * step > FARTHEST_TURN {
+        return Ok(Outcome::TooFast { body, longest: FARTHEST_TURN / turn });
+    }
+    stages.pulls();
+    stages.recovery()?;
+    stages.commit();
+    check_finite(model, state, || work.rows.worst())?;
+    Ok(Outcome::Done)
+}
+
+/// The stages of a step over their common data.
+struct Stages<'a> {
+    model: &'a Model,
+    plan: &'a StepPlan,
+    state: &'a mut State,
+    work: &'a mut Workspace,
+    freedom: RootFreedom,
+    /// Length of the step, s.
+    step: f64,
+    /// Farthest that a body turns in it, rad.
+    turn: f64,
+    /// Time at its beginning, s.
+    time: f64,
+    /// Whether positions are those of the middle of the step while it is computed.
+    middle: bool,
+}
+
+impl Stages<'_> {
+    /// Where the bodies are and how they move.
+    fn kinematics(&mut self) {
+        let Self { model, plan, state, work, .. } = self;
+        place(model, state, &mut work.bodies);
+        for (old, body) in work.old.iter_mut().zip(&work.bodies) {
+            *old = body.velocity;
+        }
+        work.common_point = state.root.position;
+        work.mean_rates.copy_from_slice(&state.velocities);
+        work.articulated.prepare(model, &work.bodies, &work.mean_rates, plan.velocity_forces);
+    }
+
+    /// Moves the positions to the middle of the step, along the old velocities.
+    fn first_half(&mut self) {
+        let root =
+            Motion { angular: self.state.root.angular_velocity, linear: self.state.root.linear_velocity };
+        self.work.joint_rates.copy_from_slice(&self.state.velocities);
+        advance(self.state, root, &self.work.joint_rates, 0.5 * self.step);
+    }
+
+    /// The body that turns fastest at the velocities of the beginning, and its turn, rad/s.
+    fn fastest_turn(&self) -> (usize, f64) {
+        fastest(self.work.bodies.iter().map(|body| body.velocity))
+    }
+
+    /// The same at the new velocities.
+    fn fastest_new_turn(&self) -> (usize, f64) {
+        fastest(self.work.free.iter().zip(&self.work.changes).map(|(free, change)| free.plus(*change)))
+    }
+
+    /// New velocities; whether their forces of velocity settled.
+    fn velocities(&mut self) -> Result<bool, Failure> {
+        self.work.evaluations += 1;
+        loop {
+            self.factorise()?;
+            if !self.middle && !self.expected_mean()? {
+                return Ok(false);
+            }
+            self.free_velocities(false);
+            self.rows();
+            self.solve()?;
+            self.response();
+            // An actuator that would exceed its greatest torque gets a row of its own, and so do a limit
+            // that would be passed and a touch that a blow brings about. Each can be added only once, so
+            // this ends.
+            let saturated = self.saturation();
+            let passing = self.passing();
+            if !self.struck() && !passing && !saturated {
+                return Ok(true);
+            }
+        }
+    }
+
+    /// What the character touches.
+    fn detection(&mut self) {
+        self.work.detect(self.model, self.plan, self.step);
+    }
+}
+
+/// Index and magnitude of the greatest angular velocity, rad/s.
+fn fastest(velocities: impl Iterator<Item = Motion>) -> (usize, f64) {
+    let mut fastest = (0, 0.0);
+    for (index, velocity) in velocities.enumerate() {
+        let square = velocity.angular.norm_squared();
+        if square > fastest.1 {
+            fastest = (index, square);
+        }
+    }
+    (fastest.0, fastest.1.sqrt())
+}

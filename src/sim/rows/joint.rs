@@ -1,0 +1,162 @@
+//! Rows of joints: what holds two bodies together (rows e, Tokizaki & Hasegawa eqs. 6, 10 and 15).
+//!
+//! A joint leaves some relative motions S of its child against its parent, and transmits the wrenches
+//! T with Tᵀ S = 0 (Featherstone 2008, section 3.5). Of a relative velocity V it asks Tᵀ V⁺ = 0, row by row: a
+//! direction d of translation is the wrench of a force d at the child's end of the joint, one of rotation
+//! the moment d. The row's error is how far the two ends have come apart along d; under stabilisation
+//! the bias takes back a share of it each step (Baumgarte 1972). Unlike what corrects contacts, it acts on the
+//! velocities themselves. A body on a circle that goes straight ahead leaves it by (ω h)² / 2 of its radius in a
+//! step, and where just that is taken back in each, its velocity is along the chord, whose part along the
+//! next tangent is neither longer nor shorter than along the last; velocities along each new tangent would
+//! gain the square of ω h.
+
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+
+use super::{Owner, Rows, SHARE_PER_STEP};
+use crate::character::LoopKind;
+use crate::model::{Freedom, LoopJoint, Model};
+use crate::sim::lcp::Bound;
+use crate::sim::reduced::kinematics::BodyMotion;
+use crate::sim::spatial::{Force, Motion};
+
+/// Directions in which the two ends of a joint are held together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Held {
+    /// All.
+    All,
+    /// Those across an axis, of unit length.
+    Across(Vector3<f64>),
+    /// None.
+    None,
+}
+
+/// How two bodies are to stay together, at one moment; along the world axes about the common point.
+#[derive(Debug, Clone, Copy)]
+pub struct Coupling {
+    /// Index of the child body.
+    pub child: usize,
+    /// Index of the parent body.
+    pub parent: usize,
+    /// The child's end, m.
+    at: Vector3<f64>,
+    translations: Held,
+    rotations: Held,
+    /// The child's end less the parent's, m.
+    gap: Vector3<f64>,
+    /// What turns the parent's end into the child's, where rotations are held, rad.
+    turn: Vector3<f64>,
+}
+
+impl Held {
+    /// The directions, of unit length and square to each other.
+    fn directions(self) -> ([Vector3<f64>; 3], usize) {
+        match self {
+            Self::All => ([Vector3::x(), Vector3::y(), Vector3::z()], 3),
+            Self::Across(axis) => {
+                let [first, second] = across(axis);
+                ([first, second, Vector3::zeros()], 2)
+            }
+            Self::None => ([Vector3::zeros(); 3], 0),
+        }
+    }
+
+    /// The part of `vector` that ought to vanish.
+    fn part(self, vector: Vector3<f64>) -> Vector3<f64> {
+        match self {
+            Self::All => vector,
+            Self::Across(axis) => vector - axis * axis.dot(&vector),
+            Self::None => Vector3::zeros(),
+        }
+    }
+}
+
+impl Coupling {
+    /// Of joint `joint` of the tree, with the bodies where they are.
+    pub fn of_joint(model: &Model, bodies: &[BodyMotion], joint: usize) -> Self {
+        let child = joint + 1;
+        let body = &model.bodies[child];
+        let (own, parent) = (&bodies[child], &bodies[body.parent]);
+        let frame = parent.rotation * body.turn;
+        let axis = frame * body.axis;
+        let gap = own.origin - parent.point(body.offset);
+        let (translations, rotations, turn) = match body.freedom {
+            Freedom::Revolute => (Held::All, Held::Across(axis), axis.cross(&(own.rotation * body.axis))),
+            Freedom::Prismatic => (Held::Across(axis), Held::All, turn_between(&frame, &own.rotation)),
+        };
+        Self { child, parent: body.parent, at: own.origin, translations, rotations, gap, turn }
+    }
+
+    /// Of loop `index`, whose second body is the child.
+    pub fn of_loop(model: &Model, bodies: &[BodyMotion], index: usize) -> Self {
+        let LoopJoint { kind, bodies: [parent, child], at, turn: turns, axis } = &model.loops[index];
+        let (own, other) = (&bodies[*child], &bodies[*parent]);
+        let (to, from) = (own.rotation * turns[1], other.rotation * turns[0]);
+        let end = own.point(at[1]);
+        let axis_there = from * axis;
+        let (translations, rotations, turn) = match kind {
+            LoopKind::Ball => (Held::All, Held::None, Vector3::zeros()),
+            LoopKind::Revolute => (Held::All, Held::Across(axis_there), axis_there.cross(&(to * axis))),
+            LoopKind::Prismatic => (Held::Across(axis_there), Held::All, turn_between(&from, &to)),
+            LoopKind::Fixed => (Held::All, Held::All, turn_between(&from, &to)),
+        };
+        let gap = end - other.point(at[0]);
+        Self { child: *child, parent: *parent, at: end, translations, rotations, gap, turn }
+    }
+
+    /// How far the two ends are apart: the greater of the distance (m) and the angle (rad).
+    pub fn separation(&self) -> f64 {
+        self.translations.part(self.gap).norm().max(self.rotations.part(self.turn).norm())
+    }
+
+    /// Calls `take` with the wrench on the child and the error of every row: translations, then
+    /// rotations.
+    pub fn each(&self, mut take: impl FnMut(Force, f64)) {
+        let (directions, count) = self.translations.directions();
+        for direction in &directions[..count] {
+            take(Force::at(self.at, *direction), direction.dot(&self.gap));
+        }
+        let (directions, count) = self.rotations.directions();
+        for direction in &directions[..count] {
+            take(Force { moment: *direction, force: Vector3::zeros() }, direction.dot(&self.turn));
+        }
+    }
+}
+
+/// Adds the rows of `coupling`, which belong to `owner`.
+///
+/// `free` gives each body's velocity if no row acted, `wanted` the child's velocity against the parent's after
+/// the step; what is apart is taken back no faster than at `fastest` (m/s and rad/s). `half_solve` fills
+/// the half-solved row of a wrench on the child and its opposite on the parent.
+#[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
+pub fn add(
+    rows: &mut Rows,
+    owner: Owner,
+    coupling: &Coupling,
+    free: &[Motion],
+    wanted: Motion,
+    step: f64,
+    fastest: f64,
+    mut half_solve: impl FnMut(Force, &mut [f64]),
+) {
+    let velocity = free[coupling.child].plus(free[coupling.parent].plus(wanted).scaled(-1.0));
+    coupling.each(|wrench, error| {
+        let back = (SHARE_PER_STEP * error / step).max(-fastest).min(fastest);
+        let half = rows.push(owner, Bound::Free, velocity.dot(wrench) + back, 0.0, 0.0);
+        half_solve(wrench, half);
+    });
+}
+
+/// Two directions across `axis` and square to each other, all of unit length.
+fn across(axis: Vector3<f64>) -> [Vector3<f64>; 2] {
+    // The world axis that is farthest from it.
+    let reference = Vector3::ith(axis.iamin(), 1.0);
+    let first = axis.cross(&reference).normalize();
+    [first, axis.cross(&first)]
+}
+
+/// The rotation vector that turns the frame `from` into `to`, rad.
+fn turn_between(from: &Matrix3<f64>, to: &Matrix3<f64>) -> Vector3<f64> {
+    let turn = Rotation3::from_matrix_unchecked(to * from.transpose());
+    // The angle of a matrix is the arc cosine of its trace, which rounding takes out of range.
+    UnitQuaternion::from_rotation_matrix(&turn).scaled_axis()
+}

@@ -1,0 +1,79 @@
+//! Rows of the joints that close loops: rows e like a tree joint's in maximal coordinates, in either
+//! coordinates.
+//!
+//! The rows read the velocities that the bodies have in their old places, V⁺ = V + h (a − D) with the
+//! acceleration D of a body by the tree's own turning (see `maximal`). A joint's two bodies may accelerate against
+//! each other by S q̈ and by the turning of S with the first body, V_a × (V_b − V_a) (Featherstone 2008,
+//! section 3.5). So what its rows ask for is
+//!
+//! Tᵀ (V_b⁺ − V_a⁺) = h Tᵀ (V_a × (V_b − V_a) − (D_b − D_a)),
+//!
+//! the bias −h J̇ v; without it the loop's own turning is left to the next step, as in the paper's form.
+
+use super::joint::{self, Coupling};
+use super::{Owner, Rows};
+use crate::model::Model;
+use crate::sim::reduced::kinematics::BodyMotion;
+use crate::sim::spatial::{Force, Motion};
+
+/// Greatest speed at which a loop that is open is closed, m/s and rad/s.
+const FASTEST_RECOVERY: f64 = 5.0;
+
+/// Adds the rows of all loops of `model`.
+///
+/// `bodies` are as they move at `rates` before the step, `free` gives each body's velocity if no row acted;
+/// `turning` asks for the bias. `half_solve` fills the half-solved row of a wrench on the first body and its
+/// opposite on the second.
+#[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
+pub fn add(
+    rows: &mut Rows,
+    model: &Model,
+    bodies: &[BodyMotion],
+    rates: &[f64],
+    free: &[Motion],
+    step: f64,
+    turning: bool,
+    stabilization: bool,
+    mut half_solve: impl FnMut([usize; 2], Force, &mut [f64]),
+) {
+    for index in 0..model.loops.len() {
+        let coupling = Coupling::of_loop(model, bodies, index);
+        let (child, parent) = (coupling.child, coupling.parent);
+        let wanted = if turning {
+            let own = bodies[parent].velocity.cross_motion(bodies[child].velocity);
+            let by_tree =
+                drift(model, bodies, rates, child).plus(drift(model, bodies, rates, parent).scaled(-1.0));
+            own.plus(by_tree.scaled(-1.0)).scaled(step)
+        } else {
+            Motion::ZERO
+        };
+        let fastest = if stabilization { FASTEST_RECOVERY } else { 0.0 };
+        joint::add(rows, Owner::Loop(index), &coupling, free, wanted, step, fastest, |wrench, half| {
+            half_solve([child, parent], wrench, half);
+        });
+    }
+}
+
+/// What every loop's joint hands from its first body to its second, about the common point, N m and N: into
+/// `forces`, one a loop. The rows of loops are the last of `rows`.
+pub fn forces(rows: &Rows, model: &Model, bodies: &[BodyMotion], forces: &mut [Force]) {
+    let first = rows.owner.iter().position(|owner| matches!(owner, Owner::Loop(_))).unwrap_or(rows.len());
+    let mut numbers = rows.force[first..].iter();
+    for (index, sum) in forces.iter_mut().enumerate() {
+        *sum = Force::ZERO;
+        Coupling::of_loop(model, bodies, index).each(|wrench, _| {
+            *sum = numbers.next().map_or(*sum, |number| sum.plus_scaled(wrench, *number));
+        });
+    }
+}
+
+/// D: acceleration of `body` by the velocities of the joints between it and the root alone.
+fn drift(model: &Model, bodies: &[BodyMotion], rates: &[f64], mut body: usize) -> Motion {
+    let mut sum = Motion::ZERO;
+    while body > 0 {
+        let parent = model.bodies[body].parent;
+        sum = sum.plus_scaled(bodies[parent].velocity.cross_motion(bodies[body].freedom), rates[body - 1]);
+        body = parent;
+    }
+    sum
+}

@@ -1,0 +1,62 @@
+//! Angles at which a character's loops are closed.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::anatomy::Posed;
+use crate::model::Model;
+use crate::sim::rows::joint::Coupling;
+
+/// Most steps of the search.
+const STEPS: u32 = 50;
+
+/// Distance (m) and angle (rad) at which a loop counts as closed.
+const CLOSED: f64 = 1e-10;
+
+/// Share of the greatest entry of J Jᵀ that is added to its diagonal, for rows that no angle moves.
+const DAMPING: f64 = 1e-9;
+
+/// Greatest distance (m) or angle (rad) by which a loop of `model` is open.
+pub fn opening(model: &Model, posed: &Posed) -> f64 {
+    let loops = 0..model.loops.len();
+    loops.map(|index| Coupling::of_loop(model, &posed.bodies, index).separation()).fold(0.0, f64::max)
+}
+
+/// Moves `angles` to the nearest at which the loops are closed, as far as the limits let them: steps of
+/// Gauss and Newton, each the shortest that closes the loops to first order (Levenberg-damped).
+pub fn close(model: &Model, angles: &mut [f64]) {
+    if model.loops.is_empty() {
+        return;
+    }
+    for _ in 0..STEPS {
+        let posed = Posed::new(model, angles);
+        if opening(model, &posed) <= CLOSED {
+            return;
+        }
+        let (mut slopes, mut errors) = (Vec::new(), Vec::new());
+        for index in 0..model.loops.len() {
+            let coupling = Coupling::of_loop(model, &posed.bodies, index);
+            coupling.each(|wrench, error| {
+                errors.push(error);
+                slopes.extend((1..model.bodies.len()).map(|body| {
+                    let carries = |end: usize| f64::from(u8::from(model.carries(body, end)));
+                    let share = carries(coupling.child) - carries(coupling.parent);
+                    share * posed.bodies[body].freedom.dot(wrench)
+                }));
+            });
+        }
+        let jacobian = DMatrix::from_row_slice(errors.len(), angles.len(), &slopes);
+        let mut square = &jacobian * jacobian.transpose();
+        let damping = DAMPING * square.amax();
+        for row in 0..errors.len() {
+            square[(row, row)] += damping;
+        }
+        let Some(factor) = square.cholesky() else { return };
+        let change = jacobian.tr_mul(&factor.solve(&DVector::from_vec(errors)));
+        for ((angle, change), limit) in angles.iter_mut().zip(&change).zip(&model.limits) {
+            *angle -= change;
+            if let Some([lower, upper]) = limit {
+                *angle = angle.max(*lower).min(*upper);
+            }
+        }
+    }
+}
