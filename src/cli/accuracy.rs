@@ -4,6 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
+use gaitwright::accuracy::catalogue;
 use gaitwright::accuracy::scenes::{ClosedForm, SCENES};
 use gaitwright::accuracy::{Pieces, Recommendation, Sweep, Table, Watcher, study};
 use gaitwright::export::front_diagram;
@@ -22,13 +23,16 @@ const TOLERANCES: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
 /// Tells what accuracy costs in computing time for a scenario, as table.csv, table.json and front.svg, and
 /// prints the cheapest setting for a tolerance.
 #[derive(Debug, clap::Args)]
-#[command(group(clap::ArgGroup::new("subject").required(true).args(["scenario", "scene", "list"])))]
+#[command(group(clap::ArgGroup::new("subject").required(true).args(["scenario", "scene", "hard_cases", "list"])))]
 pub struct Accuracy {
     /// Scenario document; `-` is standard input
     scenario: Option<PathBuf>,
     /// A built-in scene whose exact motion is known, instead of a scenario
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
+    /// The catalogue of hard cases instead, each at its step and at four times that: leaves hard_cases.csv
+    #[arg(long)]
+    hard_cases: bool,
     /// List the built-in scenes
     #[arg(long)]
     list: bool,
@@ -50,17 +54,27 @@ struct Recommendations<'a> {
     recommendations: Vec<Recommendation>,
 }
 
+/// What is printed of the hard cases.
+#[derive(Serialize)]
+struct HardCases<'a> {
+    format: &'static str,
+    runs: usize,
+    broken: Vec<&'a str>,
+}
+
 impl Accuracy {
     pub fn run(self) -> Result<(), Failure> {
         if self.list {
             return list();
         }
+        let out = self.out.as_deref().unwrap_or(Path::new("."));
+        if self.hard_cases {
+            return hard_cases(out);
+        }
         let table = match (&self.scenario, &self.scene) {
             (Some(path), _) => of_scenario(path)?,
             (None, scene) => of_scene(scene.as_deref().unwrap_or_default())?,
         };
-        let out = self.out.as_deref().unwrap_or(Path::new("."));
-        std::fs::create_dir_all(out).with_context(|| format!("{} cannot be made", out.display()))?;
         leave(out, "table.csv", table.to_csv().as_bytes())?;
         leave(out, "table.json", &serde_json::to_vec_pretty(&table)?)?;
         leave(out, "front.svg", front_diagram(&table)?.as_bytes())?;
@@ -109,7 +123,25 @@ fn table(studied: Result<Option<Table>, InputError>, name: &str) -> Result<Table
     }
 }
 
+/// Runs every hard case and leaves what it measures beside what it may be.
+fn hard_cases(out: &Path) -> Result<(), Failure> {
+    let mut verdicts = Vec::new();
+    let mut progress = Progress::new();
+    let cases = catalogue::cases();
+    for (index, case) in cases.iter().enumerate() {
+        progress.progress(index, cases.len(), &case.name);
+        for factor in if case.own_step { &[1.0][..] } else { &[1.0, 4.0] } {
+            verdicts.push(catalogue::judge(case, *factor).map_err(Failure::input(case.name.clone()))?);
+        }
+    }
+    leave(out, "hard_cases.csv", catalogue::to_csv(&verdicts).as_bytes())?;
+    let broken: Vec<&str> =
+        verdicts.iter().filter(|verdict| !verdict.holds()).map(|verdict| verdict.case.as_str()).collect();
+    print(&HardCases { format: "gaitwright/hard-cases@1", runs: verdicts.len(), broken })
+}
+
 fn leave(folder: &Path, name: &str, contents: &[u8]) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     let path = folder.join(name);
     Ok(std::fs::write(&path, contents).with_context(|| format!("{} cannot be written", path.display()))?)
 }

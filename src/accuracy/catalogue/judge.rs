@@ -47,6 +47,35 @@ impl Verdict {
     }
 }
 
+/// The verdicts as comma-separated values, one line a bound.
+pub fn to_csv(verdicts: &[Verdict]) -> String {
+    let mut text =
+        "case,step,step_tolerance,integrator,solver,status,quantity,unit,bound,measured,holds\n".to_owned();
+    for verdict in verdicts {
+        let accuracy = &verdict.accuracy;
+        // The words of the documents.
+        let word = |value: serde_json::Result<serde_json::Value>| match value {
+            Ok(serde_json::Value::String(word)) => word,
+            Ok(serde_json::Value::Object(fields)) => {
+                fields.get("of").and_then(|name| name.as_str()).unwrap_or_default().to_owned()
+            }
+            _ => String::new(),
+        };
+        let integrator = word(serde_json::to_value(accuracy.integrator));
+        let solver = word(serde_json::to_value(accuracy.solver.kind));
+        let tolerance = accuracy.step_tolerance.map_or_else(String::new, |value| value.to_string());
+        let status = verdict.status.replace([',', '\n'], ";");
+        for row in &verdict.rows {
+            let quantity = word(serde_json::to_value(&row.quantity));
+            text += &format!(
+                "{},{},{tolerance},{integrator},{solver},{status},{quantity},{},{:e},{:e},{}\n",
+                verdict.case, accuracy.step, row.unit, row.bound, row.measured, row.holds
+            );
+        }
+    }
+    text
+}
+
 /// Runs `case` at `factor` times its step and measures what is bounded.
 ///
 /// # Errors

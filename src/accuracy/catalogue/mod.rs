@@ -19,7 +19,7 @@ mod steps;
 
 use crate::scenario::Scenario;
 
-pub use judge::{Row, Verdict, judge};
+pub use judge::{Row, Verdict, judge, to_csv};
 pub use quantity::{Quantity, Run};
 
 /// A scene that is hard to simulate, and what must hold in it.

@@ -38,7 +38,8 @@ pub fn detect(
             Terrain::Field(_) => body.velocity.at(center).norm(),
         };
         let rim = body.velocity.angular.norm() * shape.reach;
-        if center.z - shape.reach - highest > outlook.margin(falling.max(0.0) + rim) {
+        let farthest = outlook.margin(falling.max(0.0) + rim);
+        if center.z - shape.reach - highest > farthest {
             continue;
         }
         let from = touches.len();
@@ -71,9 +72,13 @@ pub fn detect(
         };
         match shape.surface {
             Surface::Points { first, count, radius } => {
-                for index in 0..count {
-                    let middle = body.point(model.ground_points[first + index]);
-                    meet(shape.first_slot + index, middle, radius);
+                let upright = body.rotation.row(2);
+                let lowest = highest + farthest + radius - body.origin.z;
+                for (index, point) in model.ground_points[first..first + count].iter().enumerate() {
+                    // Most corners are too high whatever their speed.
+                    if upright[0] * point.x + upright[1] * point.y + upright[2] * point.z <= lowest {
+                        meet(shape.first_slot + index, body.point(*point), radius);
+                    }
                 }
                 if count > CORNERS_KEPT_WHOLE {
                     keep_four(touches, from);

@@ -159,6 +159,7 @@ fn refuse(model: &Model, plan: &StepPlan) -> Result<(), Unsupported> {
     let pyramid = plan.accuracy.friction_cone == FrictionCone::Pyramid;
     let corrected = plan.ground.is_some() || plan.limits.is_some();
     for (asked, answer) in [
+        (!model.loops.is_empty(), Unsupported::Missing("joints that close loops as they are done here")),
         (plan.self_collision, Unsupported::Missing("self-collision as it is done here")),
         (!plan.obstacles.is_empty(), Unsupported::Missing("obstacles as they are done here")),
         (matches!(plan.ground, Some(Terrain::Field(_))), Unsupported::Missing("this ground")),
