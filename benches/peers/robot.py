@@ -7,11 +7,11 @@ import mujoco
 import numpy as np
 
 
-def load(path, gains, ground=True, torque=True):
+def load(path, gains, ground=True, friction=0.8):
     """Compiles the URDF at `path`.
 
-    `gains` are the servos' stiffness and damping, numbers or {joint: number}; `None` leaves the joints passive.
-    With `torque` the URDF's effort limits bound the servos.
+    `gains` are the servos' stiffness, damping and greatest torque, each a number or {joint: number}, the last `None`
+    or with `None` where the torque is not bounded; `gains` of `None` leave the joints passive.
     """
     text = re.sub(r"<visual>.*?</visual>", "", open(path).read(), flags=re.S)
     root = ElementTree.fromstring(text)
@@ -19,29 +19,32 @@ def load(path, gains, ground=True, torque=True):
     ElementTree.SubElement(
         extra, "compiler", discardvisual="true", fusestatic="true", balanceinertia="true", strippath="true"
     )
-    efforts = {
-        joint.get("name"): float(limit.get("effort", 0)) for joint in root.iter("joint") for limit in joint.iter("limit")
-    }
     spec = mujoco.MjSpec.from_string(ElementTree.tostring(root, encoding="unicode"))
     spec.worldbody.first_body().add_freejoint()
     # Bits keep the robot's shapes from touching each other: they meet the ground alone.
     for geom in spec.geoms:
         geom.contype, geom.conaffinity = (1, 2) if ground else (0, 0)
     if ground:
-        friction = [0.8, 0.005, 0.0001]
         spec.worldbody.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_PLANE, size=[50, 50, 1], friction=friction, contype=2, conaffinity=1
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            size=[50, 50, 1],
+            friction=[friction, 0.005, 0.0001],
+            contype=2,
+            conaffinity=1,
         )
+        # Of two coefficients the greater holds; the shapes' own must not be it.
+        for geom in spec.geoms:
+            geom.friction = [friction, 0.005, 0.0001]
     if gains is not None:
         for joint in spec.joints:
             if joint.type == mujoco.mjtJoint.mjJNT_FREE:
                 continue
-            stiffness, damping = (each[joint.name] if isinstance(each, dict) else each for each in gains)
+            stiffness, damping, torque = (each[joint.name] if isinstance(each, dict) else each for each in gains)
             actuator = spec.add_actuator(name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
             actuator.set_to_position(kp=stiffness, kv=damping)
-            if torque and efforts.get(joint.name):
+            if torque is not None:
                 actuator.forcelimited = True
-                actuator.forcerange = [-efforts[joint.name], efforts[joint.name]]
+                actuator.forcerange = [-torque, torque]
     return spec.compile()
 
 
@@ -56,6 +59,21 @@ def place(model, data, pose, height):
     data.qpos[2] = height
     for name in joints(model):
         data.qpos[model.joint(name).qposadr[0]] = pose.get(name, 0.0)
+
+
+def start(model, data, line):
+    """Puts the robot in the state of a line of `gaitwright simulate`."""
+    mujoco.mj_resetData(model, data)
+    root = line["root"]
+    data.qpos[:3], data.qpos[3:7] = root["position"], root["orientation"]
+    data.qvel[:3] = root["linear_velocity"]
+    # The angular velocity of a free joint is along the body's own axes.
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, data.qpos[3:7])
+    data.qvel[3:6] = turn.reshape(3, 3).T @ root["angular_velocity"]
+    for name, joint in line["joints"].items():
+        data.qpos[model.joint(name).qposadr[0]] = joint["angle"]
+        data.qvel[model.joint(name).dofadr[0]] = joint["velocity"]
 
 
 def solver_residual(model, data):

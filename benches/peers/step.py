@@ -30,7 +30,7 @@ def main():
     parser.add_argument("--damping", type=float, default=2.0)
     parser.add_argument("--rounds", type=int, default=15)
     options = parser.parse_args()
-    model = robot.load(options.urdf, (options.stiffness, options.damping), torque=False)
+    model = robot.load(options.urdf, (options.stiffness, options.damping, None))
     model.opt.timestep = STEP
     data = mujoco.MjData(model)
     pose, height = {}, 0.35

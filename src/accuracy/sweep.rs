@@ -23,11 +23,11 @@ pub struct Sweep {
 }
 
 impl Default for Sweep {
-    /// Steps from 8 ms to 1/8 ms by halves.
+    /// Steps from 32 ms to 1/8 ms by halves.
     fn default() -> Self {
         Self {
-            steps: (0..7).map(|halvings| 0.008 / f64::from(1 << halvings)).collect(),
-            step_tolerances: vec![1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8],
+            steps: (0..9).map(|halvings| 0.032 / f64::from(1 << halvings)).collect(),
+            step_tolerances: vec![1e-1, 3e-2, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8],
             repeats: 5,
         }
     }
