@@ -51,12 +51,13 @@ static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn a_warm_step_allocates_nothing() {
-    for (kind, coordinates) in [
-        (SolverKind::Newton, Coordinates::Reduced),
-        (SolverKind::Pgs, Coordinates::Reduced),
-        (SolverKind::Newton, Coordinates::Maximal),
+    for (character, kind, coordinates) in [
+        ("quadruped.urdf", SolverKind::Newton, Coordinates::Reduced),
+        ("quadruped.urdf", SolverKind::Pgs, Coordinates::Reduced),
+        ("quadruped.urdf", SolverKind::Newton, Coordinates::Maximal),
+        ("pantograph.json", SolverKind::Newton, Coordinates::Reduced),
     ] {
-        let model = common::example("quadruped.urdf");
+        let model = common::example(character);
         let stance = Stance::find(&model, &Scene::default());
         let solver = SolverChoice { kind, ..SolverChoice::default() };
         let accuracy = Accuracy { solver, coordinates, ..Accuracy::default() };
@@ -83,7 +84,7 @@ fn a_warm_step_allocates_nothing() {
             let allocations = ALLOCATIONS.with(Cell::get) - before;
             assert!(
                 round == 0 || allocations == 0,
-                "{allocations} allocations with {kind:?} in {coordinates:?} coordinates"
+                "{allocations} allocations of {character} with {kind:?} in {coordinates:?} coordinates"
             );
         }
     }

@@ -82,6 +82,33 @@ fn check_tells_what_it_understood() {
 }
 
 #[test]
+fn check_lists_the_shapes_that_pass_through_each_other() {
+    let ball = |radius: f64| json!([{ "kind": "sphere", "radius": radius }]);
+    let link = |name: &str, radius: f64| json!({ "name": name, "density": 1000, "shapes": ball(radius) });
+    let slide = |child: &str, parent: &str, x: f64| {
+        json!({ "name": format!("to_{child}"), "kind": "prismatic", "parent": parent, "child": child,
+                "origin": { "position": [x, 0, 0] }, "axis": [1, 0, 0],
+                "limits": { "lower": -0.01, "upper": 0.01 } })
+    };
+    // A ball, another beside it, and on that a small one inside the first, one out of its reach, and one that
+    // just reaches it.
+    let character = json!({
+        "format": "gaitwright/character@1", "name": "balls",
+        "links": [link("first", 0.1), link("beside", 0.1), link("inside", 0.05), link("far", 0.05),
+                  link("near", 0.05)],
+        "joints": [slide("beside", "first", 0.5), slide("inside", "beside", -0.5),
+                   slide("far", "beside", 1.0), slide("near", "beside", -0.665)]
+    });
+    let answer = run_with(&["check", "-"], character.to_string().as_bytes());
+    let document: Value = serde_json::from_str(&stdout(&answer)).unwrap();
+    // `beside` is joined to all others, and of those only `near` and `first` can meet.
+    assert_eq!(
+        document["self_collision"],
+        json!({ "can_touch": 1, "apart": 4, "joined": 4, "overlapping": [[0, 2]] })
+    );
+}
+
+#[test]
 fn check_reads_the_real_robots() {
     let Some(folder) = common::robots() else { return };
     // Name, mass (kg) and number of movable joints as the robots' makers state them.

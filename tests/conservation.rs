@@ -68,7 +68,7 @@ fn flight_drift(model: &Arc<Model>, start: &State, torque: Option<&[f64]>, accur
     let before = energy(&simulator);
     let kinetic = simulator.energy().kinetic;
     let (mut work, mut drift) = (0.0, [0.0_f64; 3]);
-    for _ in 0..(0.24 / accuracy.step).round() as usize {
+    for _ in 0..(0.2 / accuracy.step).round() as usize {
         let rates = simulator.state().velocities.clone();
         advance(&mut simulator, torque.map_or(Command::Passive, Command::Torque));
         let moved =
@@ -103,7 +103,7 @@ fn flight_keeps_momentum_and_energy_up_to_the_methods_order() {
                 for (sum, step) in sums.iter_mut().zip([2e-3, 1e-3, 5e-4]) {
                     let drift =
                         flight_drift(&model, &start, driven.then_some(&torque), exact(step, integrator));
-                    // Relative rates of change are at most some 20/s here: first order over a quarter of a second.
+                    // Relative rates of change are at most some 20/s here: first order over a fifth of a second.
                     let most = if integrator == Integrator::MoreauJean { 0.05 } else { 0.5 };
                     assert!(
                         drift.iter().all(|drift| *drift < most),

@@ -1,10 +1,11 @@
 //! Contact, friction, limits and torque limits in whole steps, against closed forms and exact solvers.
 
+#[path = "common/bodies.rs"]
+mod bodies;
 mod common;
 
 use std::sync::Arc;
 
-use gaitwright::character::{self, Options, Source};
 use gaitwright::model::Model;
 use gaitwright::scene::{
     Accuracy, Effect, Feedforward, FrictionCone, Gains, Scene, SolverChoice, SolverKind, Switch,
@@ -12,35 +13,9 @@ use gaitwright::scene::{
 use gaitwright::sim::{Command, Simulator, State};
 use gaitwright::stance::Stance;
 
+use bodies::{ball, cube, urdf};
+
 const GRAVITY: f64 = 9.81;
-
-fn urdf(text: &str, fixed_base: bool) -> Arc<Model> {
-    let reading = character::read(text.as_bytes(), Source::Urdf, Options::default())
-        .unwrap_or_else(|error| panic!("{error}"));
-    Arc::new(Model::new(Arc::new(reading.character), fixed_base))
-}
-
-/// A cube of 2 kg with edges of 0.2 m.
-fn cube() -> Arc<Model> {
-    urdf(
-        r#"<robot name="cube"><link name="cube">
-          <inertial><mass value="2"/><inertia ixx="0.0133333" ixy="0" ixz="0" iyy="0.0133333" iyz="0" izz="0.0133333"/></inertial>
-          <collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision>
-        </link></robot>"#,
-        false,
-    )
-}
-
-/// A ball of 1 kg and 0.1 m with the inertia of a solid one.
-fn ball() -> Arc<Model> {
-    urdf(
-        r#"<robot name="ball"><link name="ball">
-          <inertial><mass value="1"/><inertia ixx="0.004" ixy="0" ixz="0" iyy="0.004" iyz="0" izz="0.004"/></inertial>
-          <collision><geometry><sphere radius="0.1"/></geometry></collision>
-        </link></robot>"#,
-        false,
-    )
-}
 
 /// A bar of 1 kg m² about a hinge at one end (with its own weight's moment m g l), horizontal axis.
 fn bar(limits: &str) -> Arc<Model> {

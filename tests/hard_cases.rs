@@ -68,6 +68,19 @@ fn contacts_and_robots() {
     all_bounds_hold(4);
 }
 
+/// What four times the step may gain is five times what the step may.
+#[test]
+fn whips_gain_less_at_the_default_step() {
+    for name in ["chain-released", "chain-released-in-space"] {
+        let mut case = named(name).unwrap();
+        for bound in &mut case.bounds {
+            bound.most *= 0.2;
+        }
+        let verdict = judge(&case, 1.0).unwrap();
+        assert!(verdict.holds(), "{name}: {:?}", verdict.rows);
+    }
+}
+
 #[test]
 fn a_broken_bound_is_told() {
     let mut case = named("friction-0").unwrap();

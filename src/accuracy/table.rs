@@ -121,7 +121,7 @@ pub struct Row {
 /// Columns of the comma-separated values.
 const COLUMNS: &str = "method,engine,status,front,error,worst_error,seconds,evaluations,step,step_tolerance,integrator,\
     coordinates,joint_bias,solver,iterations,tolerance,friction_cone,feedforward,energy_error,momentum_error,\
-    penetration,limit_overshoot,residual,because";
+    penetration,limit_overshoot,joint_separation,residual,because";
 
 impl Table {
     /// The table of `rows`, with those marked that are on the front.
@@ -144,7 +144,7 @@ impl Table {
 }
 
 impl Row {
-    fn cells(&self) -> [String; 24] {
+    fn cells(&self) -> [String; 25] {
         let figures = self.figures.as_ref();
         let figure = |pick: fn(&Figures) -> f64| figures.map(|own| pick(own).to_string()).unwrap_or_default();
         let maybe = |pick: fn(&Figures) -> Option<f64>| {
@@ -176,6 +176,7 @@ impl Row {
             figure(|own| own.momentum_error),
             maybe(|own| own.penetration),
             figure(|own| own.limit_overshoot),
+            maybe(|own| own.joint_separation),
             maybe(|own| own.residual),
             self.because.clone().unwrap_or_default(),
         ]

@@ -34,6 +34,9 @@ pub struct Figures {
     pub penetration: Option<f64>,
     /// Greatest distance of a joint from its range of motion, rad or m.
     pub limit_overshoot: f64,
+    /// Greatest distance (m) or angle (rad) by which the two bodies of a joint or of a closed loop are apart: in
+    /// joint coordinates only loops can be; `null` where the engine does not tell.
+    pub joint_separation: Option<f64>,
     /// Greatest residual of the complementarity problem, m/s or rad/s; `null` where the engine has none.
     pub residual: Option<f64>,
 }
@@ -190,6 +193,7 @@ struct Sum {
     evaluations: Option<u64>,
     penetration: Option<f64>,
     overshoot: f64,
+    separation: Option<f64>,
     residual: Option<f64>,
 }
 
@@ -202,6 +206,7 @@ impl Sum {
         evaluations: Some(0),
         penetration: None,
         overshoot: 0.0,
+        separation: None,
         residual: None,
     };
 
@@ -216,6 +221,7 @@ impl Sum {
         let depth = simulator.contacts().map(|contact| contact.depth).fold(0.0, f64::max);
         let greater = |sum: &mut Option<f64>, value: f64| *sum = Some(sum.unwrap_or(0.0).max(value));
         greater(&mut self.penetration, depth);
+        greater(&mut self.separation, simulator.joint_separation());
         greater(&mut self.residual, simulator.residual());
     }
 
@@ -230,6 +236,7 @@ impl Sum {
             momentum_error: self.momentum / marks,
             penetration: self.penetration,
             limit_overshoot: self.overshoot,
+            joint_separation: self.separation,
             residual: self.residual,
         }
     }

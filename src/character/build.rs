@@ -350,6 +350,7 @@ fn finished_joint(joint: DraftJoint, parent: usize) -> Joint {
         origin: joint.origin.value,
         axis: unit(joint.axis.value),
         limits: joint.limits.map(|At { value: [lower, upper], .. }| Limits { lower, upper }),
+        driven: joint.driven,
         effort: joint.effort.map(|effort| effort.value),
         velocity: joint.velocity.map(|velocity| velocity.value),
         damping: joint.damping.value,

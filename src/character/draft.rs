@@ -99,6 +99,7 @@ pub struct DraftJoint {
     pub axis: At<Vector3<f64>>,
     /// Lower and upper end; `None` is unlimited.
     pub limits: Option<At<[f64; 2]>>,
+    pub driven: bool,
     pub effort: Option<At<f64>>,
     pub velocity: Option<At<f64>>,
     pub damping: At<f64>,

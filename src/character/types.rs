@@ -68,6 +68,8 @@ pub struct Joint {
     pub axis: Unit<Vector3<f64>>,
     /// Range of motion, rad or m; `None` is unlimited. `lower < upper`.
     pub limits: Option<Limits>,
+    /// Whether an actuator drives the joint; without one it is passive.
+    pub driven: bool,
     /// Greatest torque or force of the actuator, N m or N; `None` is unbounded.
     pub effort: Option<f64>,
     /// Greatest speed of the actuator, rad/s or m/s; `None` is unbounded.

@@ -31,6 +31,8 @@ pub struct Findings {
     pub joints: Vec<JointFinding>,
     /// The shapes that touch the world.
     pub shapes: Vec<ShapeFinding>,
+    /// Which of the shapes can touch each other.
+    pub self_collision: SelfCollision,
     /// The standing pose.
     pub standing: Standing,
     /// Everything repaired, approximated or ignored.
@@ -48,6 +50,8 @@ pub struct JointFinding {
     pub link: String,
     /// Lower and upper end of the range of motion, rad or m; `null` is unlimited.
     pub limits: Option<[f64; 2]>,
+    /// Whether it has an actuator; without one it is passive.
+    pub driven: bool,
     /// Greatest torque or force, N m or N; `null` is unbounded.
     pub effort: Option<f64>,
     /// Greatest speed, rad/s or m/s; `null` is unbounded.
@@ -63,6 +67,20 @@ pub struct ShapeFinding {
     pub kind: String,
     /// Edges of the box about it in its own frame, m.
     pub size: [f64; 3],
+}
+
+/// Which shapes of a character can touch each other: its pairs of shapes of different bodies.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SelfCollision {
+    /// Number of pairs that can touch.
+    pub can_touch: usize,
+    /// Number of pairs that cannot, whatever the joints do within their limits.
+    pub apart: usize,
+    /// Number of pairs of bodies that a joint connects, which always pass through each other.
+    pub joined: usize,
+    /// The pairs that pass through each other because shapes of their bodies overlap in the standing pose; indices
+    /// into `shapes`.
+    pub overlapping: Vec<[usize; 2]>,
 }
 
 /// A standing pose.
@@ -93,6 +111,7 @@ pub fn check(reading: &Reading, scene: &Scene) -> Findings {
         links: character.links.iter().map(|link| link.name.clone()).collect(),
         joints: joints(character),
         shapes: shapes(character),
+        self_collision: self_collision(&model),
         standing: standing(&model, &stance),
         notes: reading.notes.clone(),
     }
@@ -111,6 +130,7 @@ fn joints(character: &Character) -> Vec<JointFinding> {
             kind: kind.to_owned(),
             link: link.name.clone(),
             limits: joint.limits.map(|Limits { lower, upper }| [lower, upper]),
+            driven: joint.driven,
             effort: joint.effort,
             velocity: joint.velocity,
         })
@@ -128,6 +148,17 @@ fn shapes(character: &Character) -> Vec<ShapeFinding> {
         found.collect::<Vec<_>>()
     };
     character.links.iter().flat_map(of_link).collect()
+}
+
+/// The model's shapes are those of the links in their order, as [`shapes`] lists them.
+fn self_collision(model: &Model) -> SelfCollision {
+    let pairs = &model.pairs;
+    SelfCollision {
+        can_touch: pairs.count,
+        apart: pairs.apart.len(),
+        joined: pairs.joined.len(),
+        overlapping: pairs.overlapping.clone(),
+    }
 }
 
 /// A shape's kind, and the edges of the box about it in its own frame, m.

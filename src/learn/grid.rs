@@ -120,7 +120,8 @@ impl JointGrid {
 }
 
 impl Grid {
-    /// Divides the joints of `model` around its standing pose.
+    /// Divides the joints of `model` around its standing pose. A joint without an actuator stays at the one level
+    /// that is its standing angle.
     pub fn new(model: &Model, stance: &Stance, parameters: &Parameters) -> Self {
         let joints = (0..model.joint_count()).map(|joint| {
             let reach = match model.bodies[joint + 1].freedom {
@@ -129,13 +130,18 @@ impl Grid {
                 Freedom::Prismatic => parameters.learning.reach * 0.5 * stance.root_height.max(0.01),
             };
             let crossing = parameters.learning.swing * reach / parameters.transition_time;
+            // What nothing drives has no targets to choose from.
+            let levels = match model.driven[joint] {
+                true => (parameters.learning.angle_levels, parameters.learning.velocity_levels),
+                false => (1, 1),
+            };
             let speed = model.speed[joint].map_or(crossing, |limit| limit.min(crossing));
             JointGrid::new(
                 stance.angles[joint],
                 model.limits[joint],
                 speed,
                 reach,
-                (parameters.learning.angle_levels, parameters.learning.velocity_levels),
+                levels,
                 parameters.transition_time,
             )
         });

@@ -81,6 +81,7 @@ impl Model {
             fixed_base,
             joint_names: joints.iter().map(|joint| joint.name.clone()).collect(),
             limits,
+            driven: joints.iter().map(|joint| joint.driven).collect(),
             effort: joints.iter().map(|joint| joint.effort).collect(),
             speed: joints.iter().map(|joint| joint.velocity).collect(),
             damping: joints.iter().map(|joint| joint.damping).collect(),

@@ -30,6 +30,8 @@ pub struct Model {
     pub joint_names: Vec<String>,
     /// Range of motion, rad or m; `None` is unlimited.
     pub limits: Vec<Option<[f64; 2]>>,
+    /// Whether an actuator drives the joint; without one it is passive, whatever its target.
+    pub driven: Vec<bool>,
     /// Greatest torque or force of the actuator, N m or N; `None` is unbounded.
     pub effort: Vec<Option<f64>>,
     /// Greatest speed of the actuator, rad/s or m/s; `None` is unbounded.
@@ -135,6 +137,12 @@ impl Model {
     /// Index of the joint called `name`.
     pub fn joint(&self, name: &str) -> Option<usize> {
         self.joint_names.iter().position(|joint| joint == name)
+    }
+
+    /// Whether every joint has an actuator and moves whatever the others do, so that all of them can be held at
+    /// velocities of their own.
+    pub fn joints_are_independent(&self) -> bool {
+        self.loops.is_empty() && self.driven.iter().all(|driven| *driven)
     }
 
     /// The first body that can move and has no mass or no positive definite inertia of its own, if

@@ -50,14 +50,34 @@ pub struct StepPlan {
 /// How joints are driven toward their targets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DrivePlan {
-    /// Spring K, N m/rad, one a joint.
+    /// Spring K, N m/rad, one a joint; 0 for one without an actuator.
     pub stiffness: Vec<f64>,
-    /// Damper D, N m s/rad, one a joint.
+    /// Damper D, N m s/rad, one a joint; 0 for one without an actuator.
     pub damping: Vec<f64>,
     /// Greatest torque, N m, one a joint; infinite where unlimited. `None` without torque limits.
     pub max_torque: Option<Vec<f64>>,
     /// How the offset torque is found.
     pub feedforward: Feedforward,
+}
+
+impl DrivePlan {
+    /// `gains` at the joints of `model` that have an actuator, and nothing at those that have none.
+    fn new(model: &Model, gains: &Gains, torque_limits: bool, feedforward: bool) -> Self {
+        let at_driven = |values: &[f64]| {
+            values
+                .iter()
+                .zip(&model.driven)
+                .map(|(value, driven)| if *driven { *value } else { 0.0 })
+                .collect()
+        };
+        Self {
+            stiffness: at_driven(&gains.stiffness),
+            damping: at_driven(&gains.damping),
+            max_torque: torque_limits
+                .then(|| gains.max_torque.iter().map(|limit| limit.unwrap_or(f64::INFINITY)).collect()),
+            feedforward: if feedforward { gains.feedforward } else { Feedforward::None },
+        }
+    }
 }
 
 impl StepPlan {
@@ -105,13 +125,8 @@ impl StepPlan {
                 .then_some(scene.restitution),
             friction: on(Effect::Friction).then_some(scene.friction),
             limits: on(Effect::JointLimits).then(|| model.limits.clone()),
-            drive: gains.map(|gains| DrivePlan {
-                stiffness: gains.stiffness.clone(),
-                damping: gains.damping.clone(),
-                max_torque: on(Effect::TorqueLimits)
-                    .then(|| gains.max_torque.iter().map(|limit| limit.unwrap_or(f64::INFINITY)).collect()),
-                feedforward: if on(Effect::Feedforward) { gains.feedforward } else { Feedforward::None },
-            }),
+            drive: gains
+                .map(|gains| DrivePlan::new(model, gains, on(Effect::TorqueLimits), on(Effect::Feedforward))),
             trunk_rotation_lock: on(Effect::TrunkRotationLock),
             damping: on(Effect::JointDamping).then(|| model.damping.clone()),
             dry_friction: on(Effect::JointFriction).then(|| model.friction.clone()),

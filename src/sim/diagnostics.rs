@@ -73,12 +73,19 @@ pub fn link_poses(model: &Model, state: &State) -> Vec<Isometry3<f64>> {
 /// Energy of `model` in `state` under the gravity of `plan`. The rotors' share (armature) is included.
 pub fn energy(model: &Model, plan: &StepPlan, state: &State) -> Energy {
     let bodies = placed(model, state);
-    let of_bodies: f64 = bodies.iter().map(|body| body.velocity.dot(body.inertia.times(body.velocity))).sum();
-    let of_rotors: f64 =
-        model.armature.iter().zip(&state.velocities).map(|(inertia, rate)| inertia * rate * rate).sum();
     let first: Vector3<f64> = bodies.iter().map(|body| body.inertia.first_moment).sum();
     let first = first + state.root.position.coords * model.mass;
-    Energy { kinetic: 0.5 * (of_bodies + of_rotors), potential: -plan.gravity.dot(&first) }
+    Energy {
+        kinetic: kinetic_energy(model, &bodies, &state.velocities),
+        potential: -plan.gravity.dot(&first),
+    }
+}
+
+/// Kinetic energy of the `bodies` of `model` and of the rotors of joints that move at `rates`, J.
+pub(super) fn kinetic_energy(model: &Model, bodies: &[BodyMotion], rates: &[f64]) -> f64 {
+    let of_bodies: f64 = bodies.iter().map(|body| body.velocity.dot(body.inertia.times(body.velocity))).sum();
+    let of_rotors: f64 = model.armature.iter().zip(rates).map(|(inertia, rate)| inertia * rate * rate).sum();
+    0.5 * (of_bodies + of_rotors)
 }
 
 /// Momentum of `model` in `state`.

@@ -134,10 +134,15 @@ impl Simulator {
         self.work.residual
     }
 
-    /// How often new velocities have been computed since this simulator was made: once a step by the paper's
-    /// step, more often by others and by steps in parts. A measure of work that no machine disturbs.
+    /// How often new velocities have been computed since this simulator was made: once a step where the forces of
+    /// velocity are guessed well, more often elsewhere and in steps in parts. A measure of work that no machine disturbs.
     pub fn evaluations(&self) -> u64 {
         self.work.evaluations
+    }
+
+    /// In how many parts steps have been computed since this simulator was made, those that were taken back included.
+    pub fn parts(&self) -> u64 {
+        self.division.parts
     }
 
     /// What each row of the last step's complementarity problem belonged to, in the order of the rows.

@@ -36,6 +36,12 @@ impl Motion {
         Self { angular: self.angular + other.angular, linear: self.linear + other.linear }
     }
 
+    /// Difference of two motions.
+    #[inline]
+    pub fn minus(self, other: Self) -> Self {
+        Self { angular: self.angular - other.angular, linear: self.linear - other.linear }
+    }
+
     /// `self + scale * other`.
     #[inline]
     pub fn plus_scaled(self, other: Self, scale: f64) -> Self {
@@ -46,6 +52,12 @@ impl Motion {
     #[inline]
     pub fn scaled(self, scale: f64) -> Self {
         Self { angular: self.angular * scale, linear: self.linear * scale }
+    }
+
+    /// Greatest magnitude of a component, rad/s or m/s.
+    #[inline]
+    pub fn amax(self) -> f64 {
+        self.angular.amax().max(self.linear.amax())
     }
 
     /// Power of `force` along this motion (W), or any other pairing of the two kinds.

@@ -4,7 +4,7 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use super::contact::Touch;
 use super::rows::{Owner, Rows};
-use super::spatial::Force;
+use super::spatial::Motion;
 use crate::model::Model;
 
 /// An actuator counts as saturated within this share of its greatest torque.
@@ -21,6 +21,14 @@ pub struct Root {
     pub linear_velocity: Vector3<f64>,
     /// rad/s.
     pub angular_velocity: Vector3<f64>,
+}
+
+impl Root {
+    /// Its velocity, with the world frame's axes about its origin.
+    #[inline]
+    pub(super) fn motion(&self) -> Motion {
+        Motion { angular: self.angular_velocity, linear: self.linear_velocity }
+    }
 }
 
 impl Default for Root {
@@ -77,20 +85,57 @@ pub(super) struct Part {
     pub angular_velocity: Vector3<f64>,
 }
 
+/// Change of the velocities over a step, a second.
+#[derive(Debug, PartialEq)]
+pub(super) struct Acceleration {
+    /// Of the root's angular velocity and of its origin's velocity, rad/s² and m/s².
+    pub root: Motion,
+    /// Of the joints, rad/s² or m/s².
+    pub joints: Vec<f64>,
+}
+
+/// Forces of the contacts that there were, by their slots.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ContactForces {
+    /// Slot, and normal and two tangential forces, N; in the order of the slots.
+    slots: Vec<(usize, [f64; 3])>,
+}
+
+impl ContactForces {
+    /// Those at `slot`; zero where there was no contact.
+    #[inline]
+    pub fn at(&self, slot: usize) -> [f64; 3] {
+        let found = self.slots.binary_search_by_key(&slot, |(slot, _)| *slot);
+        found.map_or([0.0; 3], |index| self.slots[index].1)
+    }
+
+    /// Keeps the `forces` of `touches`, of which the tangential ones may be left out.
+    fn remember<'a>(&mut self, touches: &[Touch], forces: impl Iterator<Item = &'a [f64]>) {
+        self.slots.clear();
+        self.slots.extend(touches.iter().zip(forces).map(|(touch, forces)| {
+            let mut all = [0.0; 3];
+            all[..forces.len()].copy_from_slice(forces);
+            (touch.slot, all)
+        }));
+        if !self.slots.is_sorted_by_key(|(slot, _)| *slot) {
+            self.slots.sort_unstable_by_key(|(slot, _)| *slot);
+        }
+    }
+}
+
 /// What the solver remembers of the last step.
 #[derive(Debug, PartialEq)]
 pub(super) struct Memory {
-    /// Normal and two tangential forces of every contact slot, N.
-    pub contact: Vec<[f64; 3]>,
+    /// Forces of the contacts.
+    pub contacts: ContactForces,
     /// Force of every joint's limit, N m, positive at the lower end and negative at the upper.
     pub limit: Vec<f64>,
     /// Dry friction of every joint, N m.
     pub dry_friction: Vec<f64>,
     /// Torque of every joint whose actuator is at its limit, N m; 0 for all others.
     pub saturated: Vec<f64>,
-    /// What the joint of every loop handed from its first body to its second, about the root's origin, along the
-    /// world axes.
-    pub loops: Vec<Force>,
+    /// With which the velocities changed.
+    pub acceleration: Acceleration,
     /// Force that every joint carried, N.
     pub pull: Vec<f64>,
     /// The fastest swing of a body under that force; `None` before the first step.
@@ -110,11 +155,11 @@ impl State {
             velocities: vec![0.0; joints],
             parts: Vec::new(),
             memory: Memory {
-                contact: vec![[0.0; 3]; model.contact_slots()],
+                contacts: ContactForces::default(),
                 limit: vec![0.0; joints],
                 dry_friction: vec![0.0; joints],
                 saturated: vec![0.0; joints],
-                loops: vec![Force::ZERO; model.loops.len()],
+                acceleration: Acceleration { root: Motion::ZERO, joints: vec![0.0; joints] },
                 pull: vec![0.0; joints],
                 swing: None,
                 part: 0.0,
@@ -134,15 +179,31 @@ impl State {
         })
     }
 
+    /// Moves positions and velocities away from those of `coarse`, by `share` of what they are apart.
+    pub fn extrapolate(&mut self, coarse: &Self, share: f64) {
+        let pairs = self.angles.iter_mut().zip(&coarse.angles);
+        for (own, other) in pairs.chain(self.velocities.iter_mut().zip(&coarse.velocities)) {
+            *own += share * (*own - other);
+        }
+        let (own, other) = (&mut self.root, &coarse.root);
+        own.position += share * (own.position - other.position);
+        own.linear_velocity += share * (own.linear_velocity - other.linear_velocity);
+        own.angular_velocity += share * (own.angular_velocity - other.angular_velocity);
+        let turn = (own.orientation * other.orientation.inverse()).scaled_axis();
+        own.orientation = UnitQuaternion::from_scaled_axis(share * turn) * own.orientation;
+        own.orientation.renormalize_fast();
+    }
+
     /// Forgets what the last step left beside root and joints, as has to be done after a change of them by
     /// hand: its forces, and in maximal coordinates where each body is by itself.
     pub fn forget(&mut self) {
         self.parts.clear();
-        self.memory.contact.fill([0.0; 3]);
+        self.memory.contacts.slots.clear();
         self.memory.limit.fill(0.0);
         self.memory.dry_friction.fill(0.0);
         self.memory.saturated.fill(0.0);
-        self.memory.loops.fill(Force::ZERO);
+        self.memory.acceleration.root = Motion::ZERO;
+        self.memory.acceleration.joints.fill(0.0);
         self.memory.pull.fill(0.0);
         self.memory.swing = None;
         self.memory.part = 0.0;
@@ -154,13 +215,10 @@ impl Memory {
     ///
     /// `greatest` are the greatest torques of the actuators, N m or N, if they have any.
     pub fn remember(&mut self, rows: &Rows, touches: &[Touch], per_touch: usize, greatest: Option<&[f64]>) {
-        self.contact.fill([0.0; 3]);
+        self.contacts.remember(touches, rows.force.chunks_exact(per_touch));
         self.limit.fill(0.0);
         self.dry_friction.fill(0.0);
         self.saturated.fill(0.0);
-        for (touch, force) in touches.iter().zip(rows.force.chunks_exact(per_touch)) {
-            self.contact[touch.slot][..per_touch].copy_from_slice(force);
-        }
         let of_joints = touches.len() * per_touch..;
         for (owner, force) in rows.owner[of_joints.clone()].iter().zip(&rows.force[of_joints]) {
             match *owner {
@@ -202,11 +260,11 @@ impl Clone for State {
 impl Clone for Memory {
     fn clone(&self) -> Self {
         Self {
-            contact: self.contact.clone(),
+            contacts: self.contacts.clone(),
             limit: self.limit.clone(),
             dry_friction: self.dry_friction.clone(),
             saturated: self.saturated.clone(),
-            loops: self.loops.clone(),
+            acceleration: self.acceleration.clone(),
             pull: self.pull.clone(),
             swing: self.swing,
             part: self.part,
@@ -214,13 +272,24 @@ impl Clone for Memory {
     }
 
     fn clone_from(&mut self, source: &Self) {
-        self.contact.clone_from(&source.contact);
+        self.contacts.slots.clone_from(&source.contacts.slots);
         self.limit.clone_from(&source.limit);
         self.dry_friction.clone_from(&source.dry_friction);
         self.saturated.clone_from(&source.saturated);
-        self.loops.clone_from(&source.loops);
+        self.acceleration.clone_from(&source.acceleration);
         self.pull.clone_from(&source.pull);
         self.swing = source.swing;
         self.part = source.part;
+    }
+}
+
+impl Clone for Acceleration {
+    fn clone(&self) -> Self {
+        Self { root: self.root, joints: self.joints.clone() }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.root = source.root;
+        self.joints.clone_from(&source.joints);
     }
 }

@@ -5,9 +5,10 @@ use nalgebra::{Point3, Vector3};
 use super::contact::Touch;
 use super::contact::solids::Solids;
 use super::lcp::{Equality, Lemke, Newton, Pgs, Problem, Solution, Solver};
-use super::reduced::articulated::{Articulated, JointLoad, Pushes};
+use super::reduced::articulated::{Articulated, JointLoad};
 use super::reduced::kinematics::{BodyMotion, carried_inertia, levers};
 use super::reduced::response::ROOT;
+use super::reduced::stages::balance::Displaced;
 use super::reduced::velocity_control::VelocityControl;
 use super::rows::{Rows, contact};
 use super::spatial::{Force, Motion};
@@ -29,6 +30,8 @@ pub(super) struct Workspace {
     pub reach: f64,
     /// Touches. (detection)
     pub touches: Vec<Touch>,
+    /// How many of them were foreseen; the others came with a blow. (detection)
+    pub foreseen: usize,
     /// What finds touches of solids, if the plan asks for it. (detection)
     pub solids: Option<Solids>,
     /// Common point of the step: the root's origin at its beginning, m. (kinematics)
@@ -67,24 +70,29 @@ pub(super) struct Workspace {
     pub levers: Vec<f64>,
     /// Force that each body hands on to its parent, N. (pulls)
     pub carried: Vec<Vector3<f64>>,
+    /// What the joint of every loop hands from its first body to its second. (pulls)
+    pub loops: Vec<Force>,
     /// Velocity of each body after the step if no row acted. (free motion)
     pub free: Vec<Motion>,
-    /// Forces of the last step's rows on this one's bodies and joints. (expectation)
-    pub expected: Pushes,
     /// Rows and their problem. (rows)
     pub rows: Rows,
     /// The half-solved impulse of all rows. (response)
     pub half: Vec<f64>,
     /// Change of each body's velocity by the rows. (response)
     pub changes: Vec<Motion>,
+    /// Velocity of each body after the step. (response)
+    pub new: Vec<Motion>,
+    /// The character half a step away. (balance)
+    pub displaced: Displaced,
     /// Torques of the actuators, N m or N. (saturation)
     pub torque: Vec<f64>,
     /// How often new velocities were computed.
     pub evaluations: u64,
     /// Residual of the solution, m/s or rad/s. (solve)
     pub residual: f64,
-    /// The rigid character of the first pass and its rows, if the plan asks for them.
+    /// The rigid character of the first pass, if the plan asks for it and the joints are independent.
     pub control: Option<VelocityControl>,
+    /// The rows of the first pass. (velocity control)
     pub control_rows: Rows,
     /// The solver.
     pub engine: Equality<Engine>,
@@ -129,6 +137,7 @@ impl Workspace {
         let slots = ground_slots + solid_slots;
         let contact_rows = slots.min(64) * contact::rows_per_touch(plan.friction);
         let feedforward = plan.drive.as_ref().map_or(Feedforward::None, |drive| drive.feedforward);
+        let held = feedforward != Feedforward::None && !model.joints_are_independent();
         let control_rows = if feedforward == Feedforward::ContactAware { contact_rows } else { 0 };
         let maximal = plan.accuracy.coordinates == Coordinates::Maximal;
         // Of the rows that the joints themselves have in maximal coordinates, at most six each.
@@ -140,6 +149,7 @@ impl Workspace {
             known: Vec::with_capacity(slots),
             reach: reach(model),
             touches: Vec::with_capacity(slots),
+            foreseen: 0,
             solids,
             common_point: Point3::origin(),
             feedforward: vec![0.0; joints],
@@ -159,16 +169,21 @@ impl Workspace {
             carried_inertia: carried_inertia(model),
             levers: levers(model),
             carried: vec![Vector3::zeros(); bodies],
+            loops: vec![Force::ZERO; model.loops.len()],
             free: vec![Motion::ZERO; bodies],
-            expected: Pushes { bodies: vec![Force::ZERO; bodies], joints: vec![0.0; joints] },
             rows: Rows::new(contact_rows + joint_rows(plan).min(64) + held_rows + loop_rows, width),
             half: vec![0.0; width],
             changes: vec![Motion::ZERO; bodies],
+            new: vec![Motion::ZERO; bodies],
+            displaced: Displaced::new(model),
             torque: vec![0.0; joints],
             evaluations: 0,
             residual: 0.0,
-            control: (feedforward != Feedforward::None).then(|| VelocityControl::new(bodies)),
-            control_rows: Rows::new(control_rows + held_rows, if maximal { width } else { ROOT }),
+            control: (feedforward != Feedforward::None && !held).then(|| VelocityControl::new(bodies)),
+            control_rows: match held {
+                true => Rows::new(control_rows + loop_rows + joints, width),
+                false => Rows::new(control_rows + held_rows, if maximal { width } else { ROOT }),
+            },
             engine: Equality::new(Engine::new(&plan.accuracy.solver), plan.accuracy.solver.tolerance),
         }
     }
@@ -207,30 +222,32 @@ impl Workspace {
         again
     }
 
-    /// Whether rows change the velocity of a body by a blow, against the bodies' `undisturbed` ones: by more
-    /// than what weight does to a body at rest, which is looked ahead to anyway.
-    pub fn is_blow(&self, plan: &StepPlan, step: f64, undisturbed: &[Motion]) -> bool {
-        let new = self.free.iter().zip(&self.changes).map(|(free, change)| free.plus(*change));
-        let blow = new.zip(undisturbed).zip(&self.bodies).map(|((new, old), body)| {
-            let change = new.plus(old.scaled(-1.0));
-            change.at(body.center).amax() + change.angular.amax() * self.reach
-        });
-        !self.touches.is_empty() && blow.fold(0.0, f64::max) > 4.0 * step * plan.gravity.norm()
+    /// Whether the step changes the velocity of a body by more than touches are looked ahead for (see
+    /// [`Outlook::margin`]): by a blow, or because nothing holds it any more.
+    pub fn is_blow(&self, plan: &StepPlan, step: f64) -> bool {
+        if plan.ground.is_none() && self.solids.is_none() {
+            return false;
+        }
+        let foreseen = 4.0 * step * plan.gravity.norm();
+        let mut changes = self.new.iter().zip(&self.old).zip(&self.bodies);
+        changes.any(|((new, old), body)| {
+            let change = new.minus(*old);
+            change.at(body.center).amax() + change.angular.amax() * self.reach > foreseen
+        })
     }
 
     /// Looks for touches again at the new velocities, and keeps those that are known; whether there are
     /// others.
     pub fn look_again(&mut self, model: &Model, plan: &StepPlan, step: f64) -> bool {
-        let Self { bodies, free, changes, drift_changes, known, touches, .. } = self;
-        for (index, body) in bodies.iter_mut().enumerate() {
-            drift_changes[index] = body.velocity;
-            body.velocity = free[index].plus(changes[index]);
+        let Self { bodies, new, known, touches, .. } = self;
+        for (body, new) in bodies.iter_mut().zip(&mut *new) {
+            std::mem::swap(&mut body.velocity, new);
         }
         known.clone_from(touches);
         self.detect(model, plan, step);
-        let Self { bodies, drift_changes, known, touches, .. } = self;
-        for (body, velocity) in bodies.iter_mut().zip(drift_changes) {
-            body.velocity = *velocity;
+        let Self { bodies, new, known, touches, .. } = self;
+        for (body, new) in bodies.iter_mut().zip(new) {
+            std::mem::swap(&mut body.velocity, new);
         }
         let count = known.len();
         for touch in touches.iter() {
@@ -254,7 +271,7 @@ impl Workspace {
                 against: touch.against,
                 normal: touch.frame[0],
                 force: touch.force(forces),
-                velocity: touch.slip(|body| self.free[body].plus(self.changes[body])),
+                velocity: touch.slip(|body| self.new[body]),
                 depth: touch.depth,
             }
         })

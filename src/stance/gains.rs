@@ -17,7 +17,8 @@ const DAMPING_RATIO: f64 = 0.3;
 /// Standard gravity, for scenes without any, m/s².
 const GRAVITY: f64 = 9.81;
 
-/// Gains for `model` standing at `angles` in `scene`, with the character's own torque limits.
+/// Gains for `model` standing at `angles` in `scene`, with the character's own torque limits; 0 for joints
+/// without an actuator.
 pub fn suited(model: &Model, scene: &Scene, angles: &[f64]) -> Gains {
     let posed = Posed::new(model, angles);
     let gravity = nalgebra::Vector3::from(scene.gravity).norm();
@@ -49,6 +50,7 @@ pub fn suited(model: &Model, scene: &Scene, angles: &[f64]) -> Gains {
     let stiffness: Vec<f64> = joints
         .clone()
         .map(|joint| match model.bodies[joint + 1].freedom {
+            _ if !model.driven[joint] => 0.0,
             Freedom::Revolute => share * gravity * arm(joint) / GIVE,
             Freedom::Prismatic => share * gravity / (GIVE * arm(joint)),
         })

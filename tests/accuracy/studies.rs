@@ -3,7 +3,7 @@
 use gaitwright::accuracy::scenes::{ClosedForm, SCENES};
 use gaitwright::accuracy::{Engine, Pieces, Row, Status, Sweep, Table, Watcher, reference, study};
 use gaitwright::scenario::{NoFiles, Scenario, Setup};
-use gaitwright::scene::{Feedforward, Integrator};
+use gaitwright::scene::{Accuracy, Coordinates, Feedforward, Integrator};
 use serde_json::json;
 
 use super::Unwatched;
@@ -101,11 +101,17 @@ fn judged(row: &Row) {
             assert!(figures.seconds > 0.0 && figures.worst_error >= figures.error, "{row:?}");
             if row.engine == Engine::Gaitwright {
                 // A step cannot be longer than the one asked for.
-                let step = row.accuracy.unwrap().step;
+                let Accuracy { step, coordinates, .. } = row.accuracy.unwrap();
                 assert!(
                     figures.evaluations.unwrap() >= 0.999 / step && figures.residual.is_some(),
                     "{row:?}"
                 );
+                // Only bodies by themselves can come apart.
+                let apart = figures.joint_separation.unwrap();
+                assert_eq!(apart > 0.0, coordinates == Coordinates::Maximal, "{row:?}");
+                assert!(apart < 1e-3, "{row:?}");
+            } else {
+                assert_eq!(figures.joint_separation, None, "{row:?}");
             }
         }
         Status::Diverged | Status::LeftOut => {

@@ -18,6 +18,7 @@ fn row(method: &str, step: f64, figures: Option<(f64, f64)>) -> Row {
         momentum_error: 0.0,
         penetration: Some(0.0),
         limit_overshoot: 0.0,
+        joint_separation: Some(0.0),
         residual: Some(1e-12),
     });
     Row {

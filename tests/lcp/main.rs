@@ -8,6 +8,7 @@ mod any_input;
 mod contact;
 mod convex;
 mod equality;
+mod few_freedoms;
 mod redundancy;
 mod residuals;
 mod textbook;

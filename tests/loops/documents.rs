@@ -47,6 +47,11 @@ fn four_bar_legs() -> Value {
         "links": links, "joints": joints, "loops": loops})
 }
 
+/// That character.
+pub fn legged() -> Arc<Model> {
+    Arc::new(Model::new(Arc::new(read(&four_bar_legs()).unwrap()), false))
+}
+
 fn read(document: &Value) -> Result<Character, String> {
     character::read(document.to_string().as_bytes(), Source::Json, Options::default())
         .map(|reading| reading.character)
@@ -55,7 +60,7 @@ fn read(document: &Value) -> Result<Character, String> {
 
 #[test]
 fn a_character_with_four_bar_legs_finds_a_closed_pose_and_stands() {
-    let model = Arc::new(Model::new(Arc::new(read(&four_bar_legs()).unwrap()), false));
+    let model = legged();
     let stance = Stance::find(&model, &Scene::default());
     assert!(stance.stable);
     let plan = common::plan(&model, &Scene::default(), &Accuracy::default(), Some(&stance.gains));
@@ -110,6 +115,11 @@ fn every_fault_of_a_loop_is_named() {
             assert!(error.contains(word), "{error:?} does not name {word:?}");
         }
     }
+    let mut passive = good.clone();
+    passive["joints"][1]["actuation"] = Value::Null;
+    let driven: Vec<bool> =
+        read(&passive).unwrap().links.iter().flat_map(|link| &link.joint).map(|it| it.driven).collect();
+    assert_eq!(driven, [true, false, true]);
     let mut twice = good.clone();
     twice["loops"] = json!([good["loops"][0], good["loops"][0]]);
     assert!(read(&twice).unwrap_err().contains("/loops/1/name"));

@@ -23,6 +23,11 @@ const ORDERS: [(Integrator, std::ops::Range<f64>); 2] =
 
 const STEPS: [f64; 4] = [8e-3, 4e-3, 2e-3, 1e-3];
 
+/// The same under error control, where a smooth motion of second order is extrapolated.
+const EXTRAPOLATED_ORDER: std::ops::Range<f64> = 3.7..4.3;
+
+const EXTRAPOLATED_STEPS: [f64; 2] = [16e-3, 8e-3];
+
 /// A smooth motion whose end is known.
 struct Smooth<'a> {
     name: &'a str,
@@ -70,14 +75,25 @@ impl Smooth<'_> {
 
     fn has_its_orders(&self) {
         for (integrator, order) in ORDERS {
-            // What a solver leaves must not hide what a step adds.
-            let solver = SolverChoice { iterations: 1000, tolerance: 1e-13, ..SolverChoice::default() };
-            let errors =
-                STEPS.map(|step| self.error(Accuracy { step, integrator, solver, ..Accuracy::default() }));
-            for pair in errors.windows(2) {
-                let slope = (pair[0] / pair[1]).log2();
-                assert!(order.contains(&slope), "{}, {integrator:?}: {errors:?}", self.name);
-            }
+            self.has_order(order, &STEPS, Accuracy { integrator, ..Accuracy::default() });
+        }
+    }
+
+    /// With a tolerance that nothing exceeds, so that each step is taken as a whole and in halves.
+    fn has_its_extrapolated_order(&self) {
+        let integrator = Integrator::MoreauJean;
+        let controlled = Accuracy { integrator, step_tolerance: Some(1.0), ..Accuracy::default() };
+        self.has_order(EXTRAPOLATED_ORDER, &EXTRAPOLATED_STEPS, controlled);
+    }
+
+    fn has_order(&self, order: std::ops::Range<f64>, steps: &[f64], accuracy: Accuracy) {
+        // What a solver leaves must not hide what a step adds.
+        let solver = SolverChoice { iterations: 1000, tolerance: 1e-13, ..SolverChoice::default() };
+        let error = |step: &f64| self.error(Accuracy { step: *step, solver, ..accuracy });
+        let errors: Vec<f64> = steps.iter().map(error).collect();
+        for pair in errors.windows(2) {
+            let slope = (pair[0] / pair[1]).log2();
+            assert!(order.contains(&slope), "{}, {accuracy:?}: {errors:?}", self.name);
         }
     }
 }
@@ -107,7 +123,7 @@ fn passive_pendulums_of_two_and_three_bars() {
         let seconds = 0.48;
         let end =
             Chain::hanging(bars).swing(&start.angles, &start.velocities, seconds, |_, _, _| vec![0.0; count]);
-        Smooth {
+        let scene = Smooth {
             name: "pendulum",
             model,
             scene: no_ground(),
@@ -117,8 +133,8 @@ fn passive_pendulums_of_two_and_three_bars() {
             seconds,
             measure: &joints,
             end,
-        }
-        .has_its_orders();
+        };
+        scene.has_its_orders();
     }
 }
 
@@ -193,7 +209,7 @@ fn a_thrown_brick() {
     };
     let measure =
         |state: &State| gather(state.root.position, state.root.orientation, state.root.angular_velocity);
-    Smooth {
+    let scene = Smooth {
         name: "brick",
         model,
         scene: no_ground(),
@@ -203,8 +219,9 @@ fn a_thrown_brick() {
         seconds,
         measure: &measure,
         end: gather(origin, turned, spin),
-    }
-    .has_its_orders();
+    };
+    scene.has_its_orders();
+    scene.has_its_extrapolated_order();
 }
 
 /// Two bars, hinged together and thrown.
@@ -246,7 +263,7 @@ fn thrown_bars() {
         let spin = -state.root.angular_velocity.y;
         vec![position.x, position.z, down.x, down.z, state.angles[0], spin, state.velocities[0]]
     };
-    Smooth {
+    let scene = Smooth {
         name: "thrown bars",
         model,
         scene: no_ground(),
@@ -256,8 +273,9 @@ fn thrown_bars() {
         seconds,
         measure: &measure,
         end,
-    }
-    .has_its_orders();
+    };
+    scene.has_its_orders();
+    scene.has_its_extrapolated_order();
 }
 
 /// A cart that slides on four corners while a bar swings from it and loads and unloads its contacts.

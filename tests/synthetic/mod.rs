@@ -51,6 +51,7 @@ fn joint(name: String, parent: usize, origin: Isometry3<f64>) -> Option<Joint> {
         origin,
         axis: Unit::new_normalize(Vector3::y()),
         limits: Some(Limits { lower: -2.6, upper: 2.6 }),
+        driven: true,
         effort: Some(20.0),
         velocity: None,
         damping: 0.0,

@@ -40,8 +40,9 @@ pub fn cases() -> Vec<Case> {
             )
             .at_most(0.05, Quantity::EnergyGainShare)
             .at_most(1e-2, Quantity::LimitOvershoot)
-            // What comes down at 10 m/s on a lever of 0.2 m curves by (h v)² / 2 r in a step of 8 ms.
-            .at_most(1.6e-2, Quantity::Penetration),
+            // A step may deepen a touch by 0.2 mm. Between masses a million to one the solver can leave a
+            // velocity of 1 m/s for some steps.
+            .at_most(1e-2, Quantity::Penetration),
         );
     }
     cases

@@ -2,9 +2,13 @@
 
 use serde_json::{Value, json};
 
-use super::sketch::{GRAVITY, air, body, bolted, closed, hinge, moving, rod};
+use super::sketch::{GRAVITY, air, body, bolted, closed, hinge, moving, resting, rod, scenario};
 use super::{Case, Quantity};
-use crate::scenario::Scenario;
+use crate::scenario::{CharacterSource, InlineCharacter, Scenario};
+use crate::scene::Scene;
+
+/// The bundled four-bar: a frame on two cranks whose ends a coupler joins.
+const FOURBAR: &str = include_str!("../../../examples/fourbar.json");
 
 /// Length of the cranks, m.
 const CRANK: f64 = 0.3;
@@ -20,7 +24,7 @@ const LONGEST: f64 = 0.008;
 
 /// The cases of loops.
 pub fn cases() -> Vec<Case> {
-    vec![swinging(), conflicting()]
+    vec![swinging(), conflicting(), dropped()]
 }
 
 /// Two cranks of 1 kg that hang 0.4 m apart and a coupler of 1 kg between their ends, swung out to `angle`, with
@@ -70,4 +74,23 @@ fn conflicting() -> Case {
     Case::new("conflicting-loops", about, fourbar(0.6, &[tie]))
         .at_most(COUPLER, Quantity::LimitOvershoot)
         .at_most(100.0, Quantity::JointSpeed { after: 0.0 })
+}
+
+/// The parallelogram folds under its frame until the coupler meets it, between the frame and the ground: both its
+/// ends and the ground's contacts press on one freedom.
+fn dropped() -> Case {
+    let (height, mass): (f64, f64) = (0.6, 2.0);
+    // JSON that is part of the program; were it spoilt, the case would be a character without a link.
+    let document = serde_json::from_str(FOURBAR).unwrap_or_default();
+    let mut scenario = scenario(CharacterSource::Inline(InlineCharacter::Json(document)), Scene::default());
+    scenario.start.root = Some(resting([0.0, 0.0, height]));
+    let energy = mass * GRAVITY * height;
+    let fastest = (2.0 * GRAVITY * height).sqrt() / CRANK;
+    let open = 2.5 * (fastest * LONGEST).powi(2) * CRANK;
+    Case::new("four-bar-dropped", "the bundled four-bar falls on its coupler and collapses", scenario)
+        .at_most(open, Quantity::LimitOvershoot)
+        .at_most(2e-3, Quantity::Penetration)
+        .at_most(fastest * LONGEST * energy, Quantity::EnergyGain)
+        .at_most(1e-2, Quantity::RootSpeed { after: 8.0 })
+        .at_most(1e-2, Quantity::JointSpeed { after: 8.0 })
 }

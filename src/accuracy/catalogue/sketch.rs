@@ -81,11 +81,6 @@ pub fn smoothly(scenario: Scenario) -> Scenario {
     tuned(scenario, |accuracy| accuracy.integrator = Integrator::MoreauJean)
 }
 
-/// The same in steps divided until each adds no more than `tolerance` (rad or m).
-pub fn finely(tolerance: f64, scenario: Scenario) -> Scenario {
-    tuned(scenario, |accuracy| accuracy.step_tolerance = Some(tolerance))
-}
-
 /// The same with its settings changed.
 pub fn tuned(mut scenario: Scenario, change: impl FnOnce(&mut Accuracy)) -> Scenario {
     if let AskedAccuracy::Settings(accuracy) = &mut scenario.accuracy {

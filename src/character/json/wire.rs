@@ -172,9 +172,9 @@ pub struct Joint {
     /// Range of motion; none when left out.
     #[serde(default)]
     pub limits: Option<Limits>,
-    /// Bounds of the actuator; none when left out.
-    #[serde(default)]
-    pub actuation: Actuation,
+    /// Bounds of the actuator, without any when left out; `null` for a passive joint, which has no actuator.
+    #[serde(default = "unbounded_actuator")]
+    pub actuation: Option<Actuation>,
     /// Viscous damping, N m s/rad or N s/m.
     #[serde(default)]
     #[schemars(range(min = 0))]
@@ -252,6 +252,10 @@ pub struct Limits {
     pub lower: f64,
     /// Greater than `lower`.
     pub upper: f64,
+}
+
+fn unbounded_actuator() -> Option<Actuation> {
+    Some(Actuation::default())
 }
 
 /// Bounds of an actuator.

@@ -83,6 +83,7 @@ pub fn read(context: &mut Context, node: Node) -> Option<DraftJoint> {
         origin,
         axis,
         limits: limit.range,
+        driven: true,
         effort: limit.effort,
         velocity: limit.velocity,
         damping,

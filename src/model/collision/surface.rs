@@ -24,6 +24,8 @@ pub struct GroundShape {
     pub center: Vector3<f64>,
     /// Radius of that ball, m.
     pub reach: f64,
+    /// Distance of the ball's farthest point from the body's origin, m.
+    pub farthest: f64,
     /// First of the shape's slots.
     pub first_slot: usize,
     /// The shape itself.
@@ -73,7 +75,8 @@ pub(in crate::model) fn candidates(
                 Surface::Points { count, .. } => count,
                 Surface::Cylinder { .. } => CYLINDER_SLOTS,
             };
-            shapes.push(GroundShape { link: index, body: place.body, center, reach, first_slot, surface });
+            let (body, farthest) = (place.body, center.norm() + reach);
+            shapes.push(GroundShape { link: index, body, center, reach, farthest, first_slot, surface });
         }
     }
     (shapes, points, slots)

@@ -26,20 +26,22 @@ pub fn detect(
     touches: &mut Vec<Touch>,
 ) {
     let highest = ground.highest() - origin.z;
+    let mut present = usize::MAX;
+    let (mut moving, mut turning) = (0.0, 0.0);
     for shape in &model.ground_shapes {
         if model.fixed_base && shape.body == 0 {
             continue;
         }
         let body = &bodies[shape.body];
-        let center = body.point(shape.center);
-        // The fastest point of the shape is no faster than its centre plus the ball's rim.
-        let falling = match ground {
-            Terrain::Plane { .. } => -body.velocity.at(center).z,
-            Terrain::Field(_) => body.velocity.at(center).norm(),
-        };
-        let rim = body.velocity.angular.norm() * shape.reach;
-        let farthest = outlook.margin(falling.max(0.0) + rim);
-        if center.z - shape.reach - highest > farthest {
+        if shape.body != present {
+            present = shape.body;
+            moving = body.velocity.at(body.origin).norm();
+            turning = body.velocity.angular.norm();
+        }
+        // No point of the shape is faster than its body's origin and the turn of the farthest point about that.
+        let farthest = outlook.margin(moving + turning * shape.farthest);
+        let center = body.origin.z + (body.rotation.row(2) * shape.center)[0];
+        if center - shape.reach - highest > farthest {
             continue;
         }
         let from = touches.len();

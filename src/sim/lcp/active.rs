@@ -44,6 +44,15 @@ struct Sliding {
     turn: Option<(usize, f64)>,
 }
 
+/// What the equations of an active set ask for and how far their solution goes, both scaled to a unit diagonal.
+#[derive(Debug, Clone, Copy)]
+struct Extent {
+    /// The greatest magnitude on the right-hand side.
+    asked: f64,
+    /// The greatest of an unknown.
+    gone: f64,
+}
+
 /// What came of a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Step {
@@ -90,10 +99,9 @@ impl ActiveSet {
         if self.guess(problem, lambda, velocity) {
             evaluate(problem, lambda, velocity);
         }
-        let Some(asked) = self.solve(problem, velocity) else { return Step::Singular };
+        let Some(Extent { asked, gone }) = self.solve(problem, velocity) else { return Step::Singular };
         // What the equations lack after the step is the share of the unknowns that was added to them.
-        let greatest = (0..self.unknowns.len()).map(|index| self.value(index).abs()).fold(0.0, f64::max);
-        if PROXIMITY * greatest > 0.5 * asked {
+        if PROXIMITY * gone > 0.5 * asked {
             return Step::Contradiction;
         }
         self.apply(lambda);
@@ -101,21 +109,22 @@ impl ActiveSet {
         Step::Taken { residual: evaluate(problem, lambda, velocity) }
     }
 
-    /// Solves the equations of the active set, by the cheaper way if it serves. Returns the greatest magnitude on
-    /// their right-hand side, or `None` when elimination found no pivot.
-    fn solve(&mut self, problem: &Problem<'_>, velocity: &[f64]) -> Option<f64> {
+    /// Solves the equations of the active set, by the cheaper way if it serves; `None` when elimination found no
+    /// pivot.
+    fn solve(&mut self, problem: &Problem<'_>, velocity: &[f64]) -> Option<Extent> {
         let m = self.unknowns.len();
         self.system.clear();
         self.system.resize(m * linear::width(m), 0.0);
         // Sliding friction answers to its normal force, but not the other way round.
         if self.symmetric && self.sliding.is_empty() {
-            let asked = self.assemble_symmetric(problem, velocity);
+            self.assemble_symmetric(problem, velocity);
             if linear::solve_symmetric(&mut self.system, m).is_some() {
-                return Some(asked);
+                return Some(self.extent_symmetric(problem, velocity));
             }
         }
         let asked = self.assemble(problem, velocity);
-        linear::solve(&mut self.system, m).map(|()| asked)
+        linear::solve(&mut self.system, m)?;
+        Some(Extent { asked, gone: (0..m).map(|index| self.value(index).abs()).fold(0.0, f64::max) })
     }
 
     /// The solution's value of an unknown.
@@ -244,26 +253,32 @@ impl ActiveSet {
         self.unknowns.push(Unknown { rows: [row; 2], weights: [1.0, 0.0], bend: 0.0 });
     }
 
-    /// [`Self::assemble`] where every unknown is the force of one row, on and above the diagonal alone.
-    fn assemble_symmetric(&mut self, problem: &Problem<'_>, velocity: &[f64]) -> f64 {
+    /// [`Self::assemble`] where every unknown is the force of one row, on and above the diagonal alone. Elimination
+    /// without a search for pivots does the same in every scale, so that only the share of the identity is scaled.
+    fn assemble_symmetric(&mut self, problem: &Problem<'_>, velocity: &[f64]) {
         let n = problem.rows();
         let m = self.unknowns.len();
-        for unknown in &mut self.unknowns {
-            unknown.weights[0] = 1.0 / stiffness(problem, unknown).sqrt();
-        }
-        let mut asked = 0.0_f64;
-        for (index, entries) in self.system.chunks_exact_mut(linear::width(m)).enumerate() {
-            let Unknown { rows: [row, _], weights: [weight, _], .. } = self.unknowns[index];
+        let lines = self.system.chunks_exact_mut(linear::width(m)).zip(&self.unknowns);
+        for (index, (entries, unknown)) in lines.enumerate() {
+            let [row, _] = unknown.rows;
             let coefficients = &problem.matrix[row * n..(row + 1) * n];
             for (entry, unknown) in entries[index..].iter_mut().zip(&self.unknowns[index..]) {
-                *entry = weight * coefficients[unknown.rows[0]] * unknown.weights[0];
+                *entry = coefficients[unknown.rows[0]];
             }
-            entries[index] += PROXIMITY;
-            let wrong = weight * velocity[row];
-            asked = asked.max(wrong.abs());
-            entries[m] = -wrong;
+            entries[index] += PROXIMITY * stiffness(problem, unknown);
+            entries[m] = -velocity[row];
         }
-        asked
+    }
+
+    /// The extent of a solved symmetric system.
+    fn extent_symmetric(&self, problem: &Problem<'_>, velocity: &[f64]) -> Extent {
+        let (mut asked, mut gone) = (0.0_f64, 0.0_f64);
+        for (index, unknown) in self.unknowns.iter().enumerate() {
+            let scale = stiffness(problem, unknown);
+            asked = asked.max(velocity[unknown.rows[0]].powi(2) / scale);
+            gone = gone.max(self.value(index).powi(2) * scale);
+        }
+        Extent { asked: asked.sqrt(), gone: gone.sqrt() }
     }
 
     /// Scales every unknown to a unit diagonal and fills the augmented system. Returns the greatest

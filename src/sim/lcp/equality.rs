@@ -25,7 +25,7 @@ const ROUNDING: f64 = 1e-12;
 pub struct Equality<S> {
     inner: S,
     tolerance: f64,
-    /// Rows solved here, and rows left to the other solver.
+    /// Rows solved here in the order of their factor, and rows left to the other solver.
     eliminated: Vec<usize>,
     kept: Vec<usize>,
     /// n, the place of a kept row among the kept.
@@ -204,7 +204,7 @@ impl<S: Solver> Solver for Equality<S> {
             return Solution::refused(status);
         }
         self.split(problem);
-        self.factor.factorise(problem.matrix, problem.rows(), &self.eliminated);
+        self.factor.factorise(problem.matrix, problem.rows(), &mut self.eliminated);
         self.reduce(problem, lambda);
         let mut left = Solution { status: Status::Solved, iterations: 0, residual: 0.0 };
         if !self.kept.is_empty() {

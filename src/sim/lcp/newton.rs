@@ -5,8 +5,13 @@
 //! A wrong guess corrects itself in most cases (Alart & Curnier 1991; Hintermüller, Ito & Kunisch
 //! 2003), but can go in circles. Then sweeps of projected Gauss-Seidel, twice as many each time, bring the
 //! next guess nearer.
+//!
+//! Neither may lead on where many contacts press a mechanism with one or two freedoms left: their rows depend on
+//! each other, and few of the many active sets are consistent. What is left unsolved then is given to the
+//! pivoting method, with the pyramid for the cone, and the Newton steps start again from what it finds.
 
 use super::active::{ActiveSet, Step};
+use super::lemke::Lemke;
 use super::pgs::Sweeper;
 use super::residual::{evaluate, project};
 use super::{Problem, Solution, Solver, Status};
@@ -14,7 +19,17 @@ use super::{Problem, Solution, Solver, Status};
 /// Newton steps in a row that may fail to lessen the residual before sweeps take over.
 const PATIENCE: u32 = 3;
 
-/// Semi-smooth Newton method, warm-started, with projected Gauss-Seidel behind it.
+/// Most rows of a problem that is given to the pivoting method, whose tableau grows with their square.
+const MOST_PIVOTED: usize = 36;
+
+/// Most pivots; it takes about as many as the problem has rows.
+const PIVOTS: u32 = 150;
+
+/// A residual that is greater than the tolerance by less than this is left to the next time step, which starts from the
+/// forces found in this one.
+const NEARLY: f64 = 1e3;
+
+/// Semi-smooth Newton method, warm-started, with projected Gauss-Seidel and Lemke's method behind it.
 #[derive(Debug, Clone)]
 pub struct Newton {
     iterations: u32,
@@ -26,11 +41,14 @@ pub struct Newton {
     trial: Vec<f64>,
     before: Vec<f64>,
     start: Vec<f64>,
+    pivoting: Lemke,
+    /// n.
+    pivoted: Vec<f64>,
 }
 
 impl Newton {
-    /// At most `iterations` sweeps and Newton steps together; fewer when the residual falls to
-    /// `tolerance` (m/s or rad/s) before.
+    /// At most `iterations` sweeps and Newton steps together, and as many again after pivoting; fewer when the
+    /// residual falls to `tolerance` (m/s or rad/s) before.
     pub fn new(iterations: u32, tolerance: f64) -> Self {
         Self {
             iterations,
@@ -41,7 +59,84 @@ impl Newton {
             trial: Vec::new(),
             before: Vec::new(),
             start: Vec::new(),
+            pivoting: Lemke::new(PIVOTS),
+            pivoted: Vec::new(),
         }
+    }
+
+    /// Newton steps from the present point for as long as they lead on, at most `most`. `lambda` and `residual` are
+    /// those of the best point so far, and are kept up. Returns how many were taken, and whether the equations
+    /// of an active set contradicted each other.
+    fn walk(
+        &mut self,
+        problem: &Problem<'_>,
+        lambda: &mut [f64],
+        residual: &mut f64,
+        most: u32,
+    ) -> (u32, bool) {
+        self.start.clear();
+        self.start.extend_from_slice(lambda);
+        let before = *residual;
+        let mut patience = PATIENCE;
+        let mut taken = 0;
+        while *residual > self.tolerance && taken < most && patience > 0 {
+            taken += 1;
+            match self.active.step(problem, &mut self.trial, &mut self.velocity) {
+                Step::Taken { residual: stepped } if stepped < *residual => {
+                    *residual = stepped;
+                    lambda.copy_from_slice(&self.trial);
+                }
+                Step::Taken { residual: stepped } if stepped.is_finite() => patience -= 1,
+                Step::Taken { .. } | Step::Singular => patience = 0,
+                Step::Contradiction => {
+                    // Earlier steps may have gone far along the contradiction.
+                    *residual = before;
+                    lambda.copy_from_slice(&self.start);
+                    return (taken, true);
+                }
+            }
+        }
+        (taken, false)
+    }
+
+    /// Newton steps and, where they do not lead on, sweeps from `lambda`, whose residual is `residual`; both are
+    /// left at the best point. Returns how many steps and sweeps that took, and whether the last active set
+    /// was a contradiction.
+    fn search(&mut self, problem: &Problem<'_>, lambda: &mut [f64], residual: &mut f64) -> (u32, bool) {
+        self.trial.clear();
+        self.trial.extend_from_slice(lambda);
+        let mut contradiction = false;
+        let mut iterations = 0;
+        let mut sweeps = 0;
+        // `lambda` is the best point so far and `trial` the present one.
+        while *residual > self.tolerance && iterations < self.iterations {
+            if sweeps > 0 {
+                let allowed = sweeps.min(self.iterations - iterations);
+                iterations += allowed;
+                self.trial.copy_from_slice(lambda);
+                let swept = self.sweep(problem, allowed);
+                // Equal is progress too: the residual of a contradiction hides what the other rows gain.
+                if swept <= *residual {
+                    *residual = swept;
+                    lambda.copy_from_slice(&self.trial);
+                }
+            }
+            sweeps = if sweeps == 0 { 1 } else { 2 * sweeps };
+            if iterations < self.iterations {
+                let taken;
+                (taken, contradiction) = self.walk(problem, lambda, residual, self.iterations - iterations);
+                iterations += taken;
+            }
+        }
+        (iterations, contradiction)
+    }
+
+    /// The pivoting method's point in `pivoted`, and its residual.
+    fn pivot(&mut self, problem: &Problem<'_>) -> f64 {
+        self.pivoted.resize(problem.rows(), 0.0);
+        self.pivoting.solve(&Problem { cone: false, ..*problem }, &mut self.pivoted);
+        project(problem, &mut self.pivoted);
+        evaluate(problem, &self.pivoted, &mut self.velocity)
     }
 
     /// Sweeps the present point `count` times, each time only half-way: friction can make whole sweeps
@@ -72,48 +167,21 @@ impl Solver for Newton {
         if !residual.is_finite() {
             return Solution::refused(Status::NotFinite);
         }
-        self.trial.clear();
-        self.trial.extend_from_slice(lambda);
-        self.start.clear();
-        self.start.extend_from_slice(lambda);
         if residual > self.tolerance {
             self.active.prepare(problem);
         }
-        let mut contradiction = false;
-        let mut iterations = 0;
-        let mut sweeps = 0;
-        // `lambda` is the best point so far and `trial` the present one.
-        while residual > self.tolerance && iterations < self.iterations {
-            if sweeps > 0 {
-                let allowed = sweeps.min(self.iterations - iterations);
-                iterations += allowed;
-                self.trial.copy_from_slice(lambda);
-                let swept = self.sweep(problem, allowed);
-                // Equal is progress too: the residual of a contradiction hides what the other rows gain.
-                if swept <= residual {
-                    residual = swept;
-                    lambda.copy_from_slice(&self.trial);
+        let (mut iterations, mut contradiction) = self.search(problem, lambda, &mut residual);
+        if residual > NEARLY * self.tolerance && problem.rows() <= MOST_PIVOTED {
+            let mut found = self.pivot(problem);
+            if found.is_finite() {
+                let mut pivoted = std::mem::take(&mut self.pivoted);
+                let (more, contradicted) = self.search(problem, &mut pivoted, &mut found);
+                iterations += more;
+                if found < residual {
+                    (residual, contradiction) = (found, contradicted);
+                    lambda.copy_from_slice(&pivoted);
                 }
-            }
-            sweeps = if sweeps == 0 { 1 } else { 2 * sweeps };
-            let mut patience = if contradiction { 0 } else { PATIENCE };
-            while residual > self.tolerance && iterations < self.iterations && patience > 0 {
-                iterations += 1;
-                match self.active.step(problem, &mut self.trial, &mut self.velocity) {
-                    Step::Taken { residual: stepped } if stepped < residual => {
-                        residual = stepped;
-                        lambda.copy_from_slice(&self.trial);
-                    }
-                    Step::Taken { residual: stepped } if stepped.is_finite() => patience -= 1,
-                    Step::Taken { .. } | Step::Singular => patience = 0,
-                    Step::Contradiction => {
-                        // Earlier steps may have gone far along the contradiction: from the start again.
-                        contradiction = true;
-                        patience = 0;
-                        lambda.copy_from_slice(&self.start);
-                        residual = evaluate(problem, lambda, &mut self.velocity);
-                    }
-                }
+                self.pivoted = pivoted;
             }
         }
         let status = if residual <= self.tolerance {

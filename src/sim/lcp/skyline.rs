@@ -5,13 +5,19 @@
 //! each: the cost of a chain grows with its length.
 //!
 //! A row that depends on those before it leaves a pivot that is rounding alone. It gets the force 0 and
-//! is passed over; if the rows do not contradict each other, the others satisfy it with theirs.
+//! is passed over; if the rows do not contradict each other, the others satisfy it with theirs. What is
+//! rounding shows only beside pivots that are not: a weak row that came first (a planar loop's, nearly across its
+//! plane) would leave weak pivots to the strong ones that it depends on, and forces without bound. So weak
+//! rows are delayed to the end (Duff & Reid 1983 do so in indefinite systems).
 
 use super::residual::dot;
 
 /// A pivot below this share of its row's diagonal is rounding. Mass ratios of 10⁶ between the bodies
 /// of a chain leave 10⁻⁶.
 pub(super) const DEPENDENT: f64 = 1e-12;
+
+/// A row whose pivot is below this share of its own diagonal or of the greatest waits for the others.
+const WEAK: f64 = 1e-6;
 
 /// A diagonal entry below this share of the greatest is rounding: nothing moves the row, as one across the
 /// plane of a planar loop.
@@ -32,37 +38,53 @@ pub(super) struct Skyline {
 
 impl Skyline {
     /// Factorises the part of the `stride` × `stride` matrix `matrix` (row-major) in the rows and columns
-    /// `chosen`, in their order.
-    pub(super) fn factorise(&mut self, matrix: &[f64], stride: usize, chosen: &[usize]) {
+    /// `chosen`, whose weak rows are moved to its end.
+    pub(super) fn factorise(&mut self, matrix: &[f64], stride: usize, chosen: &mut [usize]) {
         self.first.clear();
         self.start.clear();
         self.entries.clear();
         self.inverse.clear();
         self.start.push(0);
         let greatest = chosen.iter().map(|row| matrix[row * (stride + 1)]).fold(0.0, f64::max);
-        for (row, from) in chosen.iter().enumerate() {
-            let source = &matrix[from * stride..(from + 1) * stride];
-            let first = chosen[..row].iter().position(|column| source[*column] != 0.0).unwrap_or(row);
+        let mut in_order = chosen.len();
+        let mut row = 0;
+        while row < chosen.len() {
             let begin = self.entries.len();
-            self.entries.extend(chosen[first..row].iter().map(|column| source[*column]));
-            let (before, entries) = self.entries.split_at_mut(begin);
-            for column in first..row {
-                let common = first.max(self.first[column]);
-                let other = &before[self.start[column]..self.start[column + 1]];
-                let known =
-                    dot(&entries[common - first..column - first], &other[common - self.first[column]..]);
-                entries[column - first] = (entries[column - first] - known) * self.inverse[column];
+            let (first, pivot) = self.eliminate(matrix, stride, &chosen[..=row]);
+            let diagonal = matrix[chosen[row] * (stride + 1)];
+            if row < in_order && pivot <= WEAK * greatest.max(diagonal) {
+                self.entries.truncate(begin);
+                chosen[row..].rotate_left(1);
+                in_order -= 1;
+                continue;
             }
-            let diagonal = source[*from];
-            let pivot = diagonal - dot(entries, entries);
             self.first.push(first);
-            self.start.push(begin + row - first);
+            self.start.push(self.entries.len());
             self.inverse.push(if pivot > DEPENDENT * diagonal && diagonal > IMMOBILE * greatest {
                 1.0 / pivot.sqrt()
             } else {
                 0.0
             });
+            row += 1;
         }
+    }
+
+    /// Appends the entries of the last row of `chosen`, whose other rows have theirs. Returns its first column and
+    /// its pivot.
+    fn eliminate(&mut self, matrix: &[f64], stride: usize, chosen: &[usize]) -> (usize, f64) {
+        let row = chosen.len() - 1;
+        let source = &matrix[chosen[row] * stride..(chosen[row] + 1) * stride];
+        let first = chosen[..row].iter().position(|column| source[*column] != 0.0).unwrap_or(row);
+        let begin = self.entries.len();
+        self.entries.extend(chosen[first..row].iter().map(|column| source[*column]));
+        let (before, entries) = self.entries.split_at_mut(begin);
+        for column in first..row {
+            let common = first.max(self.first[column]);
+            let other = &before[self.start[column]..self.start[column + 1]];
+            let known = dot(&entries[common - first..column - first], &other[common - self.first[column]..]);
+            entries[column - first] = (entries[column - first] - known) * self.inverse[column];
+        }
+        (first, source[chosen[row]] - dot(entries, entries))
     }
 
     /// Whether row `row` depends on those before it.

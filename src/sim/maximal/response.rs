@@ -1,5 +1,7 @@
 //! How bodies by themselves answer to wrenches: M = L Lᵀ of every body, and rows half-solved by it.
 
+use std::ops::Range;
+
 use nalgebra::{Matrix3, Vector3};
 
 use crate::model::Body;
@@ -80,7 +82,8 @@ pub fn finish(factors: &[BodyFactor], bodies: &[BodyMotion], half: &[f64], chang
 }
 
 /// Half-solves a unit of the row that is `force` on body `body`, and the opposite on body `other` if there
-/// is one: fills `half`, [`BODY`] numbers a body, and zeroes the rest.
+/// is one: fills `half`, which is zero before, with [`BODY`] numbers a body, and gives the range of those that are not the
+/// root's.
 pub fn of_bodies(
     factors: &[BodyFactor],
     bodies: &[BodyMotion],
@@ -88,16 +91,23 @@ pub fn of_bodies(
     other: Option<usize>,
     force: Force,
     half: &mut [f64],
-) {
-    half.fill(0.0);
+) -> Range<usize> {
+    let of = |body: usize| BODY * body.max(1)..BODY * (body + 1);
     let mut fill = |body: usize, force: Force| {
         let numbers = factors[body].half_solve(&bodies[body], force);
         half[BODY * body..BODY * (body + 1)].copy_from_slice(&numbers);
     };
     fill(body, force);
+    let mut range = of(body);
     if let Some(other) = other {
         fill(other, force.scaled(-1.0));
+        range = match (body, other) {
+            (_, 0) => range,
+            (0, _) => of(other),
+            _ => of(body.min(other)).start..of(body.max(other)).end,
+        };
     }
+    range
 }
 
 /// The wrench on its child body of a unit of force along the joint that carries `body`: a moment about its

@@ -1,5 +1,7 @@
 //! The rows of a step in maximal coordinates, in their order.
 
+use std::ops::Range;
+
 use super::response;
 use super::stages::Stages;
 use crate::sim::reduced::root::RootFreedom;
@@ -65,6 +67,7 @@ impl Stages<'_> {
             step,
             plan.reads_turning(),
             plan.stabilization,
+            Some(&self.own.forecast.work.rows),
             |[child, parent], wrench, half| self.of_bodies(child, Some(parent), wrench, half),
         );
         self.work.rows = rows;
@@ -93,10 +96,10 @@ impl Stages<'_> {
             plan.friction,
             *step,
             plan.stabilization,
-            &state.memory.contact,
+            &state.memory.contacts,
             |touch, direction, half| {
                 let force = Force::at(touch.at, direction);
-                self.of_bodies(touch.body, touch.against.body(), force, half);
+                self.of_bodies(touch.body, touch.against.body(), force, half)
             },
         );
     }
@@ -108,7 +111,7 @@ impl Stages<'_> {
         let fastest = if self.plan.stabilization { f64::INFINITY } else { 0.0 };
         let (owner, free, step) = (Owner::Joint(joint), &self.work.free, self.step);
         joint::add(rows, owner, &coupling, free, Motion::ZERO, step, fastest, |wrench, half| {
-            self.of_bodies(coupling.child, Some(coupling.parent), wrench, half);
+            self.of_bodies(coupling.child, Some(coupling.parent), wrench, half)
         });
     }
 
@@ -119,13 +122,13 @@ impl Stages<'_> {
         }
     }
 
-    fn of_bodies(&self, body: usize, other: Option<usize>, force: Force, half: &mut [f64]) {
-        response::of_bodies(&self.own.factors, &self.work.bodies, body, other, force, half);
+    fn of_bodies(&self, body: usize, other: Option<usize>, force: Force, half: &mut [f64]) -> Range<usize> {
+        response::of_bodies(&self.own.factors, &self.work.bodies, body, other, force, half)
     }
 
     /// Half-solves a unit of force along joint `joint`.
-    pub(super) fn of_joint(&self, joint: usize, half: &mut [f64]) {
+    pub(super) fn of_joint(&self, joint: usize, half: &mut [f64]) -> Range<usize> {
         let wrench = response::along(&self.work.bodies[joint + 1]);
-        self.of_bodies(joint + 1, Some(self.model.bodies[joint + 1].parent), wrench, half);
+        self.of_bodies(joint + 1, Some(self.model.bodies[joint + 1].parent), wrench, half)
     }
 }

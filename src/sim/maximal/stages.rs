@@ -9,7 +9,7 @@ use crate::scene::StepPlan;
 use crate::sim::diagnostics::check_finite;
 use crate::sim::lcp::Solver;
 use crate::sim::reduced::stages::Outcome;
-use crate::sim::rows::{Owner, contact, loops};
+use crate::sim::rows::{Owner, contact};
 use crate::sim::spatial::{Force, Motion};
 use crate::sim::state::State;
 use crate::sim::step::fail_unless_usable;
@@ -30,16 +30,17 @@ pub fn step(
     command: Command<'_>,
     step: f64,
 ) -> Result<Outcome, Failure> {
-    if let ahead @ Outcome::TooFast { .. } = own.forecast.run(model, plan, state, command, step)? {
+    let ahead = own.forecast.run(model, plan, state, command, step)?;
+    if ahead != Outcome::Done {
         return Ok(ahead);
     }
     let mut stages = Stages { model, plan, state, work, own, step };
     stages.kinematics();
     stages.detection();
+    stages.mean_velocities();
     stages.turning();
     stages.free_motion();
     stages.drives(command)?;
-    stages.mean_velocities();
     stages.given_torques();
     stages.velocities()?;
     stages.recovery()?;
@@ -82,6 +83,19 @@ impl Stages<'_> {
         self.work.detect(self.model, self.plan, self.step);
     }
 
+    /// From here on, lets the forces of velocity be those of the forecast's mean velocities.
+    fn mean_velocities(&mut self) {
+        if !self.plan.reads_turning() {
+            return;
+        }
+        let Self { work, own, .. } = self;
+        let ahead = &own.forecast.work;
+        work.mean_rates.copy_from_slice(&ahead.mean_rates);
+        for (body, mean) in work.bodies.iter_mut().zip(&ahead.bodies) {
+            body.velocity = mean.velocity;
+        }
+    }
+
     /// How much more than a body's own velocity the rows read: C of every body.
     fn turning(&mut self) {
         let Self { model, plan, work, own, step, .. } = self;
@@ -103,21 +117,6 @@ impl Stages<'_> {
             *turning = turning.scaled(-*step);
             turning.linear += (of_root - of_body) * *step;
         }
-    }
-
-    /// From here on, lets the forces of velocity be those of the forecast's mean velocities.
-    fn mean_velocities(&mut self) {
-        if !self.plan.reads_turning() {
-            return;
-        }
-        let Self { work, own, .. } = self;
-        let ahead = &own.forecast.work;
-        work.mean_rates.copy_from_slice(&ahead.mean_rates);
-        for (body, mean) in work.bodies.iter_mut().zip(&ahead.bodies) {
-            body.velocity = mean.velocity;
-        }
-        self.turning();
-        self.free_motion();
     }
 
     /// Velocities after the step, as the rows read them, if no row and no drive acted.
@@ -227,6 +226,9 @@ impl Stages<'_> {
         let Self { model, work, own, step, .. } = self;
         work.rows.impulse(*step, &mut work.half);
         response::finish(&own.factors, &work.bodies, &work.half, &mut work.changes);
+        for (new, (free, change)) in work.new.iter_mut().zip(work.free.iter().zip(&work.changes)) {
+            *new = free.plus(*change);
+        }
         for joint in 0..work.joint_rates.len() {
             let (child, parent) = (joint + 1, model.bodies[joint + 1].parent);
             let change = work.changes[child].plus(work.changes[parent].scaled(-1.0));
@@ -245,8 +247,8 @@ impl Stages<'_> {
 
     /// Whether a blow in this step lets something else touch; it gets rows.
     fn struck(&mut self) -> bool {
-        let Self { model, plan, work, own, step, .. } = self;
-        work.is_blow(plan, *step, &own.forecast.work.free) && work.look_again(model, plan, *step)
+        let Self { model, plan, work, step, .. } = self;
+        work.is_blow(plan, *step) && work.look_again(model, plan, *step)
     }
 
     /// Changes of the velocities along which positions move: those by the rows, and where a penetration or a
@@ -275,9 +277,10 @@ impl Stages<'_> {
         let per_touch = contact::rows_per_touch(plan.friction);
         let greatest = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_deref());
         state.memory.remember(&work.rows, &work.touches, per_touch, greatest);
-        loops::forces(&work.rows, model, &work.bodies, &mut state.memory.loops);
-        state.memory.pull.copy_from_slice(&own.forecast.state.memory.pull);
-        state.memory.swing = own.forecast.state.memory.swing;
+        let ahead = &own.forecast.state.memory;
+        state.memory.acceleration.clone_from(&ahead.acceleration);
+        state.memory.pull.copy_from_slice(&ahead.pull);
+        state.memory.swing = ahead.swing;
         for (index, part) in state.parts.iter_mut().enumerate() {
             if own.factors[index].is_bolted() {
                 continue;
@@ -293,9 +296,8 @@ impl Stages<'_> {
             part.orientation.renormalize();
         }
         if !model.fixed_base {
-            let root = work.free[0].plus(work.changes[0]);
-            state.root.linear_velocity = root.linear;
-            state.root.angular_velocity = root.angular;
+            state.root.linear_velocity = work.new[0].linear;
+            state.root.angular_velocity = work.new[0].angular;
         }
         state.velocities.copy_from_slice(&work.joint_rates);
         for joint in 0..work.torque.len() {

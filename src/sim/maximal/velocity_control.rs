@@ -2,7 +2,9 @@
 //!
 //! Rows s are held at the target's velocity as rows e, beside those of the joints themselves (Tokizaki &
 //! Hasegawa eq. 17 and figure 2), with contacts or without. Their forces, with what the rotor and the damping
-//! of the joint take at that velocity, are the offset torques f₀.
+//! of the joint take at that velocity, are the offset torques f₀. Where loops or passive joints leave some velocities
+//! open, the forces of velocity of the held motion have to be found along with it, as the forecast has done already: its
+//! torques are taken.
 
 use super::stages::Stages;
 use crate::scene::{DrivePlan, Feedforward};
@@ -22,6 +24,10 @@ impl Stages<'_> {
         let (model, plan, step) = (self.model, self.plan, self.step);
         self.work.feedforward.fill(0.0);
         if drive.feedforward == Feedforward::None {
+            return Ok(());
+        }
+        if !model.joints_are_independent() {
+            self.work.feedforward.copy_from_slice(&self.own.forecast.work.feedforward);
             return Ok(());
         }
         let mut rows = std::mem::take(&mut self.work.control_rows);

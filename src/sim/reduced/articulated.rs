@@ -34,15 +34,6 @@ pub struct JointLoad {
     pub inertia: f64,
 }
 
-/// Forces on bodies and joints.
-#[derive(Debug, Clone)]
-pub struct Pushes {
-    /// On each body, about the common point.
-    pub bodies: Vec<Force>,
-    /// Along each joint, N m or N.
-    pub joints: Vec<f64>,
-}
-
 /// The factor of a step's mass matrix and the sweeps' intermediate values.
 #[derive(Debug, Clone)]
 pub struct Articulated {
@@ -88,22 +79,12 @@ impl Articulated {
         }
     }
 
-    /// Velocity-dependent forces of every body. Without `velocity_forces`, which is the same for all steps of a
-    /// simulation, they stay zero.
+    /// Velocity-dependent forces of every body. In a simulation without them this is never called, and they
+    /// stay zero.
     ///
     /// They are taken together with the acceleration that the velocities alone bring, S q̈ and the root's
     /// acceleration left out, so that what remains to be solved is linear in those without a constant.
-    /// Depends on the state alone, so that it is done once a step however often the step factorises.
-    pub fn prepare(
-        &mut self,
-        model: &Model,
-        bodies: &[BodyMotion],
-        joint_rates: &[f64],
-        velocity_forces: bool,
-    ) {
-        if !velocity_forces {
-            return;
-        }
+    pub fn prepare(&mut self, model: &Model, bodies: &[BodyMotion], joint_rates: &[f64]) {
         for index in 1..bodies.len() {
             let parent = model.bodies[index].parent;
             let turned = bodies[parent].velocity.cross_motion(bodies[index].freedom);
@@ -156,30 +137,23 @@ impl Articulated {
     /// the joints into `joint_acceleration`, and of the root as the result.
     ///
     /// `lifted` is the acceleration opposite to gravity. `given` is the acceleration of the root in
-    /// the directions in which it is not free. `pushes` are forces that act besides.
+    /// the directions in which it is not free.
     #[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
     pub fn accelerate(
         &mut self,
         model: &Model,
         bodies: &[BodyMotion],
         loads: &[JointLoad],
-        pushes: Option<&Pushes>,
         freedom: RootFreedom,
         lifted: Motion,
         given: Motion,
         joint_acceleration: &mut [f64],
     ) -> Motion {
         self.bias.copy_from_slice(&self.carried);
-        if let Some(pushes) = pushes {
-            for (bias, push) in self.bias.iter_mut().zip(&pushes.bodies) {
-                *bias = bias.plus(push.scaled(-1.0));
-            }
-        }
         for index in (1..bodies.len()).rev() {
             let joint = index - 1;
             let factor = &self.joints[joint];
-            let pushed = pushes.map_or(0.0, |pushes| pushes.joints[joint]);
-            let net = loads[joint].torque + pushed - bodies[index].freedom.dot(self.bias[index]);
+            let net = loads[joint].torque - bodies[index].freedom.dot(self.bias[index]);
             let bias = self.bias[index].plus_scaled(factor.u, net * factor.inverse_d);
             let parent = model.bodies[index].parent;
             self.bias[parent] = self.bias[parent].plus(bias);

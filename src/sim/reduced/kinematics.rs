@@ -47,8 +47,8 @@ pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
     let root = &state.root;
     for (index, body) in model.bodies.iter().enumerate() {
         let (rotation, origin, freedom, velocity) = if index == 0 {
-            let velocity = Motion { angular: root.angular_velocity, linear: root.linear_velocity };
-            (*root.orientation.to_rotation_matrix().matrix(), Vector3::zeros(), Motion::ZERO, velocity)
+            let rotation = *root.orientation.to_rotation_matrix().matrix();
+            (rotation, Vector3::zeros(), Motion::ZERO, root.motion())
         } else {
             let parent = &bodies[body.parent];
             let angle = state.angles[index - 1];

@@ -5,6 +5,8 @@
 //! numbers of the root and one for every joint on the way, and the contact-space matrix J M⁻¹ Jᵀ is
 //! made of dot products of such rows. No inverse is ever formed.
 
+use std::ops::Range;
+
 use super::articulated::Articulated;
 use super::kinematics::BodyMotion;
 use crate::model::Model;
@@ -14,7 +16,8 @@ use crate::sim::spatial::{Force, Motion};
 pub const ROOT: usize = 6;
 
 /// Half-solves a unit of the row that is `force` on body `body`, and the opposite on body `other` if there
-/// is one: fills `half`, which is zero before, with [`ROOT`] numbers of the root and one for every joint on the way.
+/// is one: fills `half`, which is zero before, with [`ROOT`] numbers of the root and one for every joint on the way, and
+/// gives the range of the joints' numbers.
 #[inline]
 pub fn of_bodies(
     model: &Model,
@@ -24,24 +27,45 @@ pub fn of_bodies(
     other: Option<usize>,
     force: Force,
     half: &mut [f64],
-) {
-    let mut at_root = climb(model, bodies, factor, body, force, half);
+) -> Range<usize> {
+    let (mut at_root, mut joints) = climb(model, bodies, factor, body, force, half);
     if let Some(other) = other {
-        at_root = at_root.plus(climb(model, bodies, factor, other, force.scaled(-1.0), half));
+        let (rest, others) = climb(model, bodies, factor, other, force.scaled(-1.0), half);
+        at_root = at_root.plus(rest);
+        joints = union(joints, others);
     }
     half[..ROOT].copy_from_slice(&factor.root.half_solve(at_root));
+    joints
 }
 
-/// Half-solves a unit of the row that is a force along joint `joint` into `half`, which is zero before.
-pub fn of_joint(model: &Model, bodies: &[BodyMotion], factor: &Articulated, joint: usize, half: &mut [f64]) {
+/// Half-solves a unit of the row that is a force along joint `joint` into `half`, which is zero before, and gives the range
+/// of the joints' numbers.
+pub fn of_joint(
+    model: &Model,
+    bodies: &[BodyMotion],
+    factor: &Articulated,
+    joint: usize,
+    half: &mut [f64],
+) -> Range<usize> {
     let share = &factor.joints[joint];
     half[ROOT + joint] = share.root_inverse_d;
     let rest = share.u.scaled(-share.inverse_d);
-    let at_root = climb(model, bodies, factor, model.bodies[joint + 1].parent, rest, half);
+    let (at_root, joints) = climb(model, bodies, factor, model.bodies[joint + 1].parent, rest, half);
     half[..ROOT].copy_from_slice(&factor.root.half_solve(at_root));
+    union(joints, ROOT + joint..ROOT + joint + 1)
 }
 
-/// Walks `force` on `body` to the root, adds each joint's share to `half`, and gives what reaches the root.
+/// The smallest range that holds both.
+fn union(first: Range<usize>, second: Range<usize>) -> Range<usize> {
+    match (first.is_empty(), second.is_empty()) {
+        (true, _) => second,
+        (_, true) => first,
+        _ => first.start.min(second.start)..first.end.max(second.end),
+    }
+}
+
+/// Walks `force` on `body` to the root, adds each joint's share to `half`, and gives what reaches the root and the
+/// range of the joints on the way.
 #[inline]
 fn climb(
     model: &Model,
@@ -50,16 +74,19 @@ fn climb(
     mut body: usize,
     mut force: Force,
     half: &mut [f64],
-) -> Force {
+) -> (Force, Range<usize>) {
+    // A body's index is greater than its parent's.
+    let mut joints = ROOT..ROOT + body;
     while body > 0 {
         let joint = body - 1;
+        joints.start = ROOT + joint;
         let share = &factor.joints[joint];
         let along = bodies[body].freedom.dot(force);
         half[ROOT + joint] += along * share.root_inverse_d;
         force = force.plus_scaled(share.u, -along * share.inverse_d);
         body = model.bodies[body].parent;
     }
-    force
+    (force, joints)
 }
 
 /// Change of velocity that belongs to the half-solved impulse `half`: of the root as the result, of

@@ -3,7 +3,8 @@
 //! Rows s are held at the target's velocity as rows e (velocity control, Tokizaki & Hasegawa eq. 17
 //! and figure 2). In joint coordinates that prescribes every joint's acceleration and leaves only
 //! the root to move: the character is one rigid body whose shape is changing, and contacts (in the
-//! contact-aware form) act on that body.
+//! contact-aware form) act on that body. Where loops or passive joints leave the motion of some joints open,
+//! `stages/held.rs` does it by rows instead.
 
 use super::articulated::Articulated;
 use super::kinematics::BodyMotion;

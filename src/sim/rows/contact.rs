@@ -7,12 +7,15 @@
 //! friction adds two rows along tangents t: w_t = t · v_p⁺ and |λ_t| ≤ μ λ_n, the force opposing the sliding (Anitescu & Potra
 //! 1997 for the pyramid; the circular cone projects both tangents together).
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
-use super::{Owner, Rows, gap_bias, gap_recovery};
+use super::{Owner, Row, Rows, gap_bias, gap_recovery};
 use crate::sim::contact::Touch;
 use crate::sim::lcp::Bound;
 use crate::sim::spatial::Motion;
+use crate::sim::state::ContactForces;
 
 /// Greatest speed at which a penetrating contact is pushed apart, m/s.
 const FASTEST_RECOVERY: f64 = 0.5;
@@ -20,7 +23,8 @@ const FASTEST_RECOVERY: f64 = 0.5;
 /// Adds the rows of all `touches`.
 ///
 /// `free` gives each body's velocity if no row acted; `guess` the last step's forces by slot;
-/// `half_solve` fills the half-solved row of a unit force at a touch in a direction.
+/// `half_solve` fills the half-solved row of a unit force at a touch in a direction, and gives the range that it
+/// filled.
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,
@@ -29,13 +33,13 @@ pub fn add(
     friction: Option<f64>,
     step: f64,
     stabilization: bool,
-    guess: &[[f64; 3]],
-    mut half_solve: impl FnMut(&Touch, Vector3<f64>, &mut [f64]),
+    guess: &ContactForces,
+    mut half_solve: impl FnMut(&Touch, Vector3<f64>, &mut [f64]) -> Range<usize>,
 ) {
     for touch in touches {
         let owner = Owner::Contact { link: touch.link };
         let velocity = touch.slip(|body| free[body]);
-        let remembered = guess[touch.slot];
+        let remembered = guess.at(touch.slot);
         let normal = rows.len();
         let [up, tangents @ ..] = touch.frame;
         let free = up.dot(&velocity);
@@ -44,16 +48,15 @@ pub fn add(
         if gap + step * free < 0.0 && touch.rebound > 0.0 {
             bias = bias.min(-touch.rebound);
         }
-        let half = rows.push(owner, Bound::NonNegative, free + bias, 0.0, remembered[0]);
-        half_solve(touch, up, half);
-        if stabilization {
-            rows.recover(gap_recovery(gap, step, FASTEST_RECOVERY));
-        }
+        let recovery = if stabilization { gap_recovery(gap, step, FASTEST_RECOVERY) } else { 0.0 };
+        let guess = remembered[0];
+        let above = Row { guess, recovery, ..Row::new(owner, Bound::NonNegative, free + bias) };
+        rows.push(above, |half| half_solve(touch, up, half));
         let Some(coefficient) = friction else { continue };
-        for (tangent, remembered) in tangents.into_iter().zip(&remembered[1..]) {
-            let bound = Bound::Friction { normal, coefficient };
-            let half = rows.push(owner, bound, tangent.dot(&velocity), 0.0, *remembered);
-            half_solve(touch, tangent, half);
+        let bound = Bound::Friction { normal, coefficient };
+        for (tangent, guess) in tangents.into_iter().zip(remembered.into_iter().skip(1)) {
+            let row = Row { guess, ..Row::new(owner, bound, tangent.dot(&velocity)) };
+            rows.push(row, |half| half_solve(touch, tangent, half));
         }
     }
 }

@@ -8,7 +8,9 @@
 //! matrix, of rank one and across two bodies. All three act along the same joint, so that one row with the
 //! sums of α and β stands for them.
 
-use super::{Owner, Rows};
+use std::ops::Range;
+
+use super::{Owner, Row, Rows};
 use crate::sim::lcp::Bound;
 use crate::sim::tracking::Spring;
 
@@ -20,17 +22,18 @@ pub fn rotor(armature: f64, rate: f64, step: f64) -> Spring {
 /// Adds the row of joint `joint`, whose torque follows `line`.
 ///
 /// `free` is the joint's velocity if no row acted; `half_solve` fills the half-solved row of a force
-/// along the joint.
+/// along the joint and gives the range that it filled.
 pub fn add(
     rows: &mut Rows,
     joint: usize,
     line: Spring,
     free: f64,
-    half_solve: impl FnOnce(usize, &mut [f64]),
+    half_solve: impl FnOnce(usize, &mut [f64]) -> Range<usize>,
 ) {
     let softness = 1.0 / line.resistance;
-    let half = rows.push(Owner::Drive(joint), Bound::Free, free - line.at_rest * softness, softness, 0.0);
-    half_solve(joint, half);
+    let offset = free - line.at_rest * softness;
+    let row = Row { softness, ..Row::new(Owner::Drive(joint), Bound::Free, offset) };
+    rows.push(row, |half| half_solve(joint, half));
 }
 
 /// Adds the row that gives joint `joint` the velocity `wanted` (rad/s or m/s) whatever it takes: velocity
@@ -40,8 +43,8 @@ pub fn hold(
     joint: usize,
     wanted: f64,
     free: f64,
-    half_solve: impl FnOnce(usize, &mut [f64]),
+    half_solve: impl FnOnce(usize, &mut [f64]) -> Range<usize>,
 ) {
-    let half = rows.push(Owner::Drive(joint), Bound::Free, free - wanted, 0.0, 0.0);
-    half_solve(joint, half);
+    let row = Row::new(Owner::Drive(joint), Bound::Free, free - wanted);
+    rows.push(row, |half| half_solve(joint, half));
 }

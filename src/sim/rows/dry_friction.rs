@@ -1,22 +1,25 @@
 //! Rows of dry friction in joints: w = q̇⁺, |λ| ≤ friction, the force opposing the motion.
 
-use super::{Owner, Rows};
+use std::ops::Range;
+
+use super::{Owner, Row, Rows};
 use crate::sim::lcp::Bound;
 
 /// Adds a row for every joint with dry friction (N m or N).
 ///
 /// `free` are the joint velocities if no row acted, `guess` the last step's forces; `half_solve` fills
-/// the half-solved row of a force along a joint.
+/// the half-solved row of a force along a joint and gives the range that it filled.
 pub fn add(
     rows: &mut Rows,
     friction: &[f64],
     free: &[f64],
     guess: &[f64],
-    mut half_solve: impl FnMut(usize, &mut [f64]),
+    mut half_solve: impl FnMut(usize, &mut [f64]) -> Range<usize>,
 ) {
     for (joint, friction) in friction.iter().copied().enumerate().filter(|(_, friction)| *friction > 0.0) {
         let bound = Bound::Box { lower: -friction, upper: friction };
-        let half = rows.push(Owner::DryFriction(joint), bound, free[joint], 0.0, guess[joint]);
-        half_solve(joint, half);
+        let owner = Owner::DryFriction(joint);
+        let row = Row { guess: guess[joint], ..Row::new(owner, bound, free[joint]) };
+        rows.push(row, |half| half_solve(joint, half));
     }
 }

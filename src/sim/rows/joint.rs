@@ -10,9 +10,11 @@
 //! next tangent is neither longer nor shorter than along the last; velocities along each new tangent would
 //! gain the square of ω h.
 
+use std::ops::Range;
+
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::{Owner, Rows, SHARE_PER_STEP};
+use super::{Owner, Row, Rows, SHARE_PER_STEP};
 use crate::character::LoopKind;
 use crate::model::{Freedom, LoopJoint, Model};
 use crate::sim::lcp::Bound;
@@ -24,6 +26,8 @@ use crate::sim::spatial::{Force, Motion};
 pub enum Held {
     /// All.
     All,
+    /// All, by two across an axis of unit length and one along it.
+    AllAbout(Vector3<f64>),
     /// Those across an axis, of unit length.
     Across(Vector3<f64>),
     /// None.
@@ -52,6 +56,10 @@ impl Held {
     fn directions(self) -> ([Vector3<f64>; 3], usize) {
         match self {
             Self::All => ([Vector3::x(), Vector3::y(), Vector3::z()], 3),
+            Self::AllAbout(axis) => {
+                let [first, second] = across(axis);
+                ([second, first, axis], 3)
+            }
             Self::Across(axis) => {
                 let [first, second] = across(axis);
                 ([first, second, Vector3::zeros()], 2)
@@ -63,7 +71,7 @@ impl Held {
     /// The part of `vector` that ought to vanish.
     fn part(self, vector: Vector3<f64>) -> Vector3<f64> {
         match self {
-            Self::All => vector,
+            Self::All | Self::AllAbout(_) => vector,
             Self::Across(axis) => vector - axis * axis.dot(&vector),
             Self::None => Vector3::zeros(),
         }
@@ -94,10 +102,15 @@ impl Coupling {
         let end = own.point(at[1]);
         let axis_there = from * axis;
         let (translations, rotations, turn) = match kind {
-            LoopKind::Ball => (Held::All, Held::None, Vector3::zeros()),
-            LoopKind::Revolute => (Held::All, Held::Across(axis_there), axis_there.cross(&(to * axis))),
+            LoopKind::Ball => (Held::AllAbout(carrying_axis(own)), Held::None, Vector3::zeros()),
+            LoopKind::Revolute => {
+                (Held::AllAbout(axis_there), Held::Across(axis_there), axis_there.cross(&(to * axis)))
+            }
             LoopKind::Prismatic => (Held::Across(axis_there), Held::All, turn_between(&from, &to)),
-            LoopKind::Fixed => (Held::All, Held::All, turn_between(&from, &to)),
+            LoopKind::Fixed => {
+                let about = carrying_axis(own);
+                (Held::AllAbout(about), Held::AllAbout(about), turn_between(&from, &to))
+            }
         };
         let gap = end - other.point(at[0]);
         Self { child: *child, parent: *parent, at: end, translations, rotations, gap, turn }
@@ -106,6 +119,11 @@ impl Coupling {
     /// How far the two ends are apart: the greater of the distance (m) and the angle (rad).
     pub fn separation(&self) -> f64 {
         self.translations.part(self.gap).norm().max(self.rotations.part(self.turn).norm())
+    }
+
+    /// How many of the rows hold translations; they come first.
+    pub fn translations(&self) -> usize {
+        self.translations.directions().1
     }
 
     /// Calls `take` with the wrench on the child and the error of every row: translations, then
@@ -126,7 +144,7 @@ impl Coupling {
 ///
 /// `free` gives each body's velocity if no row acted, `wanted` the child's velocity against the parent's after
 /// the step; what is apart is taken back no faster than at `fastest` (m/s and rad/s). `half_solve` fills
-/// the half-solved row of a wrench on the child and its opposite on the parent.
+/// the half-solved row of a wrench on the child and its opposite on the parent, and gives the range that it filled.
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,
@@ -136,14 +154,22 @@ pub fn add(
     wanted: Motion,
     step: f64,
     fastest: f64,
-    mut half_solve: impl FnMut(Force, &mut [f64]),
+    mut half_solve: impl FnMut(Force, &mut [f64]) -> Range<usize>,
 ) {
     let velocity = free[coupling.child].plus(free[coupling.parent].plus(wanted).scaled(-1.0));
     coupling.each(|wrench, error| {
         let back = (SHARE_PER_STEP * error / step).max(-fastest).min(fastest);
-        let half = rows.push(owner, Bound::Free, velocity.dot(wrench) + back, 0.0, 0.0);
-        half_solve(wrench, half);
+        let offset = velocity.dot(wrench) + back;
+        let row = Row::new(owner, Bound::Free, offset);
+        rows.push(row, |half| half_solve(wrench, half));
     });
+}
+
+/// The axis of the joint that carries a body, or the vertical for the root: in a planar loop, that across its plane.
+fn carrying_axis(body: &BodyMotion) -> Vector3<f64> {
+    let [turn, slide] = [body.freedom.angular, body.freedom.linear];
+    let axis = if turn == Vector3::zeros() { slide } else { turn };
+    axis.try_normalize(0.0).unwrap_or_else(Vector3::z)
 }
 
 /// Two directions across `axis` and square to each other, all of unit length.

@@ -4,7 +4,9 @@
 //! −q̇⁺ (rows c, Tokizaki & Hasegawa eq. 16), with the bias of the angle that is left: a joint may reach
 //! its limit within the step but not pass it.
 
-use super::{Owner, Rows, gap_bias, gap_recovery};
+use std::ops::Range;
+
+use super::{Owner, Row, Rows, gap_bias, gap_recovery};
 use crate::sim::lcp::Bound;
 
 /// Greatest speed at which a violated limit is corrected, rad/s or m/s.
@@ -24,8 +26,8 @@ pub fn near(limit: Option<[f64; 2]>, angle: f64, free: f64, step: f64) -> [bool;
 /// Adds a row for every end of a joint's range that is `near`, lower and upper.
 ///
 /// `angles` are those at the beginning of the step, `free` the joint velocities if no row acted,
-/// `guess` the last step's forces; `half_solve` fills the half-solved row of a force along a joint,
-/// which is turned round here for an upper limit.
+/// `guess` the last step's forces; `half_solve` fills the half-solved row of a force along a joint
+/// and gives the range that it filled; it is turned round here for an upper limit.
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,
@@ -36,7 +38,7 @@ pub fn add(
     step: f64,
     stabilization: bool,
     guess: &[f64],
-    mut half_solve: impl FnMut(usize, &mut [f64]),
+    mut half_solve: impl FnMut(usize, &mut [f64]) -> Range<usize>,
 ) {
     for (joint, limit) in limits.iter().enumerate() {
         let Some([lower, upper]) = *limit else { continue };
@@ -49,15 +51,16 @@ pub fn add(
                 continue;
             }
             let offset = sign * free[joint] + gap_bias(gap, step);
-            let remembered = (sign * guess[joint]).max(0.0);
-            let half = rows.push(owner, Bound::NonNegative, offset, 0.0, remembered);
-            half_solve(joint, half);
-            if sign < 0.0 {
-                half.iter_mut().for_each(|entry| *entry = -*entry);
-            }
-            if stabilization {
-                rows.recover(gap_recovery(gap, step, FASTEST_RECOVERY));
-            }
+            let guess = (sign * guess[joint]).max(0.0);
+            let recovery = if stabilization { gap_recovery(gap, step, FASTEST_RECOVERY) } else { 0.0 };
+            let row = Row { guess, recovery, ..Row::new(owner, Bound::NonNegative, offset) };
+            rows.push(row, |half| {
+                let range = half_solve(joint, half);
+                if sign < 0.0 {
+                    half.iter_mut().for_each(|entry| *entry = -*entry);
+                }
+                range
+            });
         }
     }
 }

@@ -9,6 +9,14 @@
 //! Tᵀ (V_b⁺ − V_a⁺) = h Tᵀ (V_a × (V_b − V_a) − (D_b − D_a)),
 //!
 //! the bias −h J̇ v; without it the loop's own turning is left to the next step, as in the paper's form.
+//!
+//! **Overconstrained loops.** A planar loop moves for the very reason that its axes are parallel: its rows across the
+//! plane move nothing. Axes as they are written in documents are parallel to a few digits, and then those rows ask
+//! for the impossible with a lever next to none: taken at their word they lock the loop. In a real one the play of
+//! its bearings gives way. So a row that its force hardly moves is left out, and the loop gives way there by what its
+//! axes are askew.
+
+use std::ops::Range;
 
 use super::joint::{self, Coupling};
 use super::{Owner, Rows};
@@ -19,11 +27,16 @@ use crate::sim::spatial::{Force, Motion};
 /// Greatest speed at which a loop that is open is closed, m/s and rad/s.
 const FASTEST_RECOVERY: f64 = 5.0;
 
+/// A row that its force moves by less than this share of the others of its loop is left out: axes are taken to be
+/// parallel within about the root of it, rad.
+const WEAK: f64 = 1e-6;
+
 /// Adds the rows of all loops of `model`.
 ///
 /// `bodies` are as they move at `rates` before the step, `free` gives each body's velocity if no row acted;
-/// `turning` asks for the bias. `half_solve` fills the half-solved row of a wrench on the first body and its
-/// opposite on the second.
+/// `turning` asks for the bias. Which rows are left out shows in joint coordinates alone, where the tree's joints hold
+/// what they hold: `reduced` are the rows there, unless these are they. `half_solve` fills the half-solved row of a
+/// wrench on the first body and its opposite on the second, and gives the range that it filled.
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,
@@ -34,9 +47,12 @@ pub fn add(
     step: f64,
     turning: bool,
     stabilization: bool,
-    mut half_solve: impl FnMut([usize; 2], Force, &mut [f64]),
+    reduced: Option<&Rows>,
+    mut half_solve: impl FnMut([usize; 2], Force, &mut [f64]) -> Range<usize>,
 ) {
+    let begin = rows.len();
     for index in 0..model.loops.len() {
+        let first = rows.len();
         let coupling = Coupling::of_loop(model, bodies, index);
         let (child, parent) = (coupling.child, coupling.parent);
         let wanted = if turning {
@@ -49,16 +65,44 @@ pub fn add(
         };
         let fastest = if stabilization { FASTEST_RECOVERY } else { 0.0 };
         joint::add(rows, Owner::Loop(index), &coupling, free, wanted, step, fastest, |wrench, half| {
-            half_solve([child, parent], wrench, half);
+            half_solve([child, parent], wrench, half)
         });
+        if reduced.is_none() {
+            leave_out_weak(rows, first, coupling.translations());
+        }
+    }
+    if let Some(reduced) = reduced {
+        let there = of_loops(reduced);
+        for row in (begin..rows.len()).filter(|row| reduced.is_silent(there + row - begin)) {
+            rows.silence(row);
+        }
     }
 }
 
+/// Silences the rows from `first` on, of a loop whose first `shifts` rows are translations, that their forces hardly
+/// move.
+fn leave_out_weak(rows: &mut Rows, first: usize, shifts: usize) {
+    let greatest = |range: Range<usize>, rows: &Rows| range.map(|row| rows.mobility(row)).fold(0.0, f64::max);
+    let shift = greatest(first..first + shifts, rows);
+    // Across a plane all rotations are weak: they are compared with translations by the metre too.
+    let any = greatest(first..rows.len(), rows);
+    for row in first..rows.len() {
+        let beside = if row < first + shifts { shift } else { any };
+        if rows.mobility(row) < WEAK * beside {
+            rows.silence(row);
+        }
+    }
+}
+
+/// The first row of a loop, or the number of rows without one.
+fn of_loops(rows: &Rows) -> usize {
+    rows.owner.iter().position(|owner| matches!(owner, Owner::Loop(_))).unwrap_or(rows.len())
+}
+
 /// What every loop's joint hands from its first body to its second, about the common point, N m and N: into
-/// `forces`, one a loop. The rows of loops are the last of `rows`.
+/// `forces`, one a loop. The rows of all loops follow each other in `rows`.
 pub fn forces(rows: &Rows, model: &Model, bodies: &[BodyMotion], forces: &mut [Force]) {
-    let first = rows.owner.iter().position(|owner| matches!(owner, Owner::Loop(_))).unwrap_or(rows.len());
-    let mut numbers = rows.force[first..].iter();
+    let mut numbers = rows.force[of_loops(rows)..].iter();
     for (index, sum) in forces.iter_mut().enumerate() {
         *sum = Force::ZERO;
         Coupling::of_loop(model, bodies, index).each(|wrench, _| {

@@ -43,6 +43,31 @@ pub enum Owner {
     TrunkLock,
 }
 
+/// A row but for its half-solved numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    /// What it belongs to.
+    pub owner: Owner,
+    /// Bound of its force.
+    pub bound: Bound,
+    /// J v_free + bias, m/s or rad/s.
+    pub offset: f64,
+    /// Added to its diagonal entry of A, (m/s)/N or the like.
+    pub softness: f64,
+    /// Where to start to look for its force, N or N m.
+    pub guess: f64,
+    /// Speed at which it corrects its position, m/s or rad/s: positions move along velocities for which w is
+    /// greater by it.
+    pub recovery: f64,
+}
+
+impl Row {
+    /// A row that nothing softens or corrects, and of whose force nothing is known.
+    pub fn new(owner: Owner, bound: Bound, offset: f64) -> Self {
+        Self { owner, bound, offset, softness: 0.0, guess: 0.0, recovery: 0.0 }
+    }
+}
+
 /// Rows that follow each other and reach the same joints.
 #[derive(Debug, Clone)]
 struct Limb {
@@ -118,25 +143,40 @@ impl Rows {
         self.bounds.is_empty()
     }
 
-    /// Adds a row and gives its half-solved numbers to be filled in.
-    pub fn push(&mut self, owner: Owner, bound: Bound, offset: f64, softness: f64, guess: f64) -> &mut [f64] {
+    /// Adds `row`, whose half-solved numbers `half_solve` fills in. They are zero before, and stay zero but for the
+    /// root's and for the range that it returns.
+    pub fn push(&mut self, row: Row, half_solve: impl FnOnce(&mut [f64]) -> Range<usize>) {
+        let index = self.len();
         let start = self.half.len();
         self.half.resize(start + self.width, 0.0);
-        self.owner.push(owner);
-        self.bounds.push(bound);
-        self.offset.push(offset);
-        self.softness.push(softness);
-        self.recovery.push(0.0);
-        self.force.push(guess);
-        &mut self.half[start..]
+        let joints = half_solve(&mut self.half[start..]);
+        match self.limbs.last_mut() {
+            Some(limb) if limb.joints == joints => limb.rows.end = index + 1,
+            _ => self.limbs.push(Limb { rows: index..index + 1, joints }),
+        }
+        self.owner.push(row.owner);
+        self.bounds.push(row.bound);
+        self.offset.push(row.offset);
+        self.softness.push(row.softness);
+        self.recovery.push(row.recovery);
+        self.force.push(row.guess);
     }
 
-    /// Lets the last row correct its position at `speed` (m/s or rad/s): positions move along velocities
-    /// for which w is greater by it.
-    pub fn recover(&mut self, speed: f64) {
-        if let Some(recovery) = self.recovery.last_mut() {
-            *recovery = speed;
-        }
+    /// Row `row` asks for nothing and does nothing from here on.
+    pub fn silence(&mut self, row: usize) {
+        self.half[row * self.width..(row + 1) * self.width].fill(0.0);
+        self.offset[row] = 0.0;
+    }
+
+    /// Whether nothing moves row `row`.
+    pub fn is_silent(&self, row: usize) -> bool {
+        self.half[row * self.width..(row + 1) * self.width].iter().all(|entry| *entry == 0.0)
+    }
+
+    /// How much a unit of the force of row `row` moves it: J M⁻¹ Jᵀ.
+    pub fn mobility(&self, row: usize) -> f64 {
+        let half = &self.half[row * self.width..(row + 1) * self.width];
+        dot(half, half)
     }
 
     /// Whether a row corrects its position.
@@ -159,24 +199,11 @@ impl Rows {
     pub fn assemble(&mut self, step: f64) {
         let count = self.len();
         self.matrix.resize(count * count, 0.0);
-        self.gather_limbs();
         self.meet_in_root(step);
         self.meet_in_joints(step);
         self.mirror();
         for (diagonal, softness) in self.matrix.iter_mut().step_by(count + 1).zip(&self.softness) {
             *diagonal += softness;
-        }
-    }
-
-    /// Finds the rows that reach the same joints.
-    fn gather_limbs(&mut self) {
-        self.limbs.clear();
-        for (row, half) in self.half.chunks_exact(self.width).enumerate() {
-            let joints = reach(half);
-            match self.limbs.last_mut() {
-                Some(limb) if limb.joints == joints => limb.rows.end = row + 1,
-                _ => self.limbs.push(Limb { rows: row..row + 1, joints }),
-            }
         }
     }
 
@@ -214,10 +241,11 @@ impl Rows {
                     continue;
                 }
                 for row in own.rows.clone() {
-                    let left = &half[row * *width + start..row * *width + end];
-                    for column in other.rows.start..other.rows.end.min(row + 1) {
-                        let right = &half[column * *width + start..column * *width + end];
-                        matrix[row * count + column] += step * dot(left, right);
+                    let left = &half[row * *width..][start..end];
+                    let columns = other.rows.start..other.rows.end.min(row + 1);
+                    let rights = half[columns.start * *width..].chunks(*width);
+                    for (entry, right) in matrix[row * count..][columns].iter_mut().zip(rights) {
+                        *entry += step * dot(left, &right[start..end]);
                     }
                 }
             }
@@ -227,10 +255,10 @@ impl Rows {
     /// Copies what stands below the diagonal to its place above.
     fn mirror(&mut self) {
         let count = self.len();
+        let matrix = &mut self.matrix[..count * count];
         for row in 1..count {
-            let (above, below) = self.matrix.split_at_mut(row * count);
-            for (mirrored, entry) in above.iter_mut().skip(row).step_by(count).zip(below) {
-                *mirrored = *entry;
+            for column in 0..row {
+                matrix[column * count + row] = matrix[row * count + column];
             }
         }
     }
@@ -277,14 +305,6 @@ impl Rows {
         };
         (0..count).max_by(|a, b| stray(*a).total_cmp(&stray(*b))).map(|row| self.owner[row])
     }
-}
-
-/// The range of a half-solved row's numbers beyond the root's that are not zero.
-fn reach(half: &[f64]) -> Range<usize> {
-    let joints = &half[ROOT..];
-    let start = joints.iter().position(|entry| *entry != 0.0).unwrap_or(0);
-    let end = joints.iter().rposition(|entry| *entry != 0.0).map_or(start, |last| last + 1);
-    ROOT + start..ROOT + end
 }
 
 /// The dot products of the root's share of one row with those of [`LANES`] others.

@@ -5,7 +5,7 @@ use crate::sim::Failure;
 use crate::sim::integrate::advance;
 use crate::sim::lcp::Solver;
 use crate::sim::reduced::response;
-use crate::sim::rows::{Owner, contact, loops};
+use crate::sim::rows::{contact, loops};
 use crate::sim::spatial::Motion;
 use crate::sim::state::Swing;
 use crate::sim::step::fail_unless_usable;
@@ -16,11 +16,20 @@ impl Stages<'_> {
     /// fastest of them swings: ω² = F r / d, with lever r and the inertia d felt at the joint.
     pub(super) fn pulls(&mut self) {
         let Self { model, plan, state, work, step, .. } = self;
-        let Workspace { bodies, free, changes, carried, touches, rows, articulated, levers, old, .. } =
-            &mut **work;
+        let Workspace {
+            bodies,
+            new,
+            carried,
+            touches,
+            rows,
+            articulated,
+            levers,
+            old,
+            loops: forces_of_loops,
+            ..
+        } = &mut **work;
         for (index, body) in bodies.iter().enumerate() {
-            let new = free[index].plus(changes[index]);
-            let gain = new.at(body.center) - old[index].at(body.center);
+            let gain = new[index].minus(old[index]).at(body.center);
             let turning = body.velocity.angular.cross(&body.velocity.at(body.center));
             carried[index] = (gain / *step + turning - plan.gravity) * model.bodies[index].mass;
         }
@@ -32,8 +41,8 @@ impl Stages<'_> {
                 carried[other] += force;
             }
         }
-        loops::forces(rows, model, bodies, &mut state.memory.loops);
-        for (closing, force) in model.loops.iter().zip(&state.memory.loops) {
+        loops::forces(rows, model, bodies, forces_of_loops);
+        for (closing, force) in model.loops.iter().zip(&*forces_of_loops) {
             let [parent, child] = closing.bodies;
             carried[child] -= force.force;
             carried[parent] += force.force;
@@ -60,7 +69,7 @@ impl Stages<'_> {
     /// limit is to be corrected, new ones that also correct it. Correcting leaves no speed behind.
     pub(super) fn recovery(&mut self) -> Result<(), Failure> {
         let Self { model, plan, state, work, step, .. } = self;
-        work.drift = work.free[0].plus(work.changes[0]);
+        work.drift = work.new[0];
         work.drift_rates.copy_from_slice(&work.joint_rates);
         if !work.rows.recovering() {
             return Ok(());
@@ -93,15 +102,16 @@ impl Stages<'_> {
         let per_touch = contact::rows_per_touch(plan.friction);
         let greatest = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_deref());
         state.memory.remember(&work.rows, &work.touches, per_touch, greatest);
-        for (owner, force) in work.rows.owner.iter().zip(&work.rows.force) {
-            if let Owner::Torque(joint) = *owner {
-                work.torque[joint] = *force;
-            }
-        }
+        let last = &mut state.memory.acceleration;
         if !model.fixed_base {
-            let root = work.free[0].plus(work.changes[0]);
+            let root = work.new[0];
+            last.root = root.minus(state.root.motion()).scaled(1.0 / step);
             state.root.linear_velocity = root.linear;
             state.root.angular_velocity = root.angular;
+        }
+        let changes = work.joint_rates.iter().zip(&state.velocities);
+        for (acceleration, (new, old)) in last.joints.iter_mut().zip(changes) {
+            *acceleration = (new - old) / step;
         }
         state.velocities.copy_from_slice(&work.joint_rates);
         let drift = if model.fixed_base { Motion::ZERO } else { work.drift };

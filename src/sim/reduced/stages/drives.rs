@@ -66,6 +66,9 @@ impl Stages<'_> {
         now: &[f64],
         next: &[f64],
     ) -> Result<(), Failure> {
+        if drive.feedforward != Feedforward::None && !self.model.joints_are_independent() {
+            return self.hold(drive.feedforward, now, next);
+        }
         let (given, lifted, step) = (self.given(), self.lifted(), self.step);
         let Self { model, plan, state, work, freedom, .. } = self;
         let Some(control) = &mut work.control else {
@@ -87,7 +90,8 @@ impl Stages<'_> {
                 given,
             )
             .ok_or_else(|| singular(model, state, Singular::Root))?;
-        if drive.feedforward == Feedforward::ContactAware && !work.touches.is_empty() {
+        let touches = &work.touches[..work.foreseen];
+        if drive.feedforward == Feedforward::ContactAware && !touches.is_empty() {
             work.free[0] = after(state, root, &work.bodies[0], plan.velocity_forces, step);
             for index in 1..work.bodies.len() {
                 let parent = work.free[model.bodies[index].parent];
@@ -97,19 +101,18 @@ impl Stages<'_> {
             work.control_rows.clear();
             contact::add(
                 &mut work.control_rows,
-                &work.touches,
+                touches,
                 &work.free,
                 plan.friction,
                 step,
                 plan.stabilization,
-                &state.memory.contact,
+                &state.memory.contacts,
                 |touch, direction, half| {
                     // Bodies that touch each other push the rigid whole nowhere.
-                    let force = match touch.against.body() {
-                        None => Force::at(touch.at, direction),
-                        Some(_) => Force::ZERO,
-                    };
-                    half.copy_from_slice(&control.root.half_solve(force));
+                    if touch.against.body().is_none() {
+                        half.copy_from_slice(&control.root.half_solve(Force::at(touch.at, direction)));
+                    }
+                    response::ROOT..response::ROOT
                 },
             );
             work.control_rows.assemble(step);
@@ -119,7 +122,7 @@ impl Stages<'_> {
             let mut half = [0.0; response::ROOT];
             work.control_rows.impulse(1.0, &mut half);
             control.accelerate_root(control.root.finish(half));
-            push_contacts(&work.touches, &work.control_rows.force, plan.friction, |body, force| {
+            push_contacts(touches, &work.control_rows.force, plan.friction, |body, force| {
                 control.push(model, body, force);
             });
         }

@@ -53,16 +53,14 @@ impl Stages<'_> {
         Ok(())
     }
 
-    /// Velocities after the step if no row acted, or if rows acted as is `expected`, for the present forces of
-    /// velocity.
-    pub(super) fn free_velocities(&mut self, expected: bool) {
+    /// Velocities after the step if no row acted.
+    pub(super) fn free_velocities(&mut self) {
         let (given, lifted, step) = (self.given(), self.lifted(), self.step);
         let Self { model, plan, state, work, freedom, .. } = self;
         let root = work.articulated.accelerate(
             model,
             &work.bodies,
             &work.loads,
-            expected.then_some(&work.expected),
             *freedom,
             lifted,
             given,
@@ -90,12 +88,11 @@ pub(super) fn after(
     velocity_forces: bool,
     step: f64,
 ) -> Motion {
-    let velocity = Motion { angular: state.root.angular_velocity, linear: state.root.linear_velocity };
     let mut acceleration = acceleration;
     if velocity_forces {
         acceleration.linear += root.velocity.angular.cross(&root.velocity.linear);
     }
-    velocity.plus_scaled(acceleration, step)
+    state.root.motion().plus_scaled(acceleration, step)
 }
 
 pub(super) fn singular(model: &Model, state: &State, cause: Singular) -> Failure {

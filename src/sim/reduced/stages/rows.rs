@@ -4,8 +4,8 @@ use super::Stages;
 use crate::sim::Failure;
 use crate::sim::lcp::Solver;
 use crate::sim::reduced::response;
-use crate::sim::rows::{contact, dry_friction, limit, loops, torque};
-use crate::sim::spatial::{Force, Motion};
+use crate::sim::rows::{Owner, contact, dry_friction, limit, loops, torque};
+use crate::sim::spatial::Force;
 use crate::sim::step::fail_unless_usable;
 use crate::sim::workspace::Workspace;
 
@@ -38,18 +38,10 @@ impl Stages<'_> {
             plan.friction,
             step,
             plan.stabilization,
-            &memory.contact,
+            &memory.contacts,
             |touch, direction, half| {
-                let force = Force::at(touch.at, direction);
-                response::of_bodies(
-                    model,
-                    bodies,
-                    articulated,
-                    touch.body,
-                    touch.against.body(),
-                    force,
-                    half,
-                );
+                let (force, other) = (Force::at(touch.at, direction), touch.against.body());
+                response::of_bodies(model, bodies, articulated, touch.body, other, force, half)
             },
         );
         if let Some(limits) = &plan.limits {
@@ -88,8 +80,9 @@ impl Stages<'_> {
             step,
             plan.reads_turning(),
             plan.stabilization,
+            None,
             |[child, parent], wrench, half| {
-                response::of_bodies(model, bodies, articulated, child, Some(parent), wrench, half);
+                response::of_bodies(model, bodies, articulated, child, Some(parent), wrench, half)
             },
         );
     }
@@ -113,7 +106,7 @@ impl Stages<'_> {
         let Self { model, work, step, .. } = self;
         work.joint_rates.copy_from_slice(&work.free_rates);
         if work.rows.is_empty() {
-            work.changes.fill(Motion::ZERO);
+            work.new.copy_from_slice(&work.free);
             return;
         }
         work.rows.impulse(*step, &mut work.half);
@@ -125,12 +118,20 @@ impl Stages<'_> {
             &mut work.joint_rates,
             &mut work.changes,
         );
+        for (new, (free, change)) in work.new.iter_mut().zip(work.free.iter().zip(&work.changes)) {
+            *new = free.plus(*change);
+        }
     }
 
     /// Torques of the actuators; whether one of them needs a row that it does not have yet.
     pub(super) fn saturation(&mut self) -> bool {
         let Self { plan, work, .. } = self;
         let mut again = false;
+        for (owner, force) in work.rows.owner.iter().zip(&work.rows.force) {
+            if let Owner::Torque(joint) = *owner {
+                work.torque[joint] = *force;
+            }
+        }
         let limits = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_ref());
         for joint in 0..work.torque.len() {
             if work.saturated[joint] {
@@ -159,6 +160,6 @@ impl Stages<'_> {
     /// else touch; it gets rows.
     pub(super) fn struck(&mut self) -> bool {
         let Self { model, plan, work, step, .. } = self;
-        work.is_blow(plan, *step, &work.free) && work.look_again(model, plan, *step)
+        work.is_blow(plan, *step) && work.look_again(model, plan, *step)
     }
 }

@@ -1,42 +1,45 @@
 //! Which velocities the forces of velocity are taken at: the mean of old and new ones, which they help to make.
+//!
+//! At the old velocities alone they would feed every rotation by half the square of its turn in a step. The mean is
+//! first guessed from the last step's acceleration, which in smooth motion is right to the step's second order; the
+//! new velocities tell how far the guess was off, and only if that matters is the rest repeated.
 
 use super::Stages;
 use crate::sim::reduced::kinematics::move_along;
-use crate::sim::spatial::{Force, Motion};
-use crate::sim::{Command, Failure};
+use crate::sim::spatial::Motion;
 
-/// Forces of velocity are settled when another pass would move no body farther than this in the step,
-/// rad or m.
+/// Forces of velocity are settled when the mean that they are taken at would move no body farther in the step than this
+/// beside the true one, rad or m.
 const SETTLED: f64 = 1e-6;
 
 /// The same in the middle of a step, whose own error is smaller.
 const SETTLED_IN_THE_MIDDLE: f64 = 1e-9;
 
+/// The same in the middle of a step in which no row acts, where there is no other inaccuracy than the method's.
+const SETTLED_IN_FLIGHT: f64 = 1e-11;
+
+/// They are settled there as well within this share of how far half the gain of velocity moves the bodies, times the third
+/// power of the turn: the method itself errs by a share of its second power.
+const SHARE_IN_FLIGHT: f64 = 0.01;
+
+/// Where rows act, whose forces jump and whose friction takes energy, they are settled as well within these shares of how
+/// far half the gain of velocity moves the bodies: in the paper's step, and in the middle of one.
+const SHARE_OF_GAIN: [f64; 2] = [0.1, 0.001];
+
 /// Greatest number of passes until then. Each has to halve what is left, or the step is too long.
 const MOST_PASSES: usize = 20;
 
-/// New velocities as far as they are known.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Ahead {
-    /// As if no row acted.
-    Free,
-    /// With all rows.
-    Rows,
-}
-
 /// Passes over the forces of velocity, which depend on the new velocities that they help to make.
 #[derive(Debug)]
-struct Passes {
+pub(super) struct Passes {
     count: usize,
-    /// Change that the last pass brought, rad or m a step.
+    /// By how much the last pass was off, rad or m a step.
     last: f64,
-    /// Change that is next to nothing.
-    settled: f64,
 }
 
 /// What a pass leaves to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Left {
+pub(super) enum Left {
     Nothing,
     Something,
     /// The passes do not approach anything.
@@ -44,17 +47,16 @@ enum Left {
 }
 
 impl Passes {
-    pub(super) fn until(settled: f64) -> Self {
-        Self { count: 0, last: f64::INFINITY, settled }
-    }
+    /// None so far.
+    pub(super) const NONE: Self = Self { count: 0, last: f64::INFINITY };
 
-    /// What is left after a pass that brought `change`, where a body turns by `turn` (rad) in the step, which is
-    /// about the share of a change that the next pass brings.
-    pub(super) fn left(&mut self, change: f64, turn: f64) -> Left {
+    /// What is left after a pass whose mean was off by `change`, where no more than `settled` may be. The next one
+    /// will be off by about the share of it that a body turns in the step, `turn` (rad).
+    fn left(&mut self, change: f64, turn: f64, settled: f64) -> Left {
         let share = turn.max(change / self.last);
         self.count += 1;
         self.last = change;
-        if change * share <= self.settled {
+        if change <= settled {
             Left::Nothing
         } else if share <= 0.5 && self.count < MOST_PASSES {
             Left::Something
@@ -65,90 +67,65 @@ impl Passes {
 }
 
 impl Stages<'_> {
-    /// The paper's step takes forces of velocity at the mean of the old velocities and those to be expected if every
-    /// row acts as in the last step: at the old ones alone they would feed every rotation by half the square
-    /// of its turn in a step. Whether they settled.
-    pub(super) fn expected_mean(&mut self) -> Result<bool, Failure> {
-        if !self.plan.velocity_forces {
-            return Ok(true);
+    /// Guesses the mean of old and new velocities: those that the last step's acceleration leads to half-way.
+    pub(super) fn expect_mean(&mut self) {
+        let Self { model, plan, state, work, step, .. } = self;
+        if !plan.velocity_forces {
+            return;
         }
-        self.expectation();
-        let mut passes = Passes::until(SETTLED);
-        loop {
-            self.free_velocities(true);
-            let change = self.mean_motion(Ahead::Free);
-            match passes.left(change, self.turn) {
-                Left::Nothing => return Ok(true),
-                Left::Something => {}
-                Left::Everything => return Ok(false),
-            }
+        let (half, last) = (0.5 * *step, &state.memory.acceleration);
+        let rates = state.velocities.iter().zip(&last.joints);
+        for (mean, (rate, acceleration)) in work.mean_rates.iter_mut().zip(rates) {
+            *mean = rate + half * acceleration;
         }
+        let root =
+            if model.fixed_base { Motion::ZERO } else { state.root.motion().plus_scaled(last.root, half) };
+        self.move_with_mean(root);
     }
 
-    /// The forces of the last step's rows, where they would act now.
-    fn expectation(&mut self) {
-        let Self { model, state, work, .. } = self;
-        let memory = &state.memory;
-        work.expected.bodies.fill(Force::ZERO);
-        for touch in &work.touches {
-            let force = Force::at(touch.at, touch.force(&memory.contact[touch.slot]));
-            let bodies = &mut work.expected.bodies;
-            bodies[touch.body] = bodies[touch.body].plus(force);
-            if let Some(other) = touch.against.body() {
-                bodies[other] = bodies[other].plus(force.scaled(-1.0));
-            }
+    /// What is left to do for the forces of velocity, now that new velocities are known. If something is, the
+    /// mean is set anew.
+    pub(super) fn correct_mean(&mut self, passes: &mut Passes) -> Left {
+        let Self { model, plan, state, work, step, turn, middle, .. } = self;
+        if !plan.velocity_forces {
+            return Left::Nothing;
         }
-        for (closing, force) in model.loops.iter().zip(&memory.loops) {
-            let [parent, child] = closing.bodies;
-            let bodies = &mut work.expected.bodies;
-            bodies[child] = bodies[child].plus(*force);
-            bodies[parent] = bodies[parent].plus(force.scaled(-1.0));
+        // Half of what the velocities gain, and by how much the guess missed that.
+        let (mut gain, mut change) = (0.0_f64, 0.0_f64);
+        for ((mean, old), new) in work.mean_rates.iter().zip(&state.velocities).zip(&work.joint_rates) {
+            gain = gain.max((0.5 * (new - old)).abs());
+            change = change.max((0.5 * (new + old) - mean).abs());
         }
-        for (joint, push) in work.expected.joints.iter_mut().enumerate() {
-            let torque = if work.saturated[joint] { memory.saturated[joint] } else { 0.0 };
-            *push = memory.limit[joint] + memory.dry_friction[joint] + torque;
+        let mut root = Motion::ZERO;
+        if !model.fixed_base {
+            let (old, new, mean) = (state.root.motion(), work.new[0], work.bodies[0].velocity);
+            root = old.plus(new).scaled(0.5);
+            gain = gain.max(root.minus(old).amax());
+            change = change.max(root.minus(mean).amax());
         }
-    }
-
-    /// In the middle of a step, repeats all with the forces of velocity of the mean of old and new velocities;
-    /// whether they settled.
-    pub(super) fn mean_velocities(&mut self, command: Command<'_>) -> Result<bool, Failure> {
-        if !(self.middle && self.plan.velocity_forces) {
-            return Ok(true);
-        }
-        let mut passes = Passes::until(SETTLED_IN_THE_MIDDLE);
-        loop {
-            let change = self.mean_motion(Ahead::Rows);
-            self.drives(command)?;
-            self.velocities()?;
-            match passes.left(change, self.turn) {
-                Left::Nothing => return Ok(true),
-                Left::Something => {}
-                Left::Everything => return Ok(false),
-            }
-        }
-    }
-
-    /// Lets the bodies move with the mean of old and new velocities, as far as forces of velocity see
-    /// them, and gives how much farther that moves one of them in the step, rad or m, than before.
-    fn mean_motion(&mut self, ahead: Ahead) -> f64 {
-        let Self { model, state, work, step, .. } = self;
-        let root = &state.root;
-        let old = Motion { angular: root.angular_velocity, linear: root.linear_velocity };
-        let (new, new_rates) = match ahead {
-            Ahead::Free => (work.free[0], &work.free_rates),
-            Ahead::Rows => (work.free[0].plus(work.changes[0]), &work.joint_rates),
+        let gain = gain * *step;
+        let settled = match (*middle, work.rows.is_empty()) {
+            (false, true) => SETTLED,
+            (false, false) => SETTLED.max(SHARE_OF_GAIN[0] * gain),
+            (true, true) => SETTLED_IN_FLIGHT.max(SHARE_IN_FLIGHT * gain * turn.powi(3)),
+            (true, false) => SETTLED_IN_THE_MIDDLE.max(SHARE_OF_GAIN[1] * gain),
         };
-        let mean = if model.fixed_base { Motion::ZERO } else { old.plus(new).scaled(0.5) };
-        let before = work.bodies[0].velocity;
-        let mut change = (mean.angular - before.angular).amax().max((mean.linear - before.linear).amax());
-        for joint in 0..work.mean_rates.len() {
-            let mean = 0.5 * (state.velocities[joint] + new_rates[joint]);
-            change = change.max((mean - work.mean_rates[joint]).abs());
-            work.mean_rates[joint] = mean;
+        let left = passes.left(change * *step, *turn, settled);
+        if left == Left::Something {
+            for ((mean, old), new) in work.mean_rates.iter_mut().zip(&state.velocities).zip(&work.joint_rates)
+            {
+                *mean = 0.5 * (old + new);
+            }
+            self.move_with_mean(root);
         }
-        move_along(model, mean, &work.mean_rates, &mut work.bodies);
-        work.articulated.prepare(model, &work.bodies, &work.mean_rates, true);
-        change * *step
+        left
+    }
+
+    /// Lets the bodies move with the mean velocities, of which `root` is the root's, and takes the forces of velocity
+    /// of that.
+    fn move_with_mean(&mut self, root: Motion) {
+        let Self { model, work, .. } = self;
+        move_along(model, root, &work.mean_rates, &mut work.bodies);
+        work.articulated.prepare(model, &work.bodies, &work.mean_rates);
     }
 }

@@ -1,0 +1,132 @@
+//! Whether a step may be taken as it was computed: it may not make energy, nor drive what touches into the ground.
+//!
+//! Velocities go along the tangent of the path that positions follow, so that a step of any scheme errs by what the
+//! path curves in it. The schemes here are staggered: positions half a step before and half a step after those at
+//! which forces are taken belong to the old and to the new velocities (in Moreau and Jean's they are the step's
+//! own ends). Between those two poses the kinetic energy may grow by the work of gravity and of the motors and by
+//! nothing else, because contacts, limits, friction and dampers only take. All work is that of a force at the mean of
+//! old and new velocity, which is exact for forces that are solved for.
+
+use nalgebra::Vector3;
+
+use super::Stages;
+use crate::model::Model;
+use crate::sim::diagnostics::kinetic_energy;
+use crate::sim::integrate::advance;
+use crate::sim::reduced::kinematics::{BodyMotion, place};
+use crate::sim::spatial::Motion;
+use crate::sim::state::State;
+
+/// Where no body would turn farther than this in a whole step, rad, and the solver leaves no velocity that matters,
+/// nothing is looked into: paths are straight enough.
+const STRAIGHT: f64 = 0.02;
+
+/// Share of the kinetic energy that may be made in a second, for each second of the whole step, 1/s²: 1.6 % at steps of
+/// 2 ms, and the less the finer the step.
+const SHARE: f64 = 8.0;
+
+/// Greatest depth that a touch may gain in a step, m.
+const SINKING: f64 = 2e-4;
+
+/// A part as short as the whole step over this is taken as it is.
+const FINEST: f64 = 32.0;
+
+/// How much shorter than the step that failed the next trial may be.
+const SHORTENING: [f64; 2] = [0.2, 0.7];
+
+/// Aimed-at part of what is allowed.
+const SAFETY: f64 = 0.9;
+
+/// The character half a step away from where forces are taken.
+#[derive(Debug, Clone)]
+pub struct Displaced {
+    state: State,
+    bodies: Vec<BodyMotion>,
+}
+
+impl Displaced {
+    /// Room for `model`.
+    pub fn new(model: &Model) -> Self {
+        Self { state: State::new(model), bodies: vec![BodyMotion::REST; model.bodies.len()] }
+    }
+
+    /// The character of `from` moved for `time` seconds along the velocity `root` of its root and the joint
+    /// velocities `rates`, with which it moves there too. Gives its kinetic energy, J.
+    fn displace(&mut self, model: &Model, from: &State, root: Motion, rates: &[f64], time: f64) -> f64 {
+        let Self { state, bodies } = self;
+        state.root = from.root;
+        state.root.linear_velocity = root.linear;
+        state.root.angular_velocity = root.angular;
+        state.angles.copy_from_slice(&from.angles);
+        state.velocities.copy_from_slice(rates);
+        advance(state, root, rates, time);
+        place(model, state, bodies);
+        kinetic_energy(model, bodies, rates)
+    }
+}
+
+impl Stages<'_> {
+    /// The longest step that is likely to make no energy and to let nothing sink in, s, where this one does. Under error
+    /// control the step's error is what counts, and that alone.
+    /// `turn` is how fast a body turns, rad/s.
+    pub(super) fn flaw(&mut self, turn: f64) -> Option<f64> {
+        let whole = self.plan.step();
+        let straight = turn * whole <= STRAIGHT && self.work.residual * self.step <= SINKING;
+        let controlled = self.plan.accuracy.step_tolerance.is_some();
+        if straight || controlled || self.step * FINEST <= whole {
+            return None;
+        }
+        let made = self.energy_made();
+        let sunk = self.sinking() / SINKING;
+        // Both grow with the square of the step, the energy against what is allowed in it.
+        let excess = made.max(sunk);
+        let [least, most] = SHORTENING;
+        (excess > 1.0).then(|| self.step * (SAFETY / excess.sqrt()).clamp(least, most))
+    }
+
+    /// Energy that the step makes, as a multiple of what it may. Leaves the character displaced by half a step along
+    /// its new velocities.
+    fn energy_made(&mut self) -> f64 {
+        let half = 0.5 * self.step;
+        let Self { model, plan, state, work, step, .. } = self;
+        let old = state.root.motion();
+        let new = if model.fixed_base { Motion::ZERO } else { work.new[0] };
+        let before = work.displaced.displace(model, state, old, &state.velocities, -half);
+        let after = work.displaced.displace(model, state, new, &work.joint_rates, half);
+        let mut twice_power = 0.0;
+        for (index, body) in work.bodies.iter().enumerate() {
+            let both = work.old[index].plus(work.new[index]);
+            twice_power += model.bodies[index].mass * plan.gravity.dot(&both.at(body.center));
+        }
+        for ((torque, old), new) in work.torque.iter().zip(&state.velocities).zip(&work.joint_rates) {
+            twice_power += torque * (old + new);
+        }
+        let made = after - before - half * twice_power;
+        let allowed = SHARE * plan.step() * *step * before.max(after);
+        // A scene without forces of velocity does not keep energy.
+        if made > 0.0 && plan.velocity_forces { made / allowed } else { 0.0 }
+    }
+
+    /// Greatest depth that a touch gains in the step, m, because its path curves away from its velocity or because
+    /// the solver left it a velocity, once the character is displaced.
+    fn sinking(&self) -> f64 {
+        let Self { model, work, step, .. } = self;
+        let velocity = |index: usize| work.new[index];
+        let half = 0.5 * step;
+        let root = if model.fixed_base { Vector3::zeros() } else { velocity(0).linear * half };
+        // How far half a step takes a body's point beyond where its velocity leads.
+        let curve = |index: usize, at: Vector3<f64>| {
+            let (here, there) = (&work.bodies[index], &work.displaced.bodies[index]);
+            let local = here.rotation.tr_mul(&(at - here.origin));
+            there.point(local) + root - at - velocity(index).at(at) * half
+        };
+        let sinkings = work.touches.iter().map(|touch| {
+            let normal = touch.frame[0];
+            let other = touch.against.body().map_or(Vector3::zeros(), |other| curve(other, touch.at));
+            // A whole step curves four times as far as half of it.
+            let curved = 4.0 * normal.dot(&(other - curve(touch.body, touch.at)));
+            curved - step * normal.dot(&touch.slip(velocity)) + touch.depth.min(0.0)
+        });
+        sinkings.fold(0.0, f64::max)
+    }
+}
