@@ -101,7 +101,7 @@ pub(super) struct Workspace {
 /// The solver that the plan chose.
 #[derive(Debug, Clone)]
 pub(super) enum Engine {
-    Newton(Newton),
+    Newton(Box<Newton>),
     Pgs(Pgs),
     Lemke(Lemke),
 }
@@ -109,7 +109,7 @@ pub(super) enum Engine {
 impl Engine {
     fn new(choice: &SolverChoice) -> Self {
         match choice.kind {
-            SolverKind::Newton => Self::Newton(Newton::new(choice.iterations, choice.tolerance)),
+            SolverKind::Newton => Self::Newton(Box::new(Newton::new(choice.iterations, choice.tolerance))),
             SolverKind::Pgs => Self::Pgs(Pgs::new(choice.iterations, choice.tolerance)),
             SolverKind::Lemke => Self::Lemke(Lemke::new(choice.iterations)),
         }
