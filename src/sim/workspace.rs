@@ -103,7 +103,7 @@ pub(super) struct Workspace {
 pub(super) enum Engine {
     Newton(Box<Newton>),
     Pgs(Pgs),
-    Lemke(Lemke),
+    Lemke(Box<Lemke>),
 }
 
 impl Engine {
@@ -111,7 +111,7 @@ impl Engine {
         match choice.kind {
             SolverKind::Newton => Self::Newton(Box::new(Newton::new(choice.iterations, choice.tolerance))),
             SolverKind::Pgs => Self::Pgs(Pgs::new(choice.iterations, choice.tolerance)),
-            SolverKind::Lemke => Self::Lemke(Lemke::new(choice.iterations)),
+            SolverKind::Lemke => Self::Lemke(Box::new(Lemke::new(choice.iterations))),
         }
     }
 }

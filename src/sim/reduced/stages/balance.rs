@@ -67,13 +67,14 @@ impl Displaced {
 
 impl Stages<'_> {
     /// The longest step that is likely to make no energy and to let nothing sink in, s, where this one does. Under error
-    /// control the step's error is what counts, and that alone.
+    /// control the step's error is what counts, and that alone; and with feedforward, which asks for a velocity at the
+    /// step's end, a shorter step is another drive.
     /// `turn` is how fast a body turns, rad/s.
     pub(super) fn flaw(&mut self, turn: f64) -> Option<f64> {
         let whole = self.plan.step();
         let straight = turn * whole <= STRAIGHT && self.work.residual * self.step <= SINKING;
-        let controlled = self.plan.accuracy.step_tolerance.is_some();
-        if straight || controlled || self.step * FINEST <= whole {
+        let settled = self.plan.accuracy.step_tolerance.is_some() || self.work.control.is_some();
+        if straight || settled || self.step * FINEST <= whole {
             return None;
         }
         let made = self.energy_made();
