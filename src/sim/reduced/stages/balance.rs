@@ -73,8 +73,8 @@ impl Stages<'_> {
     pub(super) fn flaw(&mut self, turn: f64) -> Option<f64> {
         let whole = self.plan.step();
         let straight = turn * whole <= STRAIGHT && self.work.residual * self.step <= SINKING;
-        let settled = self.plan.accuracy.step_tolerance.is_some() || self.work.control.is_some();
-        if straight || settled || self.step * FINEST <= whole {
+        let exempt = self.plan.accuracy.step_tolerance.is_some() || self.feeds_forward();
+        if straight || exempt || self.step * FINEST <= whole {
             return None;
         }
         let made = self.energy_made();

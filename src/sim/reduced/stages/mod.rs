@@ -167,7 +167,7 @@ impl Stages<'_> {
                 Left::Everything => return Ok(!self.middle && !self.work.rows.is_empty()),
             }
             // Of what comes before, only feedforward knows the forces of velocity.
-            if self.plan.drive.as_ref().is_some_and(|drive| drive.feedforward != Feedforward::None) {
+            if self.feeds_forward() {
                 self.drives(command)?;
                 self.factorise()?;
             }
@@ -194,6 +194,11 @@ impl Stages<'_> {
                 self.factorise()?;
             }
         }
+    }
+
+    /// Whether the plan's drive has a first pass.
+    fn feeds_forward(&self) -> bool {
+        self.plan.drive.as_ref().is_some_and(|drive| drive.feedforward != Feedforward::None)
     }
 
     /// What the character touches.
