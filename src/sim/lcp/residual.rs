@@ -152,9 +152,6 @@ pub(super) fn norm(vector: [f64; 2]) -> f64 {
 /// The scalar product, summed in four lanes so that it becomes vector instructions.
 #[inline]
 pub(in crate::sim) fn dot(left: &[f64], right: &[f64]) -> f64 {
-    if left.len() < 4 {
-        return left.iter().zip(right).map(|(a, b)| a * b).sum();
-    }
     let (left, left_rest) = left.as_chunks::<4>();
     let (right, right_rest) = right.as_chunks::<4>();
     let mut lanes = [0.0; 4];

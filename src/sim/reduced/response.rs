@@ -66,7 +66,7 @@ fn union(first: Range<usize>, second: Range<usize>) -> Range<usize> {
 
 /// Walks `force` on `body` to the root, adds each joint's share to `half`, and gives what reaches the root and the
 /// range of the joints on the way.
-#[inline]
+#[inline(always)] // the rows of contacts spend most of their time here
 fn climb(
     model: &Model,
     bodies: &[BodyMotion],

@@ -241,11 +241,10 @@ impl Rows {
                     continue;
                 }
                 for row in own.rows.clone() {
-                    let left = &half[row * *width..][start..end];
-                    let columns = other.rows.start..other.rows.end.min(row + 1);
-                    let rights = half[columns.start * *width..].chunks(*width);
-                    for (entry, right) in matrix[row * count..][columns].iter_mut().zip(rights) {
-                        *entry += step * dot(left, &right[start..end]);
+                    let left = &half[row * *width + start..row * *width + end];
+                    for column in other.rows.start..other.rows.end.min(row + 1) {
+                        let right = &half[column * *width + start..column * *width + end];
+                        matrix[row * count + column] += step * dot(left, right);
                     }
                 }
             }
@@ -255,10 +254,10 @@ impl Rows {
     /// Copies what stands below the diagonal to its place above.
     fn mirror(&mut self) {
         let count = self.len();
-        let matrix = &mut self.matrix[..count * count];
         for row in 1..count {
-            for column in 0..row {
-                matrix[column * count + row] = matrix[row * count + column];
+            let (above, below) = self.matrix.split_at_mut(row * count);
+            for (mirrored, entry) in above.iter_mut().skip(row).step_by(count).zip(below) {
+                *mirrored = *entry;
             }
         }
     }
