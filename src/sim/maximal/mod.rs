@@ -22,8 +22,8 @@
 //! are the same to rounding. Without it (`joint_bias: paper`) the rows are the paper's.
 //!
 //! **Forces of velocity.** The paper's f\[t\] is that of the old velocities. Joint coordinates take those forces, and
-//! the turning with them, at the mean of the old velocities and those to be expected, because at the old
-//! ones alone they feed every rotation (see `reduced/stages`). To move alike, both coordinates need the same means, and so
+//! the turning with them, at the mean of old and new velocities, because at the old ones alone they feed every rotation
+//! (see `reduced/stages`). To move alike, both coordinates need the same means, and so
 //! the means are those of a step in joint coordinates, which a [`Forecast`] computes ahead on a copy of the state. The
 //! paper's own rows take the old velocities as the equations stand. In either case the forecast tells
 //! whether a body turns or swings too fast for the step, which limits come near, and what a blow is.

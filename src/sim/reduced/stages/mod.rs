@@ -4,9 +4,10 @@
 //! positions along them (Tokizaki & Hasegawa eqs. 8-9). Moreau and Jean's with θ = 1/2 moves the positions
 //! half-way along the old velocities, takes everything there, and moves them the other half along the new
 //! ones: over a sequence of steps that is the same staggered scheme, so that contacts and limits look a
-//! whole step ahead in both, but forces of position are taken in the middle, and forces of velocity are
-//! repeated until they are those of the mean of old and new velocities. That is of second order, and neither
-//! feeds nor drains a rotation.
+//! whole step ahead in both, but forces of position are taken in the middle. That is of second order.
+//!
+//! In both, forces of velocity are those of the mean of old and new velocities, which neither feeds nor drains a rotation:
+//! the mean is guessed, and where the guess was off the new velocities are found again (see `velocity_forces`).
 
 pub mod balance;
 mod commit;
