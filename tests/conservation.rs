@@ -68,7 +68,7 @@ fn flight_drift(model: &Arc<Model>, start: &State, torque: Option<&[f64]>, accur
     let before = energy(&simulator);
     let kinetic = simulator.energy().kinetic;
     let (mut work, mut drift) = (0.0, [0.0_f64; 3]);
-    for _ in 0..(0.2 / accuracy.step).round() as usize {
+    for _ in 0..(0.24 / accuracy.step).round() as usize {
         let rates = simulator.state().velocities.clone();
         advance(&mut simulator, torque.map_or(Command::Passive, Command::Torque));
         let moved =
@@ -95,15 +95,15 @@ fn flight_keeps_momentum_and_energy_up_to_the_methods_order() {
     for (integrator, order) in ORDERS {
         for driven in [false, true] {
             let mut rng = ChaCha8Rng::seed_from_u64(11);
-            let mut sums = [[0.0; 3]; 3];
+            let mut sums = [[0.0; 3]; 4];
             for links in [1, 2, 2, 3, 3, 4, 5, 6, 8, 12, 20, 30] {
                 let model = bodies::tree(&mut rng, links, false);
                 let start = tumbling(&model, &mut rng);
                 let torque: Vec<f64> = start.angles.iter().map(|_| rng.random_range(-1.0..1.0)).collect();
-                for (sum, step) in sums.iter_mut().zip([2e-3, 1e-3, 5e-4]) {
+                for (sum, step) in sums.iter_mut().zip([2e-3, 1e-3, 5e-4, 2.5e-4]) {
                     let drift =
                         flight_drift(&model, &start, driven.then_some(&torque), exact(step, integrator));
-                    // Relative rates of change are at most some 20/s here: first order over a fifth of a second.
+                    // Relative rates of change are at most some 20/s here: first order over a quarter of a second.
                     let most = if integrator == Integrator::MoreauJean { 0.05 } else { 0.5 };
                     assert!(
                         drift.iter().all(|drift| *drift < most),
@@ -116,7 +116,8 @@ fn flight_keeps_momentum_and_energy_up_to_the_methods_order() {
             }
             for (what, name) in ["linear momentum", "angular momentum", "energy"].into_iter().enumerate() {
                 let errors = sums.map(|sum| sum[what]);
-                slopes_are(&order, &errors, &format!("{name}, {integrator:?}, driven {driven}"));
+                // Of the longest step some are computed in parts, and err by less than their length would have it.
+                slopes_are(&order, &errors[1..], &format!("{name}, {integrator:?}, driven {driven}"));
             }
         }
     }
