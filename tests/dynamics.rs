@@ -1,4 +1,5 @@
-//! Rigid-body dynamics against the numbers of another engine (Pinocchio), on real robots.
+//! Rigid-body dynamics against the numbers of another engine (Pinocchio), on real robots; and the sines of its angles
+//! against the standard library's.
 
 mod common;
 
@@ -6,6 +7,7 @@ use std::sync::Arc;
 
 use gaitwright::model::Model;
 use gaitwright::scene::{Accuracy, Effect, Integrator, Scene};
+use gaitwright::sim::reduced::trigonometry::{LANES, sines_and_cosines};
 use gaitwright::sim::{Command, Simulator, State};
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use serde_json::Value;
@@ -166,4 +168,37 @@ fn passive_motion_converges_to_the_reference() {
             }
         }
     }
+}
+
+/// Greatest distance from the standard library's results over many angles, with their neighbours about the
+/// multiples of π/4.
+fn greatest_error_of_sines(angles: impl Iterator<Item = f64>) -> f64 {
+    let errors = angles.map(|angle| {
+        let [[sine, cosine], ..] = sines_and_cosines([angle, 0.0, 0.0, 0.0]);
+        (sine - angle.sin()).abs().max((cosine - angle.cos()).abs())
+    });
+    errors.fold(0.0, f64::max)
+}
+
+#[test]
+fn sines_agree_with_the_standard_library() {
+    const BOUND: f64 = f64::EPSILON;
+    let even = (-400_000..400_000).map(|index| f64::from(index) * 1.7e-5);
+    assert!(greatest_error_of_sines(even) <= BOUND);
+    let far = (0..400_000).map(|index| 1.000_1_f64.powi(index % 138_000) * 0.01);
+    assert!(greatest_error_of_sines(far) <= BOUND);
+    let corners = (-2000..2000).flat_map(|index| {
+        let corner = f64::from(index) * std::f64::consts::FRAC_PI_4;
+        [corner.next_down(), corner, corner.next_up()]
+    });
+    assert!(greatest_error_of_sines(corners) <= BOUND);
+}
+
+#[test]
+fn sines_are_exact_at_zero_and_none_where_there_are_none() {
+    assert_eq!(sines_and_cosines([0.0; LANES]), [[0.0, 1.0]; LANES]);
+    let [nothing, beyond, far, _] = sines_and_cosines([f64::NAN, f64::INFINITY, 1e9, 0.0]);
+    assert!(nothing.iter().chain(&beyond).all(|number| number.is_nan()));
+    let (sine, cosine) = 1e9_f64.sin_cos();
+    assert_eq!(far, [sine, cosine]);
 }

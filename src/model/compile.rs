@@ -88,6 +88,7 @@ impl Model {
             friction: joints.iter().map(|joint| joint.friction).collect(),
             armature: joints.iter().map(|joint| joint.armature).collect(),
             mass: bodies.iter().map(|body| body.mass).sum(),
+            outward: outward(&bodies),
             bodies,
             loops,
             links,
@@ -183,4 +184,15 @@ impl MergedBody {
         }
         body
     }
+}
+
+/// All of `bodies` but the root by their distance from it.
+fn outward(bodies: &[Body]) -> Vec<usize> {
+    let mut depths = vec![0; bodies.len()];
+    for (index, body) in bodies.iter().enumerate().skip(1) {
+        depths[index] = depths[body.parent] + 1;
+    }
+    let mut outward: Vec<usize> = (1..bodies.len()).collect();
+    outward.sort_by_key(|index| depths[*index]);
+    outward
 }

@@ -26,6 +26,9 @@ pub struct Model {
     pub fixed_base: bool,
     /// Bodies, parents before children.
     pub bodies: Vec<Body>,
+    /// All bodies but the root by their distance from it. Each comes after its parent, and those that follow each other
+    /// seldom wait for each other's results, which lets a processor work at several limbs at a time.
+    pub outward: Vec<usize>,
     /// Joint names.
     pub joint_names: Vec<String>,
     /// Range of motion, rad or m; `None` is unlimited.
@@ -124,11 +127,6 @@ pub struct LinkPlace {
 }
 
 impl Model {
-    /// Number of contact slots.
-    pub fn contact_slots(&self) -> usize {
-        self.ground_slots + SOLID_SLOTS * self.solids.len()
-    }
-
     /// Number of movable joints.
     pub fn joint_count(&self) -> usize {
         self.joint_names.len()

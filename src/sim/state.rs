@@ -136,7 +136,7 @@ pub(super) struct Memory {
     pub saturated: Vec<f64>,
     /// With which the velocities changed.
     pub acceleration: Acceleration,
-    /// Force that every joint carried, N.
+    /// Square of the force that every joint carried, N².
     pub pull: Vec<f64>,
     /// The fastest swing of a body under that force; `None` before the first step.
     pub swing: Option<Swing>,

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::contact::Touch;
 use super::contact::solids::Solids;
-use super::lcp::{Equality, Lemke, Newton, Pgs, Problem, Solution, Solver};
+use super::lcp::{Equality, Lemke, Newton, Pgs, Problem, Solution, Solver, Status};
 use super::reduced::articulated::{Articulated, JointLoad};
 use super::reduced::kinematics::{BodyMotion, carried_inertia, levers};
 use super::reduced::response::ROOT;
@@ -204,6 +204,39 @@ impl Workspace {
         }
         if let Some(solids) = solids {
             solids.detect(model, bodies, &plan.obstacles, origin, &outlook, touches);
+        }
+    }
+
+    /// Solves the rows' problem for a step of `step` seconds.
+    pub fn solve(&mut self, plan: &StepPlan, step: f64) -> Status {
+        self.residual = 0.0;
+        if self.rows.is_empty() {
+            return Status::Solved;
+        }
+        self.rows.assemble(step);
+        let (problem, force) = self.rows.problem(plan.circular_friction());
+        let solution = self.engine.solve(&problem, force);
+        self.residual = solution.residual;
+        solution.status
+    }
+
+    /// Solves the problem of the velocities along which positions move, and leaves the half-solved impulse of its
+    /// forces in `half`; the rows keep those of the step.
+    pub fn solve_recovery(&mut self, plan: &StepPlan, step: f64) -> Status {
+        self.forces.clone_from(&self.rows.force);
+        self.rows.ask_for_recovery(true);
+        let (problem, force) = self.rows.problem(plan.circular_friction());
+        let solution = self.engine.solve(&problem, force);
+        self.rows.impulse(step, &mut self.half);
+        self.rows.ask_for_recovery(false);
+        self.rows.force.clone_from(&self.forces);
+        solution.status
+    }
+
+    /// New velocities of the bodies from their free ones and the changes by the rows.
+    pub fn take_changes(&mut self) {
+        for (new, (free, change)) in self.new.iter_mut().zip(self.free.iter().zip(&self.changes)) {
+            *new = free.plus(*change);
         }
     }
 

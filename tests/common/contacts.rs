@@ -15,7 +15,7 @@ pub struct Numbers {
 
 impl Numbers {
     pub fn problem(&self, cone: bool) -> Problem<'_> {
-        Problem { matrix: &self.matrix, offset: &self.offset, bounds: &self.bounds, cone }
+        Problem { matrix: &self.matrix, symmetric: true, offset: &self.offset, bounds: &self.bounds, cone }
     }
 
     /// A = J M⁻¹ Jᵀ and b = J v for given J, M and v.

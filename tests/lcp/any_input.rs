@@ -9,7 +9,7 @@ use proptest::prelude::*;
 #[test]
 fn an_empty_problem_is_solved() {
     for (name, mut solver) in solvers() {
-        let problem = Problem { matrix: &[], offset: &[], bounds: &[], cone: true };
+        let problem = Problem { matrix: &[], symmetric: true, offset: &[], bounds: &[], cone: true };
         let solution = solver.solve(&problem, &mut []);
         assert_eq!(solution, Solution { status: Status::Solved, iterations: 0, residual: 0.0 }, "{name}");
     }
@@ -55,8 +55,13 @@ fn problems_that_are_none_are_refused() {
         contact_bounds(1, -0.1),
     ] {
         let identity = Matrix3::<f64>::identity();
-        let problem =
-            Problem { matrix: identity.as_slice(), offset: &[-1.0; 3], bounds: &bounds, cone: false };
+        let problem = Problem {
+            matrix: identity.as_slice(),
+            symmetric: true,
+            offset: &[-1.0; 3],
+            bounds: &bounds,
+            cone: false,
+        };
         assert!(residual(&problem, &[0.0; 3]).is_nan());
         for (name, mut solver) in solvers() {
             assert_eq!(solver.solve(&problem, &mut [0.0; 3]).status, Status::Malformed, "{name}: {bounds:?}");

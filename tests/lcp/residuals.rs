@@ -10,7 +10,10 @@ use rand::RngExt;
 #[test]
 fn the_residual_is_the_velocity_error_row_by_row() {
     let one = |bound: Bound, b: f64, force: f64| {
-        residual(&Problem { matrix: &[2.0], offset: &[b], bounds: &[bound], cone: false }, &[force])
+        residual(
+            &Problem { matrix: &[2.0], symmetric: true, offset: &[b], bounds: &[bound], cone: false },
+            &[force],
+        )
     };
     // w = 2 λ + b.
     assert_eq!(one(Bound::Free, -3.0, 1.0), 1.0);
@@ -27,7 +30,10 @@ fn the_residual_is_the_velocity_error_row_by_row() {
     let bounds = contact_bounds(1, 0.5);
     let at = |force: [f64; 3], cone: bool| {
         let offset = [-1.0, 0.6 - force[1], 0.8 - force[2]];
-        residual(&Problem { matrix: identity.as_slice(), offset: &offset, bounds: &bounds, cone }, &force)
+        residual(
+            &Problem { matrix: identity.as_slice(), symmetric: true, offset: &offset, bounds: &bounds, cone },
+            &force,
+        )
     };
     assert!(at([1.0, -0.3, -0.4], true) <= 1e-15);
     assert!(

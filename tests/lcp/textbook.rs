@@ -49,7 +49,8 @@ fn textbook_problems_are_solved_or_have_no_solution() {
         assert!(solution.residual <= 1e-10);
         assert!(solution.iterations as usize <= 4 * n, "{} took {solution:?}", path.display());
         let bounds = vec![Bound::NonNegative; n];
-        let problem = Problem { matrix: &matrix, offset: &offset, bounds: &bounds, cone: false };
+        let problem =
+            Problem { matrix: &matrix, symmetric: false, offset: &offset, bounds: &bounds, cone: false };
         assert_laws(&problem, &z, 1e-10);
         // The iterative ones are not made for every one of these, but say so.
         for (name, mut solver) in solvers() {

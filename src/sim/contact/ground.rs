@@ -1,5 +1,6 @@
 //! Contact with the ground.
 
+use multiversion::multiversion;
 use nalgebra::Vector3;
 
 use super::field;
@@ -17,6 +18,7 @@ const CORNERS_KEPT_WHOLE: usize = 8;
 
 /// Adds all touches of `ground` to `touches`, in the order of the model's slots. `origin` is the common
 /// point in the world.
+#[multiversion(targets("x86_64+avx2"))]
 pub fn detect(
     model: &Model,
     bodies: &[BodyMotion],

@@ -16,8 +16,11 @@
 //! taken. The steps then are those of the proximal-point method (Rockafellar 1976), whose limit does
 //! not depend on that share.
 
-use super::residual::{evaluate, norm, project, row_scale, tangent_scale};
-use super::{Bound, Problem, linear};
+use super::residual::{evaluate, norm, project, row_scale, square, tangent_scale};
+use multiversion::multiversion;
+
+use super::symmetric::Symmetric;
+use super::{Bound, Problem, linear, symmetric};
 
 /// Large against rounding (1e-16), small against the least eigenvalue that matters of a scaled matrix.
 const PROXIMITY: f64 = 1e-10;
@@ -71,8 +74,6 @@ pub(super) enum Step {
 /// The scratch memory of the step.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ActiveSet {
-    /// Whether A is symmetric.
-    symmetric: bool,
     unknowns: Vec<Unknown>,
     /// n, the unknown that is the row's force, if it is one.
     unknown_of: Vec<Option<usize>>,
@@ -81,56 +82,80 @@ pub(super) struct ActiveSet {
     combined: Vec<f64>,
     /// See [`linear::solve`].
     system: Vec<f64>,
+    /// In ascending order, the rows whose forces are unknown.
+    chosen: Vec<usize>,
+    direct: Symmetric,
+    /// The value of every unknown.
+    solution: Vec<f64>,
+}
+
+/// Replaces `lambda`, whose velocities are `velocity`, by the solution of its active set projected
+/// onto the bounds, and `velocity` by what belongs to that.
+#[multiversion(targets("x86_64+avx2"))]
+pub(super) fn step(
+    active: &mut ActiveSet,
+    problem: &Problem<'_>,
+    lambda: &mut [f64],
+    velocity: &mut [f64],
+) -> Step {
+    if active.guess(problem, lambda, velocity) {
+        evaluate(problem, lambda, velocity);
+    }
+    // Sliding friction answers to its normal force, but not the other way round.
+    let symmetric = problem.symmetric && active.sliding.is_empty();
+    let extent = if symmetric { active.solve_symmetric(problem, velocity) } else { None };
+    let Some(Extent { asked, gone }) = extent.or_else(|| active.solve(problem, velocity)) else {
+        return Step::Singular;
+    };
+    // What the equations lack after the step is the share of the unknowns that was added to them.
+    if PROXIMITY * gone > 0.5 * asked {
+        return Step::Contradiction;
+    }
+    active.apply(lambda);
+    project(problem, lambda);
+    Step::Taken { residual: evaluate(problem, lambda, velocity) }
 }
 
 impl ActiveSet {
-    /// Makes ready for the steps towards one solution of `problem`.
-    pub(super) fn prepare(&mut self, problem: &Problem<'_>) {
-        let n = problem.rows();
-        self.symmetric = (1..n).all(|row| {
-            let (above, below) = problem.matrix.split_at(row * n);
-            above.iter().skip(row).step_by(n).zip(below).all(|(upper, lower)| upper == lower)
-        });
-    }
-
-    /// Replaces `lambda`, whose velocities are `velocity`, by the solution of its active set projected
-    /// onto the bounds, and `velocity` by what belongs to that.
-    pub(super) fn step(&mut self, problem: &Problem<'_>, lambda: &mut [f64], velocity: &mut [f64]) -> Step {
-        if self.guess(problem, lambda, velocity) {
-            evaluate(problem, lambda, velocity);
-        }
-        let Some(Extent { asked, gone }) = self.solve(problem, velocity) else { return Step::Singular };
-        // What the equations lack after the step is the share of the unknowns that was added to them.
-        if PROXIMITY * gone > 0.5 * asked {
-            return Step::Contradiction;
-        }
-        self.apply(lambda);
-        project(problem, lambda);
-        Step::Taken { residual: evaluate(problem, lambda, velocity) }
-    }
-
-    /// Solves the equations of the active set, by the cheaper way if it serves; `None` when elimination found no
-    /// pivot.
+    /// Solves the equations of the active set; `None` when elimination found no pivot.
     fn solve(&mut self, problem: &Problem<'_>, velocity: &[f64]) -> Option<Extent> {
         let m = self.unknowns.len();
         self.system.clear();
         self.system.resize(m * linear::width(m), 0.0);
-        // Sliding friction answers to its normal force, but not the other way round.
-        if self.symmetric && self.sliding.is_empty() {
-            self.assemble_symmetric(problem, velocity);
-            if linear::solve_symmetric(&mut self.system, m).is_some() {
-                return Some(self.extent_symmetric(problem, velocity));
-            }
-        }
         let asked = self.assemble(problem, velocity);
         linear::solve(&mut self.system, m)?;
-        Some(Extent { asked, gone: (0..m).map(|index| self.value(index).abs()).fold(0.0, f64::max) })
+        self.solution.clear();
+        self.solution.extend(self.system.chunks_exact(linear::width(m)).map(|entries| entries[m]));
+        Some(Extent { asked, gone: self.solution.iter().fold(0.0, |gone, value| gone.max(value.abs())) })
     }
 
-    /// The solution's value of an unknown.
-    fn value(&self, index: usize) -> f64 {
-        let m = self.unknowns.len();
-        self.system[index * linear::width(m) + m]
+    /// The same where every unknown is the force of one row. Elimination without a search for pivots does the same in
+    /// every scale, so that only the share of the identity is scaled. `None` when a pivot is not positive.
+    fn solve_symmetric(&mut self, problem: &Problem<'_>, velocity: &[f64]) -> Option<Extent> {
+        let n = problem.rows();
+        let Self { unknown_of, chosen, direct, solution, .. } = self;
+        chosen.clear();
+        chosen.extend((0..n).filter(|row| unknown_of[*row].is_some()));
+        direct.gather(problem.matrix, n, chosen);
+        for (index, row) in chosen.iter().enumerate() {
+            *direct.diagonal_mut(index) += PROXIMITY * row_stiffness(problem, *row);
+        }
+        for (side, row) in direct.side_mut().iter_mut().zip(&*chosen) {
+            *side = -velocity[*row];
+        }
+        symmetric::solve(direct)?;
+        let (mut asked, mut gone) = (0.0_f64, 0.0_f64);
+        solution.clear();
+        solution.resize(chosen.len(), 0.0);
+        for (value, row) in direct.side().iter().zip(&*chosen) {
+            let scale = row_stiffness(problem, *row);
+            asked = asked.max(velocity[*row].powi(2) / scale);
+            gone = gone.max(value.powi(2) * scale);
+            if let Some(index) = unknown_of[*row] {
+                solution[index] = *value;
+            }
+        }
+        Some(Extent { asked: asked.sqrt(), gone: gone.sqrt() })
     }
 
     /// Puts every row on its piece and moves held and sliding forces there; says whether one moved.
@@ -230,12 +255,12 @@ impl ActiveSet {
         let Bound::Friction { normal, coefficient } = problem.bounds[row] else { return false };
         let scale = tangent_scale(problem, row);
         let aim = [scale * lambda[row] - velocity[row], scale * lambda[row + 1] - velocity[row + 1]];
-        let reach = norm(aim);
-        if reach <= scale * radius {
+        if square(aim) <= (scale * radius).powi(2) {
             self.free(row);
             self.free(row + 1);
             return false;
         }
+        let reach = norm(aim);
         let direction = [aim[0] / reach, aim[1] / reach];
         let across = [-direction[1], direction[0]];
         let backward = -(direction[0] * velocity[row] + direction[1] * velocity[row + 1]);
@@ -251,34 +276,6 @@ impl ActiveSet {
     fn free(&mut self, row: usize) {
         self.unknown_of[row] = Some(self.unknowns.len());
         self.unknowns.push(Unknown { rows: [row; 2], weights: [1.0, 0.0], bend: 0.0 });
-    }
-
-    /// [`Self::assemble`] where every unknown is the force of one row, on and above the diagonal alone. Elimination
-    /// without a search for pivots does the same in every scale, so that only the share of the identity is scaled.
-    fn assemble_symmetric(&mut self, problem: &Problem<'_>, velocity: &[f64]) {
-        let n = problem.rows();
-        let m = self.unknowns.len();
-        let lines = self.system.chunks_exact_mut(linear::width(m)).zip(&self.unknowns);
-        for (index, (entries, unknown)) in lines.enumerate() {
-            let [row, _] = unknown.rows;
-            let coefficients = &problem.matrix[row * n..(row + 1) * n];
-            for (entry, unknown) in entries[index..].iter_mut().zip(&self.unknowns[index..]) {
-                *entry = coefficients[unknown.rows[0]];
-            }
-            entries[index] += PROXIMITY * stiffness(problem, unknown);
-            entries[m] = -velocity[row];
-        }
-    }
-
-    /// The extent of a solved symmetric system.
-    fn extent_symmetric(&self, problem: &Problem<'_>, velocity: &[f64]) -> Extent {
-        let (mut asked, mut gone) = (0.0_f64, 0.0_f64);
-        for (index, unknown) in self.unknowns.iter().enumerate() {
-            let scale = stiffness(problem, unknown);
-            asked = asked.max(velocity[unknown.rows[0]].powi(2) / scale);
-            gone = gone.max(self.value(index).powi(2) * scale);
-        }
-        Extent { asked: asked.sqrt(), gone: gone.sqrt() }
     }
 
     /// Scales every unknown to a unit diagonal and fills the augmented system. Returns the greatest
@@ -334,7 +331,7 @@ impl ActiveSet {
     fn apply(&self, lambda: &mut [f64]) {
         for (row, unknown) in self.unknown_of.iter().enumerate() {
             if let Some(index) = *unknown {
-                lambda[row] += self.value(index) * self.unknowns[index].weights[0];
+                lambda[row] += self.solution[index] * self.unknowns[index].weights[0];
             }
         }
         for sliding in &self.sliding {
@@ -342,7 +339,7 @@ impl ActiveSet {
             let mut direction = sliding.direction;
             if let Some((index, arm)) = sliding.turn {
                 for (along, weight) in direction.iter_mut().zip(self.unknowns[index].weights) {
-                    *along += self.value(index) * weight / arm;
+                    *along += self.solution[index] * weight / arm;
                 }
                 let length = norm(direction);
                 direction = direction.map(|each| each / length);
@@ -369,8 +366,20 @@ fn stiffness(problem: &Problem<'_>, unknown: &Unknown) -> f64 {
     if diagonal > 0.0 {
         return diagonal;
     }
-    let row = &problem.matrix[unknown.rows[0] * n..(unknown.rows[0] + 1) * n];
-    let greatest = row.iter().fold(0.0_f64, |greatest, entry| greatest.max(entry.abs()));
+    greatest(problem, unknown.rows[0])
+}
+
+/// [`stiffness`] of the force of one row.
+fn row_stiffness(problem: &Problem<'_>, row: usize) -> f64 {
+    let diagonal = problem.matrix[row * (problem.rows() + 1)];
+    if diagonal > 0.0 { diagonal } else { greatest(problem, row) }
+}
+
+/// The greatest entry of a row, or 1 where there is none.
+fn greatest(problem: &Problem<'_>, row: usize) -> f64 {
+    let n = problem.rows();
+    let entries = &problem.matrix[row * n..(row + 1) * n];
+    let greatest = entries.iter().fold(0.0_f64, |greatest, entry| greatest.max(entry.abs()));
     if greatest > 0.0 { greatest } else { 1.0 }
 }
 

@@ -210,6 +210,7 @@ impl<S: Solver> Solver for Equality<S> {
         if !self.kept.is_empty() {
             let problem = Problem {
                 matrix: &self.matrix,
+                symmetric: true,
                 offset: &self.offset,
                 bounds: &self.bounds,
                 cone: problem.cone,

@@ -13,7 +13,7 @@
 //! Wherever the pivoting ends, Newton steps from there remove its rounding errors, and the residual of
 //! the problem itself decides whether that is a solution.
 
-use super::active::{ActiveSet, Step};
+use super::active::{self, ActiveSet, Step};
 use super::residual::{evaluate, greatest_velocity, project};
 use super::standard::Standard;
 use super::{Bound, Problem, Solution, Solver, Status};
@@ -70,7 +70,8 @@ impl Lemke {
         let mut bounds = std::mem::take(&mut self.bounds);
         bounds.clear();
         bounds.resize(offset.len(), Bound::NonNegative);
-        let solution = self.solve(&Problem { matrix, offset, bounds: &bounds, cone: false }, z);
+        let solution =
+            self.solve(&Problem { matrix, symmetric: false, offset, bounds: &bounds, cone: false }, z);
         self.bounds = bounds;
         solution
     }
@@ -86,7 +87,7 @@ impl Lemke {
         self.trial.extend_from_slice(lambda);
         for _ in 0..REFINEMENTS {
             let Step::Taken { residual: refined } =
-                self.refinement.step(problem, &mut self.trial, &mut self.velocity)
+                active::step(&mut self.refinement, problem, &mut self.trial, &mut self.velocity)
             else {
                 break;
             };

@@ -1,5 +1,7 @@
 //! Small dense systems of linear equations.
 
+use multiversion::multiversion;
+
 /// Lanes in which rows are processed.
 const LANES: usize = 4;
 
@@ -12,6 +14,7 @@ pub(super) fn width(m: usize) -> usize {
 ///
 /// `augmented` has m rows of [`width`] entries: those of K, that of r, and padding. Afterwards y stands
 /// in place of r, and the rest is rubbish. `None` when a pivot is zero or no number.
+#[multiversion(targets("x86_64+avx2"))]
 pub(super) fn solve(augmented: &mut [f64], m: usize) -> Option<()> {
     let width = width(m);
     for pivot in 0..m {
@@ -44,30 +47,8 @@ pub(super) fn solve(augmented: &mut [f64], m: usize) -> Option<()> {
     substitute_back(augmented, m)
 }
 
-/// The same for a symmetric positive definite K, of which only the entries on and above the diagonal are read:
-/// half the work, and no search for pivots. `None` when a pivot is not positive.
-pub(super) fn solve_symmetric(augmented: &mut [f64], m: usize) -> Option<()> {
-    let (lanes, _) = augmented.as_chunks_mut::<LANES>();
-    let width = width(m) / LANES;
-    for pivot in 0..m {
-        let (upper, lower) = lanes.split_at_mut((pivot + 1) * width);
-        let leader = upper.get(pivot * width..)?;
-        let beside = &leader.as_flattened()[pivot..m];
-        if beside[0].is_nan() || beside[0] <= 0.0 {
-            return None;
-        }
-        let inverse = 1.0 / beside[0];
-        // What stands below the pivot is what stands beside it.
-        for ((row, entry), entries) in (pivot + 1..).zip(&beside[1..]).zip(lower.chunks_exact_mut(width)) {
-            let first = row / LANES;
-            subtract(&mut entries[first..], &leader[first..], entry * inverse);
-        }
-    }
-    substitute_back(augmented, m)
-}
-
 /// Subtracts `factor` times `leader` from `entries`.
-#[inline]
+#[inline(always)]
 fn subtract(entries: &mut [[f64; LANES]], leader: &[[f64; LANES]], factor: f64) {
     for (entries, lead) in entries.iter_mut().zip(leader) {
         *entries = std::array::from_fn(|lane| entries[lane] - factor * lead[lane]);
@@ -75,6 +56,7 @@ fn subtract(entries: &mut [[f64; LANES]], leader: &[[f64; LANES]], factor: f64) 
 }
 
 /// Solves the triangle that the elimination leaves on and above the diagonal.
+#[inline(always)]
 fn substitute_back(augmented: &mut [f64], m: usize) -> Option<()> {
     let width = width(m);
     for row in (0..m).rev() {

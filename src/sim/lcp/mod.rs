@@ -22,6 +22,7 @@ mod pgs;
 mod residual;
 mod skyline;
 mod standard;
+mod symmetric;
 
 pub use equality::Equality;
 pub use lemke::Lemke;
@@ -62,6 +63,8 @@ pub struct Problem<'a> {
     /// A, n × n, row-major. The simulator's are symmetric and positive semidefinite, with unit
     /// (m/s)/N and the like.
     pub matrix: &'a [f64],
+    /// Whether A is symmetric, which spares a solver half the work.
+    pub symmetric: bool,
     /// b, n, m/s or rad/s.
     pub offset: &'a [f64],
     /// n.

@@ -10,7 +10,7 @@
 //! each other, and few of the many active sets are consistent. What is left unsolved then is given to the
 //! pivoting method, with the pyramid for the cone, and the Newton steps start again from what it finds.
 
-use super::active::{ActiveSet, Step};
+use super::active::{self, ActiveSet, Step};
 use super::lemke::Lemke;
 use super::pgs::Sweeper;
 use super::residual::{evaluate, project};
@@ -81,7 +81,7 @@ impl Newton {
         let mut taken = 0;
         while *residual > self.tolerance && taken < most && patience > 0 {
             taken += 1;
-            match self.active.step(problem, &mut self.trial, &mut self.velocity) {
+            match active::step(&mut self.active, problem, &mut self.trial, &mut self.velocity) {
                 Step::Taken { residual: stepped } if stepped < *residual => {
                     *residual = stepped;
                     lambda.copy_from_slice(&self.trial);
@@ -166,9 +166,6 @@ impl Solver for Newton {
         let mut residual = evaluate(problem, lambda, &mut self.velocity);
         if !residual.is_finite() {
             return Solution::refused(Status::NotFinite);
-        }
-        if residual > self.tolerance {
-            self.active.prepare(problem);
         }
         let (mut iterations, mut contradiction) = self.search(problem, lambda, &mut residual);
         if residual > NEARLY * self.tolerance && problem.rows() <= MOST_PIVOTED {

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::model::Body;
 use crate::sim::reduced::kinematics::BodyMotion;
+use crate::sim::rows::{LANES, Lanes};
 use crate::sim::spatial::{Force, Motion};
 
 /// Numbers of a half-solved row that belong to a body: of the force, and of the moment about its
@@ -81,33 +82,40 @@ pub fn finish(factors: &[BodyFactor], bodies: &[BodyMotion], half: &[f64], chang
     }
 }
 
-/// Half-solves a unit of the row that is `force` on body `body`, and the opposite on body `other` if there
-/// is one: fills `half`, which is zero before, with [`BODY`] numbers a body, and gives the range of those that are not the
-/// root's.
+/// Half-solves units of the rows that are `forces`, no more than [`LANES`], on body `body`, and the opposite on body
+/// `other` if there is one: appends side by side to `numbers` [`BODY`] of the root and then as many for each body in the
+/// range of places that it gives.
 pub fn of_bodies(
     factors: &[BodyFactor],
     bodies: &[BodyMotion],
     body: usize,
     other: Option<usize>,
-    force: Force,
-    half: &mut [f64],
+    forces: &[Force],
+    numbers: &mut Vec<Lanes>,
 ) -> Range<usize> {
     let of = |body: usize| BODY * body.max(1)..BODY * (body + 1);
-    let mut fill = |body: usize, force: Force| {
-        let numbers = factors[body].half_solve(&bodies[body], force);
-        half[BODY * body..BODY * (body + 1)].copy_from_slice(&numbers);
+    let places = match (body, other) {
+        (_, None | Some(0)) => of(body),
+        (0, Some(other)) => of(other),
+        (body, Some(other)) => of(body.min(other)).start..of(body.max(other)).end,
     };
-    fill(body, force);
-    let mut range = of(body);
+    let start = numbers.len();
+    numbers.resize(start + BODY + places.len(), [0.0; LANES]);
+    let added = &mut numbers[start..];
+    let mut fill = |body: usize, sign: f64| {
+        let at = if body == 0 { 0 } else { BODY + BODY * body - places.start };
+        for (lane, force) in forces.iter().enumerate() {
+            let half = factors[body].half_solve(&bodies[body], force.scaled(sign));
+            for (lanes, number) in added[at..].iter_mut().zip(half) {
+                lanes[lane] = number;
+            }
+        }
+    };
+    fill(body, 1.0);
     if let Some(other) = other {
-        fill(other, force.scaled(-1.0));
-        range = match (body, other) {
-            (_, 0) => range,
-            (0, _) => of(other),
-            _ => of(body.min(other)).start..of(body.max(other)).end,
-        };
+        fill(other, -1.0);
     }
-    range
+    places
 }
 
 /// The wrench on its child body of a unit of force along the joint that carries `body`: a moment about its

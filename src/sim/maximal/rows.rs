@@ -6,7 +6,7 @@ use super::response;
 use super::stages::Stages;
 use crate::sim::reduced::root::RootFreedom;
 use crate::sim::rows::joint::Coupling;
-use crate::sim::rows::{Owner, Rows, contact, drive, dry_friction, joint, limit, lock, loops, torque};
+use crate::sim::rows::{Lanes, Owner, Rows, contact, drive, dry_friction, joint, limit, lock, loops, torque};
 use crate::sim::spatial::{Force, Motion};
 use crate::sim::step::root_freedom;
 use crate::sim::tracking::Spring;
@@ -27,7 +27,7 @@ impl Stages<'_> {
         self.contacts(&mut rows);
         let (state, work) = (&*self.state, &*self.work);
         let (memory, rates) = (&state.memory, &work.free_rates);
-        let of_joint = |joint: usize, half: &mut [f64]| self.of_joint(joint, half);
+        let of_joint = |joint: usize, numbers: &mut Vec<Lanes>| self.of_joint(joint, numbers);
         if let Some(limits) = &plan.limits {
             limit::add(
                 &mut rows,
@@ -68,7 +68,7 @@ impl Stages<'_> {
             plan.reads_turning(),
             plan.stabilization,
             Some(&self.own.forecast.work.rows),
-            |[child, parent], wrench, half| self.of_bodies(child, Some(parent), wrench, half),
+            |[child, parent], wrench, numbers| self.of_bodies(child, Some(parent), &[wrench], numbers),
         );
         self.work.rows = rows;
     }
@@ -97,10 +97,7 @@ impl Stages<'_> {
             *step,
             plan.stabilization,
             &state.memory.contacts,
-            |touch, direction, half| {
-                let force = Force::at(touch.at, direction);
-                self.of_bodies(touch.body, touch.against.body(), force, half)
-            },
+            |touch, forces, numbers| self.of_bodies(touch.body, touch.against.body(), forces, numbers),
         );
     }
 
@@ -110,25 +107,31 @@ impl Stages<'_> {
         // What a step has moved apart the next may take back at once, however fast that was.
         let fastest = if self.plan.stabilization { f64::INFINITY } else { 0.0 };
         let (owner, free, step) = (Owner::Joint(joint), &self.work.free, self.step);
-        joint::add(rows, owner, &coupling, free, Motion::ZERO, step, fastest, |wrench, half| {
-            self.of_bodies(coupling.child, Some(coupling.parent), wrench, half)
+        joint::add(rows, owner, &coupling, free, Motion::ZERO, step, fastest, |wrench, numbers| {
+            self.of_bodies(coupling.child, Some(coupling.parent), &[wrench], numbers)
         });
     }
 
     /// Adds the rows that lock the root's rotation, if it is to be locked.
     pub(super) fn lock(&self, rows: &mut Rows) {
         if root_freedom(self.model, self.plan) == RootFreedom::Translating {
-            lock::add(rows, self.work.free[0], |wrench, half| self.of_bodies(0, None, wrench, half));
+            lock::add(rows, self.work.free[0], |wrench, numbers| self.of_bodies(0, None, &[wrench], numbers));
         }
     }
 
-    fn of_bodies(&self, body: usize, other: Option<usize>, force: Force, half: &mut [f64]) -> Range<usize> {
-        response::of_bodies(&self.own.factors, &self.work.bodies, body, other, force, half)
+    fn of_bodies(
+        &self,
+        body: usize,
+        other: Option<usize>,
+        forces: &[Force],
+        numbers: &mut Vec<Lanes>,
+    ) -> Range<usize> {
+        response::of_bodies(&self.own.factors, &self.work.bodies, body, other, forces, numbers)
     }
 
     /// Half-solves a unit of force along joint `joint`.
-    pub(super) fn of_joint(&self, joint: usize, half: &mut [f64]) -> Range<usize> {
+    pub(super) fn of_joint(&self, joint: usize, numbers: &mut Vec<Lanes>) -> Range<usize> {
         let wrench = response::along(&self.work.bodies[joint + 1]);
-        self.of_bodies(joint + 1, Some(self.model.bodies[joint + 1].parent), wrench, half)
+        self.of_bodies(joint + 1, Some(self.model.bodies[joint + 1].parent), &[wrench], numbers)
     }
 }

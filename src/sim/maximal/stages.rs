@@ -7,7 +7,6 @@ use super::{Maximal, response};
 use crate::model::Model;
 use crate::scene::StepPlan;
 use crate::sim::diagnostics::check_finite;
-use crate::sim::lcp::Solver;
 use crate::sim::reduced::stages::Outcome;
 use crate::sim::rows::{Owner, contact};
 use crate::sim::spatial::{Force, Motion};
@@ -210,15 +209,8 @@ impl Stages<'_> {
     /// The complementarity problem.
     fn solve(&mut self) -> Result<(), Failure> {
         let Self { model, plan, state, work, step, .. } = self;
-        work.residual = 0.0;
-        if work.rows.is_empty() {
-            return Ok(());
-        }
-        work.rows.assemble(*step);
-        let (problem, force) = work.rows.problem(plan.circular_friction());
-        let solution = work.engine.solve(&problem, force);
-        work.residual = solution.residual;
-        fail_unless_usable(solution.status, model, state)
+        let status = work.solve(plan, *step);
+        fail_unless_usable(status, model, state)
     }
 
     /// Changes of velocity by the rows, and the new joint velocities.
@@ -226,9 +218,7 @@ impl Stages<'_> {
         let Self { model, work, own, step, .. } = self;
         work.rows.impulse(*step, &mut work.half);
         response::finish(&own.factors, &work.bodies, &work.half, &mut work.changes);
-        for (new, (free, change)) in work.new.iter_mut().zip(work.free.iter().zip(&work.changes)) {
-            *new = free.plus(*change);
-        }
+        work.take_changes();
         for joint in 0..work.joint_rates.len() {
             let (child, parent) = (joint + 1, model.bodies[joint + 1].parent);
             let change = work.changes[child].plus(work.changes[parent].scaled(-1.0));
@@ -259,15 +249,9 @@ impl Stages<'_> {
         if !work.rows.recovering() {
             return Ok(());
         }
-        work.forces.clone_from(&work.rows.force);
-        work.rows.ask_for_recovery(true);
-        let (problem, force) = work.rows.problem(plan.circular_friction());
-        let solution = work.engine.solve(&problem, force);
-        fail_unless_usable(solution.status, model, state)?;
-        work.rows.impulse(*step, &mut work.half);
+        let status = work.solve_recovery(plan, *step);
+        fail_unless_usable(status, model, state)?;
         response::finish(&own.factors, &work.bodies, &work.half, &mut work.drift_changes);
-        work.rows.ask_for_recovery(false);
-        work.rows.force.clone_from(&work.forces);
         Ok(())
     }
 

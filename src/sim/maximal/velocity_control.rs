@@ -39,7 +39,9 @@ impl Stages<'_> {
         for joint in (0..now.len()).rev() {
             self.joint(&mut rows, joint);
             let free = self.work.free_rates[joint];
-            drive::hold(&mut rows, joint, wanted(joint), free, |joint, half| self.of_joint(joint, half));
+            drive::hold(&mut rows, joint, wanted(joint), free, |joint, numbers| {
+                self.of_joint(joint, numbers)
+            });
         }
         self.lock(&mut rows);
         rows.assemble(step);

@@ -12,6 +12,7 @@ use super::kinematics::BodyMotion;
 use super::root::{RootFactor, RootFreedom};
 use crate::model::Model;
 use crate::sim::spatial::{ArticulatedInertia, Force, Motion};
+use multiversion::multiversion;
 
 /// A joint's share of the factorised mass matrix.
 #[derive(Debug, Clone, Copy)]
@@ -79,100 +80,103 @@ impl Articulated {
         }
     }
 
-    /// Velocity-dependent forces of every body. In a simulation without them this is never called, and they
-    /// stay zero.
-    ///
-    /// They are taken together with the acceleration that the velocities alone bring, S q̈ and the root's
-    /// acceleration left out, so that what remains to be solved is linear in those without a constant.
-    pub fn prepare(&mut self, model: &Model, bodies: &[BodyMotion], joint_rates: &[f64]) {
-        for index in 1..bodies.len() {
-            let parent = model.bodies[index].parent;
-            let turned = bodies[parent].velocity.cross_motion(bodies[index].freedom);
-            self.drift[index] = self.drift[parent].plus_scaled(turned, joint_rates[index - 1]);
-        }
-        for ((carried, drift), body) in self.carried.iter_mut().zip(&self.drift).zip(bodies) {
-            let momentum = body.inertia.times(body.velocity);
-            *carried = body.velocity.cross_force(momentum).plus(body.inertia.times(*drift));
-        }
-    }
-
     /// Force that body `index` takes if neither the root nor a joint accelerates.
     #[inline]
     pub fn carried(&self, index: usize) -> Force {
         self.carried[index]
     }
+}
 
-    /// Factorises the mass matrix under `loads`.
-    ///
-    /// # Errors
-    /// [`Singular`] where nothing resists an acceleration.
-    pub fn factorise(
-        &mut self,
-        model: &Model,
-        bodies: &[BodyMotion],
-        loads: &[JointLoad],
-        freedom: RootFreedom,
-    ) -> Result<(), Singular> {
-        for (inertia, body) in self.inertia.iter_mut().zip(bodies) {
-            *inertia = body.inertia.into();
-        }
-        for index in (1..bodies.len()).rev() {
-            let joint = index - 1;
-            let along = bodies[index].freedom;
-            let (before, after) = self.inertia.split_at_mut(index);
-            let u = after[0].times(along);
-            let d = along.dot(u) + loads[joint].inertia;
-            if d.is_nan() || d <= 0.0 {
-                return Err(Singular::Joint(joint));
-            }
-            let inverse_d = 1.0 / d;
-            before[model.bodies[index].parent].add_reduced(&after[0], u, inverse_d);
-            self.joints[joint] = JointFactor { u, inverse_d, root_inverse_d: inverse_d.sqrt() };
-        }
-        self.root = RootFactor::new(freedom, &self.inertia[0]).ok_or(Singular::Root)?;
-        Ok(())
+/// Velocity-dependent forces of every body. In a simulation without them this is never called, and they
+/// stay zero.
+///
+/// They are taken together with the acceleration that the velocities alone bring, S q̈ and the root's
+/// acceleration left out, so that what remains to be solved is linear in those without a constant.
+#[multiversion(targets("x86_64+avx2"))]
+pub fn prepare(factor: &mut Articulated, model: &Model, bodies: &[BodyMotion], joint_rates: &[f64]) {
+    for &index in &model.outward {
+        let parent = model.bodies[index].parent;
+        let turned = bodies[parent].velocity.cross_motion(bodies[index].freedom);
+        factor.drift[index] = factor.drift[parent].plus_scaled(turned, joint_rates[index - 1]);
     }
+    for ((carried, drift), body) in factor.carried.iter_mut().zip(&factor.drift).zip(bodies) {
+        let momentum = body.inertia.times(body.velocity);
+        *carried = body.velocity.cross_force(momentum).plus(body.inertia.times(*drift));
+    }
+}
 
-    /// The accelerations without any row under the factorised `loads` and the prepared forces of velocity: of
-    /// the joints into `joint_acceleration`, and of the root as the result.
-    ///
-    /// `lifted` is the acceleration opposite to gravity. `given` is the acceleration of the root in
-    /// the directions in which it is not free.
-    #[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
-    pub fn accelerate(
-        &mut self,
-        model: &Model,
-        bodies: &[BodyMotion],
-        loads: &[JointLoad],
-        freedom: RootFreedom,
-        lifted: Motion,
-        given: Motion,
-        joint_acceleration: &mut [f64],
-    ) -> Motion {
-        self.bias.copy_from_slice(&self.carried);
-        for index in (1..bodies.len()).rev() {
-            let joint = index - 1;
-            let factor = &self.joints[joint];
-            let net = loads[joint].torque - bodies[index].freedom.dot(self.bias[index]);
-            let bias = self.bias[index].plus_scaled(factor.u, net * factor.inverse_d);
-            let parent = model.bodies[index].parent;
-            self.bias[parent] = self.bias[parent].plus(bias);
-            self.net[joint] = net;
-        }
-        let given_lifted = match freedom {
-            RootFreedom::Bolted => lifted,
-            _ => given,
-        };
-        let root = self.root.accelerate(&self.inertia[0], self.bias[0].scaled(-1.0), given_lifted);
-        self.acceleration[0] = root;
-        for index in 1..bodies.len() {
-            let joint = index - 1;
-            let factor = &self.joints[joint];
-            let carried = self.acceleration[model.bodies[index].parent];
-            let acceleration = (self.net[joint] - carried.dot(factor.u)) * factor.inverse_d;
-            joint_acceleration[joint] = acceleration;
-            self.acceleration[index] = carried.plus_scaled(bodies[index].freedom, acceleration);
-        }
-        root.plus(lifted.scaled(-1.0))
+/// Factorises the mass matrix under `loads`.
+///
+/// # Errors
+/// [`Singular`] where nothing resists an acceleration.
+#[multiversion(targets("x86_64+avx2"))]
+pub fn factorise(
+    factor: &mut Articulated,
+    model: &Model,
+    bodies: &[BodyMotion],
+    loads: &[JointLoad],
+    freedom: RootFreedom,
+) -> Result<(), Singular> {
+    for (inertia, body) in factor.inertia.iter_mut().zip(bodies) {
+        *inertia = body.inertia.into();
     }
+    for &index in model.outward.iter().rev() {
+        let joint = index - 1;
+        let along = bodies[index].freedom;
+        let (before, after) = factor.inertia.split_at_mut(index);
+        let u = after[0].times(along);
+        let d = along.dot(u) + loads[joint].inertia;
+        if d.is_nan() || d <= 0.0 {
+            return Err(Singular::Joint(joint));
+        }
+        let inverse_d = 1.0 / d;
+        before[model.bodies[index].parent].add_reduced(&after[0], u, inverse_d);
+        factor.joints[joint] = JointFactor { u, inverse_d, root_inverse_d: inverse_d.sqrt() };
+    }
+    factor.root = RootFactor::new(freedom, &factor.inertia[0]).ok_or(Singular::Root)?;
+    Ok(())
+}
+
+/// The accelerations without any row under the factorised `loads` and the prepared forces of velocity: of
+/// the joints into `joint_acceleration`, and of the root as the result.
+///
+/// `lifted` is the acceleration opposite to gravity. `given` is the acceleration of the root in
+/// the directions in which it is not free.
+#[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
+#[multiversion(targets("x86_64+avx2"), attrs(allow(clippy::too_many_arguments)))]
+pub fn accelerate(
+    factor: &mut Articulated,
+    model: &Model,
+    bodies: &[BodyMotion],
+    loads: &[JointLoad],
+    freedom: RootFreedom,
+    lifted: Motion,
+    given: Motion,
+    joint_acceleration: &mut [f64],
+) -> Motion {
+    factor.bias.copy_from_slice(&factor.carried);
+    for &index in model.outward.iter().rev() {
+        let joint = index - 1;
+        let share = &factor.joints[joint];
+        let net = loads[joint].torque - bodies[index].freedom.dot(factor.bias[index]);
+        let bias = factor.bias[index].plus_scaled(share.u, net * share.inverse_d);
+        let parent = model.bodies[index].parent;
+        factor.bias[parent] = factor.bias[parent].plus(bias);
+        factor.net[joint] = net;
+    }
+    let given_lifted = match freedom {
+        RootFreedom::Bolted => lifted,
+        _ => given,
+    };
+    let root = factor.root.accelerate(&factor.inertia[0], factor.bias[0].scaled(-1.0), given_lifted);
+    factor.acceleration[0] = root;
+    for &index in &model.outward {
+        let joint = index - 1;
+        let share = &factor.joints[joint];
+        let carried = factor.acceleration[model.bodies[index].parent];
+        let acceleration = (factor.net[joint] - carried.dot(share.u)) * share.inverse_d;
+        joint_acceleration[joint] = acceleration;
+        factor.acceleration[index] = carried.plus_scaled(bodies[index].freedom, acceleration);
+    }
+    root.plus(lifted.scaled(-1.0))
 }

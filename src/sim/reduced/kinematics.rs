@@ -1,8 +1,10 @@
 //! Where bodies are and how they move, from joint coordinates.
 
+use multiversion::multiversion;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::model::{Freedom, Model};
+use super::trigonometry::{LANES, sines_and_cosines};
+use crate::model::{Body, Freedom, Model};
 use crate::sim::spatial::{Motion, RigidInertia, turned};
 use crate::sim::state::State;
 
@@ -43,39 +45,22 @@ impl BodyMotion {
 }
 
 /// Fills `bodies`, one for every body of `model`, from `state`.
+#[multiversion(targets("x86_64+avx2"))]
 pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
     let root = &state.root;
-    for (index, body) in model.bodies.iter().enumerate() {
-        let (rotation, origin, freedom, velocity) = if index == 0 {
-            let rotation = *root.orientation.to_rotation_matrix().matrix();
-            (rotation, Vector3::zeros(), Motion::ZERO, root.motion())
-        } else {
-            let parent = &bodies[body.parent];
-            let angle = state.angles[index - 1];
-            let joint_origin = parent.point(body.offset);
-            let (rotation, origin, freedom) = match body.freedom {
-                Freedom::Revolute => {
-                    let (sine, cosine) = angle.sin_cos();
-                    let turn = body.turn + body.turn_sine * sine + body.turn_versine * (1.0 - cosine);
-                    let rotation = parent.rotation * turn;
-                    let axis = rotation * body.axis;
-                    (rotation, joint_origin, Motion { angular: axis, linear: joint_origin.cross(&axis) })
-                }
-                Freedom::Prismatic => {
-                    let rotation = parent.rotation * body.turn;
-                    let axis = rotation * body.axis;
-                    let freedom = Motion { angular: Vector3::zeros(), linear: axis };
-                    (rotation, joint_origin + axis * angle, freedom)
-                }
-            };
-            let velocity = parent.velocity.plus_scaled(freedom, state.velocities[index - 1]);
-            (rotation, origin, freedom, velocity)
-        };
-        let placed = &mut bodies[index];
-        placed.rotation = rotation;
-        placed.origin = origin;
-        placed.freedom = freedom;
-        placed.velocity = velocity;
+    let placed = &mut bodies[0];
+    placed.rotation = *root.orientation.to_rotation_matrix().matrix();
+    placed.origin = Vector3::zeros();
+    placed.freedom = Motion::ZERO;
+    placed.velocity = root.motion();
+    for chunk in model.outward.chunks(LANES) {
+        let mut angles = [0.0; LANES];
+        for (angle, index) in angles.iter_mut().zip(chunk) {
+            *angle = state.angles[index - 1];
+        }
+        for ((&index, angle), turned) in chunk.iter().zip(angles).zip(sines_and_cosines(angles)) {
+            place_body(&model.bodies[index], index, angle, turned, state.velocities[index - 1], bodies);
+        }
     }
     for (body, placed) in model.bodies.iter().zip(bodies) {
         placed.center = placed.point(body.center);
@@ -83,10 +68,47 @@ pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
     }
 }
 
+/// Fills in everything but mass and inertia of body `index`, whose joint is at `angle`, with this sine and cosine, and moves
+/// at `rate`.
+#[inline(always)] // the body of the loop
+fn place_body(
+    body: &Body,
+    index: usize,
+    angle: f64,
+    [sine, cosine]: [f64; 2],
+    rate: f64,
+    bodies: &mut [BodyMotion],
+) {
+    let parent = &bodies[body.parent];
+    let joint_origin = parent.point(body.offset);
+    let (rotation, origin, freedom) = match body.freedom {
+        Freedom::Revolute => {
+            let turn = body.turn + body.turn_sine * sine + body.turn_versine * (1.0 - cosine);
+            let rotation = parent.rotation * turn;
+            let axis = rotation * body.axis;
+            (rotation, joint_origin, Motion { angular: axis, linear: joint_origin.cross(&axis) })
+        }
+        Freedom::Prismatic => {
+            let rotation = parent.rotation * body.turn;
+            let axis = rotation * body.axis;
+            let freedom = Motion { angular: Vector3::zeros(), linear: axis };
+            (rotation, joint_origin + axis * angle, freedom)
+        }
+    };
+    let velocity = parent.velocity.plus_scaled(freedom, rate);
+    let placed = &mut bodies[index];
+    placed.rotation = rotation;
+    placed.origin = origin;
+    placed.freedom = freedom;
+    placed.velocity = velocity;
+}
+
 /// Gives `bodies` the velocities that go with `root` and the joint velocities `rates`, where they are.
+#[multiversion(targets("x86_64+avx2"))]
 pub fn move_along(model: &Model, root: Motion, rates: &[f64], bodies: &mut [BodyMotion]) {
     bodies[0].velocity = root;
-    for (index, body) in model.bodies.iter().enumerate().skip(1) {
+    for &index in &model.outward {
+        let body = &model.bodies[index];
         let velocity = bodies[body.parent].velocity.plus_scaled(bodies[index].freedom, rates[index - 1]);
         bodies[index].velocity = velocity;
     }

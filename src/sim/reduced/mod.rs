@@ -8,4 +8,5 @@ pub mod kinematics;
 pub mod response;
 pub mod root;
 pub(super) mod stages;
+pub mod trigonometry;
 pub mod velocity_control;

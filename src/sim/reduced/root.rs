@@ -32,6 +32,7 @@ impl RootFactor {
     pub const EMPTY: Self = Self { lower: [[0.0; 6]; 6], inverse: [0.0; 6] };
 
     /// Factorises `inertia`; `None` if it is not positive definite.
+    #[inline(always)]
     pub fn new(freedom: RootFreedom, inertia: &ArticulatedInertia) -> Option<Self> {
         let size = match freedom {
             RootFreedom::Bolted => 0,
@@ -66,7 +67,7 @@ impl RootFactor {
     }
 
     /// `L⁻¹ force` over the root's free directions; 0 in the others.
-    #[inline]
+    #[inline(always)]
     pub fn half_solve(&self, force: Force) -> [f64; 6] {
         let mut z =
             [force.force.x, force.force.y, force.force.z, force.moment.x, force.moment.y, force.moment.z];
@@ -81,8 +82,24 @@ impl RootFactor {
         z
     }
 
+    /// [`half_solve`](Self::half_solve) of several forces side by side, moments first.
+    #[inline(always)]
+    pub fn half_solve_lanes<const LANES: usize>(&self, forces: [[f64; LANES]; 6]) -> [[f64; LANES]; 6] {
+        let [mx, my, mz, fx, fy, fz] = forces;
+        let mut z = [fx, fy, fz, mx, my, mz];
+        for row in 0..6 {
+            let (known, rest) = z.split_at_mut(row);
+            let entry = &mut rest[0];
+            for (column, known) in known.iter().enumerate() {
+                *entry = std::array::from_fn(|lane| entry[lane] - self.lower[row][column] * known[lane]);
+            }
+            *entry = entry.map(|entry| entry * self.inverse[row]);
+        }
+        z
+    }
+
     /// `L⁻ᵀ z`: the acceleration that belongs to the half-solved force `z`.
-    #[inline]
+    #[inline(always)]
     pub fn finish(&self, mut z: [f64; 6]) -> Motion {
         for row in (0..6).rev() {
             let mut entry = z[row];
@@ -95,6 +112,7 @@ impl RootFactor {
     }
 
     /// Acceleration under `force`, where directions that are not free accelerate as `given`.
+    #[inline(always)]
     pub fn accelerate(&self, inertia: &ArticulatedInertia, force: Force, given: Motion) -> Motion {
         let rest = force.plus(inertia.times(given).scaled(-1.0));
         given.plus(self.finish(self.half_solve(rest)))

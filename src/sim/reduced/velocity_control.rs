@@ -62,7 +62,7 @@ impl VelocityControl {
             self.composite[index] = body.inertia;
             self.taken[index] = articulated.carried(index).plus(body.inertia.times(self.acceleration[index]));
         }
-        for index in (1..bodies.len()).rev() {
+        for &index in model.outward.iter().rev() {
             let parent = model.bodies[index].parent;
             self.composite[parent] = self.composite[parent].plus(self.composite[index]);
             self.taken[parent] = self.taken[parent].plus(self.taken[index]);

@@ -9,12 +9,10 @@
 
 use std::ops::Range;
 
-use nalgebra::Vector3;
-
-use super::{Owner, Row, Rows, gap_bias, gap_recovery};
+use super::{Lanes, Owner, Row, Rows, gap_bias, gap_recovery};
 use crate::sim::contact::Touch;
 use crate::sim::lcp::Bound;
-use crate::sim::spatial::Motion;
+use crate::sim::spatial::{Force, Motion};
 use crate::sim::state::ContactForces;
 
 /// Greatest speed at which a penetrating contact is pushed apart, m/s.
@@ -23,8 +21,8 @@ const FASTEST_RECOVERY: f64 = 0.5;
 /// Adds the rows of all `touches`.
 ///
 /// `free` gives each body's velocity if no row acted; `guess` the last step's forces by slot;
-/// `half_solve` fills the half-solved row of a unit force at a touch in a direction, and gives the range that it
-/// filled.
+/// `half_solve` fills the half-solved rows of forces on a touch's body, one after the other, and gives the range that it
+/// filled in each.
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,
@@ -34,7 +32,7 @@ pub fn add(
     step: f64,
     stabilization: bool,
     guess: &ContactForces,
-    mut half_solve: impl FnMut(&Touch, Vector3<f64>, &mut [f64]) -> Range<usize>,
+    mut half_solve: impl FnMut(&Touch, &[Force], &mut Vec<Lanes>) -> Range<usize>,
 ) {
     for touch in touches {
         let owner = Owner::Contact { link: touch.link };
@@ -51,13 +49,18 @@ pub fn add(
         let recovery = if stabilization { gap_recovery(gap, step, FASTEST_RECOVERY) } else { 0.0 };
         let guess = remembered[0];
         let above = Row { guess, recovery, ..Row::new(owner, Bound::NonNegative, free + bias) };
-        rows.push(above, |half| half_solve(touch, up, half));
-        let Some(coefficient) = friction else { continue };
+        let push = Force::at(touch.at, up);
+        let Some(coefficient) = friction else {
+            rows.push([above], |numbers| half_solve(touch, &[push], numbers));
+            continue;
+        };
         let bound = Bound::Friction { normal, coefficient };
-        for (tangent, guess) in tangents.into_iter().zip(remembered.into_iter().skip(1)) {
-            let row = Row { guess, ..Row::new(owner, bound, tangent.dot(&velocity)) };
-            rows.push(row, |half| half_solve(touch, tangent, half));
-        }
+        let [first, second] = std::array::from_fn(|index| Row {
+            guess: remembered[index + 1],
+            ..Row::new(owner, bound, tangents[index].dot(&velocity))
+        });
+        let [along, across] = tangents.map(|tangent| Force::at(touch.at, tangent));
+        rows.push([above, first, second], |numbers| half_solve(touch, &[push, along, across], numbers));
     }
 }
 

@@ -10,7 +10,7 @@
 
 use std::ops::Range;
 
-use super::{Owner, Row, Rows};
+use super::{Lanes, Owner, Row, Rows};
 use crate::sim::lcp::Bound;
 use crate::sim::tracking::Spring;
 
@@ -28,12 +28,12 @@ pub fn add(
     joint: usize,
     line: Spring,
     free: f64,
-    half_solve: impl FnOnce(usize, &mut [f64]) -> Range<usize>,
+    half_solve: impl FnOnce(usize, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     let softness = 1.0 / line.resistance;
     let offset = free - line.at_rest * softness;
     let row = Row { softness, ..Row::new(Owner::Drive(joint), Bound::Free, offset) };
-    rows.push(row, |half| half_solve(joint, half));
+    rows.push([row], |numbers| half_solve(joint, numbers));
 }
 
 /// Adds the row that gives joint `joint` the velocity `wanted` (rad/s or m/s) whatever it takes: velocity
@@ -43,8 +43,8 @@ pub fn hold(
     joint: usize,
     wanted: f64,
     free: f64,
-    half_solve: impl FnOnce(usize, &mut [f64]) -> Range<usize>,
+    half_solve: impl FnOnce(usize, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     let row = Row::new(Owner::Drive(joint), Bound::Free, free - wanted);
-    rows.push(row, |half| half_solve(joint, half));
+    rows.push([row], |numbers| half_solve(joint, numbers));
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Owner, Row, Rows};
+use super::{Lanes, Owner, Row, Rows};
 use crate::sim::lcp::Bound;
 
 /// Adds a row for every joint with dry friction (N m or N).
@@ -14,12 +14,12 @@ pub fn add(
     friction: &[f64],
     free: &[f64],
     guess: &[f64],
-    mut half_solve: impl FnMut(usize, &mut [f64]) -> Range<usize>,
+    mut half_solve: impl FnMut(usize, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     for (joint, friction) in friction.iter().copied().enumerate().filter(|(_, friction)| *friction > 0.0) {
         let bound = Bound::Box { lower: -friction, upper: friction };
         let owner = Owner::DryFriction(joint);
         let row = Row { guess: guess[joint], ..Row::new(owner, bound, free[joint]) };
-        rows.push(row, |half| half_solve(joint, half));
+        rows.push([row], |numbers| half_solve(joint, numbers));
     }
 }

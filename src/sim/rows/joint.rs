@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::{Owner, Row, Rows, SHARE_PER_STEP};
+use super::{Lanes, Owner, Row, Rows, SHARE_PER_STEP};
 use crate::character::LoopKind;
 use crate::model::{Freedom, LoopJoint, Model};
 use crate::sim::lcp::Bound;
@@ -154,14 +154,14 @@ pub fn add(
     wanted: Motion,
     step: f64,
     fastest: f64,
-    mut half_solve: impl FnMut(Force, &mut [f64]) -> Range<usize>,
+    mut half_solve: impl FnMut(Force, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     let velocity = free[coupling.child].plus(free[coupling.parent].plus(wanted).scaled(-1.0));
     coupling.each(|wrench, error| {
         let back = (SHARE_PER_STEP * error / step).max(-fastest).min(fastest);
         let offset = velocity.dot(wrench) + back;
         let row = Row::new(owner, Bound::Free, offset);
-        rows.push(row, |half| half_solve(wrench, half));
+        rows.push([row], |numbers| half_solve(wrench, numbers));
     });
 }
 

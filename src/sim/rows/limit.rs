@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::{Owner, Row, Rows, gap_bias, gap_recovery};
+use super::{Lanes, Owner, Row, Rows, gap_bias, gap_recovery};
 use crate::sim::lcp::Bound;
 
 /// Greatest speed at which a violated limit is corrected, rad/s or m/s.
@@ -38,7 +38,7 @@ pub fn add(
     step: f64,
     stabilization: bool,
     guess: &[f64],
-    mut half_solve: impl FnMut(usize, &mut [f64]) -> Range<usize>,
+    mut half_solve: impl FnMut(usize, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     for (joint, limit) in limits.iter().enumerate() {
         let Some([lower, upper]) = *limit else { continue };
@@ -54,12 +54,13 @@ pub fn add(
             let guess = (sign * guess[joint]).max(0.0);
             let recovery = if stabilization { gap_recovery(gap, step, FASTEST_RECOVERY) } else { 0.0 };
             let row = Row { guess, recovery, ..Row::new(owner, Bound::NonNegative, offset) };
-            rows.push(row, |half| {
-                let range = half_solve(joint, half);
+            rows.push([row], |numbers| {
+                let start = numbers.len();
+                let places = half_solve(joint, numbers);
                 if sign < 0.0 {
-                    half.iter_mut().for_each(|entry| *entry = -*entry);
+                    numbers[start..].iter_mut().for_each(|lanes| *lanes = lanes.map(|number| -number));
                 }
-                range
+                places
             });
         }
     }

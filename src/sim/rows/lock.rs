@@ -4,16 +4,20 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
-use super::{Owner, Row, Rows};
+use super::{Lanes, Owner, Row, Rows};
 use crate::sim::lcp::Bound;
 use crate::sim::spatial::{Force, Motion};
 
 /// Adds the three rows; `free` is the root's velocity if no row acted, and `half_solve` fills the
 /// half-solved row of a wrench on the root and gives the range that it filled.
-pub fn add(rows: &mut Rows, free: Motion, mut half_solve: impl FnMut(Force, &mut [f64]) -> Range<usize>) {
+pub fn add(
+    rows: &mut Rows,
+    free: Motion,
+    mut half_solve: impl FnMut(Force, &mut Vec<Lanes>) -> Range<usize>,
+) {
     for axis in [Vector3::x(), Vector3::y(), Vector3::z()] {
         let offset = axis.dot(&free.angular);
         let row = Row::new(Owner::TrunkLock, Bound::Free, offset);
-        rows.push(row, |half| half_solve(Force { moment: axis, force: Vector3::zeros() }, half));
+        rows.push([row], |numbers| half_solve(Force { moment: axis, force: Vector3::zeros() }, numbers));
     }
 }

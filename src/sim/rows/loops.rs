@@ -19,7 +19,7 @@
 use std::ops::Range;
 
 use super::joint::{self, Coupling};
-use super::{Owner, Rows};
+use super::{Lanes, Owner, Rows};
 use crate::model::Model;
 use crate::sim::reduced::kinematics::BodyMotion;
 use crate::sim::spatial::{Force, Motion};
@@ -48,7 +48,7 @@ pub fn add(
     turning: bool,
     stabilization: bool,
     reduced: Option<&Rows>,
-    mut half_solve: impl FnMut([usize; 2], Force, &mut [f64]) -> Range<usize>,
+    mut half_solve: impl FnMut([usize; 2], Force, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     let begin = rows.len();
     for index in 0..model.loops.len() {
@@ -64,8 +64,8 @@ pub fn add(
             Motion::ZERO
         };
         let fastest = if stabilization { FASTEST_RECOVERY } else { 0.0 };
-        joint::add(rows, Owner::Loop(index), &coupling, free, wanted, step, fastest, |wrench, half| {
-            half_solve([child, parent], wrench, half)
+        joint::add(rows, Owner::Loop(index), &coupling, free, wanted, step, fastest, |wrench, numbers| {
+            half_solve([child, parent], wrench, numbers)
         });
         if reduced.is_none() {
             leave_out_weak(rows, first, coupling.translations());

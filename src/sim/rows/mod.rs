@@ -3,6 +3,7 @@
 pub mod contact;
 pub mod drive;
 pub mod dry_friction;
+mod half_solved;
 pub mod joint;
 pub mod limit;
 pub mod lock;
@@ -11,11 +12,12 @@ pub mod torque;
 
 use std::ops::Range;
 
-use super::lcp::{Bound, Problem, dot};
-use super::reduced::response::ROOT;
+use super::lcp::{Bound, Problem};
+use half_solved::HalfSolved;
+pub use half_solved::{LANES, Lanes};
 
-/// Rows whose shares of the root are computed side by side.
-const LANES: usize = 4;
+/// Places of a row's half-solved numbers for which there is room from the beginning; hardly a row reaches more.
+const PLACES: usize = 64;
 
 /// What a row belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,14 +70,6 @@ impl Row {
     }
 }
 
-/// Rows that follow each other and reach the same joints.
-#[derive(Debug, Clone)]
-struct Limb {
-    rows: Range<usize>,
-    /// Of their half-solved numbers, those between the first joint's and the last one's that are not zero.
-    joints: Range<usize>,
-}
-
 /// The rows of a step and the mixed complementarity problem that they make.
 ///
 /// Row i asks for w_i = (J v⁺)_i + bias_i under its bound; A = h J M⁻¹ Jᵀ + softness and
@@ -83,12 +77,7 @@ struct Limb {
 /// eqs. 26-27).
 #[derive(Debug, Clone, Default)]
 pub struct Rows {
-    width: usize,
-    half: Vec<f64>,
-    /// The root's numbers of [`LANES`] rows at a time, each of the six for all of them; 0 beyond the last row.
-    root: Vec<[[f64; LANES]; ROOT]>,
-    /// All rows, in order.
-    limbs: Vec<Limb>,
+    half: HalfSolved,
     matrix: Vec<f64>,
     softness: Vec<f64>,
     /// What each row's velocity is to be greater by while positions move, to correct them.
@@ -104,13 +93,10 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Room for `capacity` rows of `width` numbers each.
+    /// Room for `capacity` rows of up to `width` numbers each.
     pub fn new(capacity: usize, width: usize) -> Self {
         Self {
-            width,
-            half: Vec::with_capacity(capacity * width),
-            root: Vec::with_capacity(capacity.div_ceil(LANES)),
-            limbs: Vec::with_capacity(capacity),
+            half: HalfSolved::new(capacity, width.min(PLACES)),
             matrix: Vec::with_capacity(capacity * capacity),
             softness: Vec::with_capacity(capacity),
             recovery: Vec::with_capacity(capacity),
@@ -124,7 +110,6 @@ impl Rows {
     /// Removes all rows.
     pub fn clear(&mut self) {
         self.half.clear();
-        self.limbs.clear();
         self.softness.clear();
         self.recovery.clear();
         self.bounds.clear();
@@ -143,40 +128,36 @@ impl Rows {
         self.bounds.is_empty()
     }
 
-    /// Adds `row`, whose half-solved numbers `half_solve` fills in. They are zero before, and stay zero but for the
-    /// root's and for the range that it returns.
-    pub fn push(&mut self, row: Row, half_solve: impl FnOnce(&mut [f64]) -> Range<usize>) {
-        let index = self.len();
-        let start = self.half.len();
-        self.half.resize(start + self.width, 0.0);
-        let joints = half_solve(&mut self.half[start..]);
-        match self.limbs.last_mut() {
-            Some(limb) if limb.joints == joints => limb.rows.end = index + 1,
-            _ => self.limbs.push(Limb { rows: index..index + 1, joints }),
-        }
-        self.owner.push(row.owner);
-        self.bounds.push(row.bound);
-        self.offset.push(row.offset);
-        self.softness.push(row.softness);
-        self.recovery.push(row.recovery);
-        self.force.push(row.guess);
+    /// Adds `rows`, no more than [`LANES`]. `half_solve` appends their half-solved numbers side by side: those of the
+    /// root and one for each place of the range that it returns.
+    pub fn push<const COUNT: usize>(
+        &mut self,
+        rows: [Row; COUNT],
+        half_solve: impl FnOnce(&mut Vec<Lanes>) -> Range<usize>,
+    ) {
+        self.half.push(self.len(), COUNT, half_solve);
+        self.owner.extend(rows.iter().map(|row| row.owner));
+        self.bounds.extend(rows.iter().map(|row| row.bound));
+        self.offset.extend(rows.iter().map(|row| row.offset));
+        self.softness.extend(rows.iter().map(|row| row.softness));
+        self.recovery.extend(rows.iter().map(|row| row.recovery));
+        self.force.extend(rows.iter().map(|row| row.guess));
     }
 
     /// Row `row` asks for nothing and does nothing from here on.
     pub fn silence(&mut self, row: usize) {
-        self.half[row * self.width..(row + 1) * self.width].fill(0.0);
+        self.half.silence(row);
         self.offset[row] = 0.0;
     }
 
     /// Whether nothing moves row `row`.
     pub fn is_silent(&self, row: usize) -> bool {
-        self.half[row * self.width..(row + 1) * self.width].iter().all(|entry| *entry == 0.0)
+        self.half.is_silent(row)
     }
 
     /// How much a unit of the force of row `row` moves it: J M⁻¹ Jᵀ.
     pub fn mobility(&self, row: usize) -> f64 {
-        let half = &self.half[row * self.width..(row + 1) * self.width];
-        dot(half, half)
+        self.half.square(row)
     }
 
     /// Whether a row corrects its position.
@@ -193,96 +174,30 @@ impl Rows {
     }
 
     /// Computes the matrix for a step of `step` seconds.
-    ///
-    /// Every two rows meet in the root. Rows of different limbs meet there alone; others add the joints that
-    /// they have in common.
     pub fn assemble(&mut self, step: f64) {
         let count = self.len();
         self.matrix.resize(count * count, 0.0);
-        self.meet_in_root(step);
-        self.meet_in_joints(step);
-        self.mirror();
+        half_solved::products(&self.half, step, &mut self.matrix);
         for (diagonal, softness) in self.matrix.iter_mut().step_by(count + 1).zip(&self.softness) {
             *diagonal += softness;
         }
     }
 
-    /// Sets the entries on and below the diagonal to the root's share, [`LANES`] columns at a time.
-    fn meet_in_root(&mut self, step: f64) {
-        let count = self.len();
-        let rows = || self.half.chunks_exact(self.width).filter_map(|half| half.first_chunk::<ROOT>());
-        self.root.clear();
-        self.root.resize(count.div_ceil(LANES), [[0.0; LANES]; ROOT]);
-        for (row, half) in rows().enumerate() {
-            for (lanes, entry) in self.root[row / LANES].iter_mut().zip(half) {
-                lanes[row % LANES] = *entry;
-            }
-        }
-        for (row, (left, entries)) in rows().zip(self.matrix.chunks_exact_mut(count.max(1))).enumerate() {
-            for (right, entries) in self.root.iter().zip(entries.chunks_mut(LANES)).take(row / LANES + 1) {
-                let products = dot_lanes(left, right).map(|product| step * product);
-                match entries.first_chunk_mut::<LANES>() {
-                    Some(entries) => *entries = products,
-                    None => entries.copy_from_slice(&products[..entries.len()]),
-                }
-            }
-        }
-    }
-
-    /// Adds to the entries on and below the diagonal the share of the joints that both rows reach.
-    fn meet_in_joints(&mut self, step: f64) {
-        let count = self.len();
-        let Self { width, half, limbs, matrix, .. } = self;
-        for (index, own) in limbs.iter().enumerate() {
-            for other in &limbs[..=index] {
-                let start = own.joints.start.max(other.joints.start);
-                let end = own.joints.end.min(other.joints.end);
-                if start >= end {
-                    continue;
-                }
-                for row in own.rows.clone() {
-                    let left = &half[row * *width + start..row * *width + end];
-                    for column in other.rows.start..other.rows.end.min(row + 1) {
-                        let right = &half[column * *width + start..column * *width + end];
-                        matrix[row * count + column] += step * dot(left, right);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Copies what stands below the diagonal to its place above.
-    fn mirror(&mut self) {
-        let count = self.len();
-        for row in 1..count {
-            let (above, below) = self.matrix.split_at_mut(row * count);
-            for (mirrored, entry) in above.iter_mut().skip(row).step_by(count).zip(below) {
-                *mirrored = *entry;
-            }
-        }
-    }
-
     /// The problem, and the forces to be found.
     pub fn problem(&mut self, cone: bool) -> (Problem<'_>, &mut [f64]) {
-        let problem = Problem { matrix: &self.matrix, offset: &self.offset, bounds: &self.bounds, cone };
+        let problem = Problem {
+            matrix: &self.matrix,
+            symmetric: true,
+            offset: &self.offset,
+            bounds: &self.bounds,
+            cone,
+        };
         (problem, &mut self.force)
     }
 
-    /// The half-solved impulse of all forces over `step` seconds, into `half`; once the matrix is computed.
+    /// The half-solved impulse of all forces over `step` seconds, into `half`.
     pub fn impulse(&self, step: f64, half: &mut [f64]) {
-        half.fill(0.0);
-        for limb in &self.limbs {
-            for row in limb.rows.clone() {
-                let scale = self.force[row] * step;
-                let start = row * self.width;
-                for range in [0..ROOT, limb.joints.clone()] {
-                    let entries = &self.half[start + range.start..start + range.end];
-                    for (sum, entry) in half[range].iter_mut().zip(entries) {
-                        *sum += scale * entry;
-                    }
-                }
-            }
-        }
+        half_solved::combine(&self.half, &self.force, step, half);
     }
 
     /// The row whose velocity at the solution is not finite or else strays farthest from what its
@@ -304,16 +219,6 @@ impl Rows {
         };
         (0..count).max_by(|a, b| stray(*a).total_cmp(&stray(*b))).map(|row| self.owner[row])
     }
-}
-
-/// The dot products of the root's share of one row with those of [`LANES`] others.
-#[inline]
-fn dot_lanes(left: &[f64; ROOT], right: &[[f64; LANES]; ROOT]) -> [f64; LANES] {
-    let mut sums = [0.0; LANES];
-    for (a, lanes) in left.iter().zip(right) {
-        sums = std::array::from_fn(|lane| sums[lane] + a * lanes[lane]);
-    }
-    sums
 }
 
 /// How much of a violation is corrected in a step.

@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use super::{Owner, Row, Rows};
+use super::{Lanes, Owner, Row, Rows};
 use crate::sim::lcp::Bound;
 use crate::sim::tracking::Spring;
 
@@ -22,11 +22,11 @@ pub fn add(
     max_torque: f64,
     free: f64,
     guess: f64,
-    half_solve: impl FnOnce(usize, &mut [f64]) -> Range<usize>,
+    half_solve: impl FnOnce(usize, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     let bound = Bound::Box { lower: -max_torque, upper: max_torque };
     let softness = 1.0 / spring.resistance;
     let offset = free - spring.at_rest * softness;
     let row = Row { softness, guess, ..Row::new(Owner::Torque(joint), bound, offset) };
-    rows.push(row, |half| half_solve(joint, half));
+    rows.push([row], |numbers| half_solve(joint, numbers));
 }

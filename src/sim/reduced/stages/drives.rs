@@ -107,11 +107,10 @@ impl Stages<'_> {
                 step,
                 plan.stabilization,
                 &state.memory.contacts,
-                |touch, direction, half| {
+                |touch, forces, numbers| {
                     // Bodies that touch each other push the rigid whole nowhere.
-                    if touch.against.body().is_none() {
-                        half.copy_from_slice(&control.root.half_solve(Force::at(touch.at, direction)));
-                    }
+                    let forces = if touch.against.body().is_none() { forces } else { &[] };
+                    numbers.extend(control.root.half_solve_lanes(response::side_by_side(forces)));
                     response::ROOT..response::ROOT
                 },
             );

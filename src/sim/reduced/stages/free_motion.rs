@@ -3,7 +3,7 @@
 use super::Stages;
 use crate::model::Model;
 use crate::sim::Failure;
-use crate::sim::reduced::articulated::{JointLoad, Singular};
+use crate::sim::reduced::articulated::{self, JointLoad, Singular};
 use crate::sim::reduced::kinematics::BodyMotion;
 use crate::sim::reduced::root::RootFreedom;
 use crate::sim::spatial::Motion;
@@ -47,8 +47,7 @@ impl Stages<'_> {
             }
             work.loads[joint] = load;
         }
-        work.articulated
-            .factorise(model, &work.bodies, &work.loads, *freedom)
+        articulated::factorise(&mut work.articulated, model, &work.bodies, &work.loads, *freedom)
             .map_err(|cause| singular(model, state, cause))?;
         Ok(())
     }
@@ -57,7 +56,8 @@ impl Stages<'_> {
     pub(super) fn free_velocities(&mut self) {
         let (given, lifted, step) = (self.given(), self.lifted(), self.step);
         let Self { model, plan, state, work, freedom, .. } = self;
-        let root = work.articulated.accelerate(
+        let root = articulated::accelerate(
+            &mut work.articulated,
             model,
             &work.bodies,
             &work.loads,

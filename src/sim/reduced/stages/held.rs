@@ -12,7 +12,6 @@ use crate::sim::Failure;
 use crate::sim::lcp::Solver;
 use crate::sim::reduced::response;
 use crate::sim::rows::{Owner, Rows, contact, drive, loops};
-use crate::sim::spatial::Force;
 use crate::sim::step::fail_unless_usable;
 
 impl Stages<'_> {
@@ -54,9 +53,9 @@ impl Stages<'_> {
                 *step,
                 plan.stabilization,
                 &state.memory.contacts,
-                |touch, direction, half| {
-                    let (force, other) = (Force::at(touch.at, direction), touch.against.body());
-                    response::of_bodies(model, bodies, articulated, touch.body, other, force, half)
+                |touch, forces, numbers| {
+                    let other = touch.against.body();
+                    response::of_bodies(model, bodies, articulated, touch.body, other, forces, numbers)
                 },
             );
         }
@@ -70,14 +69,14 @@ impl Stages<'_> {
             plan.reads_turning(),
             plan.stabilization,
             None,
-            |[child, parent], wrench, half| {
-                response::of_bodies(model, bodies, articulated, child, Some(parent), wrench, half)
+            |[child, parent], wrench, numbers| {
+                response::of_bodies(model, bodies, articulated, child, Some(parent), &[wrench], numbers)
             },
         );
         for joint in (0..now.len()).filter(|joint| model.driven[*joint]) {
             let wanted = (next[joint] - now[joint]) / step;
-            drive::hold(rows, joint, wanted, work.free_rates[joint], |joint, half| {
-                response::of_joint(model, bodies, articulated, joint, half)
+            drive::hold(rows, joint, wanted, work.free_rates[joint], |joint, numbers| {
+                response::of_joint(model, bodies, articulated, joint, numbers)
             });
         }
     }

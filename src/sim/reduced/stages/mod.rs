@@ -15,6 +15,7 @@ mod drives;
 mod free_motion;
 mod held;
 mod rows;
+mod swing;
 mod velocity_forces;
 
 use crate::model::Model;
@@ -28,6 +29,7 @@ use crate::sim::state::{State, Swing};
 use crate::sim::step::root_freedom;
 use crate::sim::workspace::Workspace;
 use crate::sim::{Command, Failure};
+use multiversion::multiversion;
 use velocity_forces::{Left, Passes};
 
 /// Farthest that a body may turn in a step, rad, at its old velocity as at its new one. What turns faster has
@@ -63,6 +65,7 @@ pub enum Outcome {
 ///
 /// # Errors
 /// As [`crate::sim::Simulator::step`].
+#[multiversion(targets("x86_64+avx2"))]
 pub fn step(
     model: &Model,
     plan: &StepPlan,

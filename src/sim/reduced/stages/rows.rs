@@ -2,10 +2,8 @@
 
 use super::Stages;
 use crate::sim::Failure;
-use crate::sim::lcp::Solver;
 use crate::sim::reduced::response;
-use crate::sim::rows::{Owner, contact, dry_friction, limit, loops, torque};
-use crate::sim::spatial::Force;
+use crate::sim::rows::{Lanes, Owner, contact, dry_friction, limit, loops, torque};
 use crate::sim::step::fail_unless_usable;
 use crate::sim::workspace::Workspace;
 
@@ -29,8 +27,9 @@ impl Stages<'_> {
         } = &mut **work;
         let memory = &state.memory;
         rows.clear();
-        let of_joint =
-            |joint: usize, half: &mut [f64]| response::of_joint(model, bodies, articulated, joint, half);
+        let of_joint = |joint: usize, numbers: &mut Vec<Lanes>| {
+            response::of_joint(model, bodies, articulated, joint, numbers)
+        };
         contact::add(
             rows,
             touches,
@@ -39,9 +38,9 @@ impl Stages<'_> {
             step,
             plan.stabilization,
             &memory.contacts,
-            |touch, direction, half| {
-                let (force, other) = (Force::at(touch.at, direction), touch.against.body());
-                response::of_bodies(model, bodies, articulated, touch.body, other, force, half)
+            |touch, forces, numbers| {
+                let other = touch.against.body();
+                response::of_bodies(model, bodies, articulated, touch.body, other, forces, numbers)
             },
         );
         if let Some(limits) = &plan.limits {
@@ -81,8 +80,8 @@ impl Stages<'_> {
             plan.reads_turning(),
             plan.stabilization,
             None,
-            |[child, parent], wrench, half| {
-                response::of_bodies(model, bodies, articulated, child, Some(parent), wrench, half)
+            |[child, parent], wrench, numbers| {
+                response::of_bodies(model, bodies, articulated, child, Some(parent), &[wrench], numbers)
             },
         );
     }
@@ -90,15 +89,8 @@ impl Stages<'_> {
     /// The complementarity problem.
     pub(super) fn solve(&mut self) -> Result<(), Failure> {
         let Self { model, plan, state, work, step, .. } = self;
-        work.residual = 0.0;
-        if work.rows.is_empty() {
-            return Ok(());
-        }
-        work.rows.assemble(*step);
-        let (problem, force) = work.rows.problem(plan.circular_friction());
-        let solution = work.engine.solve(&problem, force);
-        work.residual = solution.residual;
-        fail_unless_usable(solution.status, model, state)
+        let status = work.solve(plan, *step);
+        fail_unless_usable(status, model, state)
     }
 
     /// New velocities.
@@ -118,9 +110,7 @@ impl Stages<'_> {
             &mut work.joint_rates,
             &mut work.changes,
         );
-        for (new, (free, change)) in work.new.iter_mut().zip(work.free.iter().zip(&work.changes)) {
-            *new = free.plus(*change);
-        }
+        work.take_changes();
     }
 
     /// Torques of the actuators; whether one of them needs a row that it does not have yet.

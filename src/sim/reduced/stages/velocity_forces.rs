@@ -5,6 +5,7 @@
 //! new velocities tell how far the guess was off, and only if that matters is the rest repeated.
 
 use super::Stages;
+use crate::sim::reduced::articulated;
 use crate::sim::reduced::kinematics::move_along;
 use crate::sim::spatial::Motion;
 
@@ -126,6 +127,6 @@ impl Stages<'_> {
     fn move_with_mean(&mut self, root: Motion) {
         let Self { model, work, .. } = self;
         move_along(model, root, &work.mean_rates, &mut work.bodies);
-        work.articulated.prepare(model, &work.bodies, &work.mean_rates);
+        articulated::prepare(&mut work.articulated, model, &work.bodies, &work.mean_rates);
     }
 }
