@@ -110,7 +110,7 @@ impl ContactForces {
     }
 
     /// Keeps the `forces` of `touches`, of which the tangential ones may be left out.
-    fn remember<'a>(&mut self, touches: &[Touch], forces: impl Iterator<Item = &'a [f64]>) {
+    pub(super) fn remember<'a>(&mut self, touches: &[Touch], forces: impl Iterator<Item = &'a [f64]>) {
         self.slots.clear();
         self.slots.extend(touches.iter().zip(forces).map(|(touch, forces)| {
             let mut all = [0.0; 3];
@@ -128,6 +128,8 @@ impl ContactForces {
 pub(super) struct Memory {
     /// Forces of the contacts.
     pub contacts: ContactForces,
+    /// The same in the first pass of contact-aware tracking.
+    pub controlled: ContactForces,
     /// Force of every joint's limit, N m, positive at the lower end and negative at the upper.
     pub limit: Vec<f64>,
     /// Dry friction of every joint, N m.
@@ -156,6 +158,7 @@ impl State {
             parts: Vec::new(),
             memory: Memory {
                 contacts: ContactForces::default(),
+                controlled: ContactForces::default(),
                 limit: vec![0.0; joints],
                 dry_friction: vec![0.0; joints],
                 saturated: vec![0.0; joints],
@@ -199,6 +202,7 @@ impl State {
     pub fn forget(&mut self) {
         self.parts.clear();
         self.memory.contacts.slots.clear();
+        self.memory.controlled.slots.clear();
         self.memory.limit.fill(0.0);
         self.memory.dry_friction.fill(0.0);
         self.memory.saturated.fill(0.0);
@@ -261,6 +265,7 @@ impl Clone for Memory {
     fn clone(&self) -> Self {
         Self {
             contacts: self.contacts.clone(),
+            controlled: self.controlled.clone(),
             limit: self.limit.clone(),
             dry_friction: self.dry_friction.clone(),
             saturated: self.saturated.clone(),
@@ -273,6 +278,7 @@ impl Clone for Memory {
 
     fn clone_from(&mut self, source: &Self) {
         self.contacts.slots.clone_from(&source.contacts.slots);
+        self.controlled.slots.clone_from(&source.controlled.slots);
         self.limit.clone_from(&source.limit);
         self.dry_friction.clone_from(&source.dry_friction);
         self.saturated.clone_from(&source.saturated);

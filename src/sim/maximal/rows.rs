@@ -8,6 +8,7 @@ use crate::sim::reduced::root::RootFreedom;
 use crate::sim::rows::joint::Coupling;
 use crate::sim::rows::{Lanes, Owner, Rows, contact, drive, dry_friction, joint, limit, lock, loops, torque};
 use crate::sim::spatial::{Force, Motion};
+use crate::sim::state::ContactForces;
 use crate::sim::step::root_freedom;
 use crate::sim::tracking::Spring;
 
@@ -24,7 +25,7 @@ impl Stages<'_> {
         let (plan, step) = (self.plan, self.step);
         let mut rows = std::mem::take(&mut self.work.rows);
         rows.clear();
-        self.contacts(&mut rows);
+        self.contacts(&mut rows, &self.state.memory.contacts);
         let (state, work) = (&*self.state, &*self.work);
         let (memory, rates) = (&state.memory, &work.free_rates);
         let of_joint = |joint: usize, numbers: &mut Vec<Lanes>| self.of_joint(joint, numbers);
@@ -86,9 +87,9 @@ impl Stages<'_> {
         line
     }
 
-    /// Adds the rows of contacts.
-    pub(super) fn contacts(&self, rows: &mut Rows) {
-        let Self { plan, state, work, step, .. } = self;
+    /// Adds the rows of contacts, whose forces are looked for from `guess` on.
+    pub(super) fn contacts(&self, rows: &mut Rows, guess: &ContactForces) {
+        let Self { plan, work, step, .. } = self;
         contact::add(
             rows,
             &work.touches,
@@ -96,7 +97,7 @@ impl Stages<'_> {
             plan.friction,
             *step,
             plan.stabilization,
-            &state.memory.contacts,
+            guess,
             |touch, forces, numbers| self.of_bodies(touch.body, touch.against.body(), forces, numbers),
         );
     }

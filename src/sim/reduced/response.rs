@@ -44,7 +44,7 @@ pub fn of_bodies(
             *own = std::array::from_fn(|lane| own[lane] + rest[lane]);
         }
     }
-    root.copy_from_slice(&factor.root.half_solve_lanes(own));
+    root.copy_from_slice(&factor.root.half_solve(own));
     joints
 }
 

@@ -32,7 +32,7 @@ impl RootFactor {
     pub const EMPTY: Self = Self { lower: [[0.0; 6]; 6], inverse: [0.0; 6] };
 
     /// Factorises `inertia`; `None` if it is not positive definite.
-    #[inline(always)]
+    #[inline(always)] // part of the kernels
     pub fn new(freedom: RootFreedom, inertia: &ArticulatedInertia) -> Option<Self> {
         let size = match freedom {
             RootFreedom::Bolted => 0,
@@ -66,27 +66,13 @@ impl RootFactor {
         Some(Self { lower, inverse })
     }
 
-    /// `L⁻¹ force` over the root's free directions; 0 in the others.
-    #[inline(always)]
-    pub fn half_solve(&self, force: Force) -> [f64; 6] {
-        let mut z =
-            [force.force.x, force.force.y, force.force.z, force.moment.x, force.moment.y, force.moment.z];
-        // A direction that is not free has an inverse of 0, and so adds nothing to those below it.
-        for row in 0..6 {
-            let mut entry = z[row];
-            for column in 0..row {
-                entry -= self.lower[row][column] * z[column];
-            }
-            z[row] = entry * self.inverse[row];
-        }
-        z
-    }
-
-    /// [`half_solve`](Self::half_solve) of several forces side by side, moments first.
-    #[inline(always)]
-    pub fn half_solve_lanes<const LANES: usize>(&self, forces: [[f64; LANES]; 6]) -> [[f64; LANES]; 6] {
+    /// `L⁻¹ force` over the root's free directions, 0 in the others: of several forces side by side, each given by its
+    /// components, moment first.
+    #[inline(always)] // part of the kernels
+    pub fn half_solve<const LANES: usize>(&self, forces: [[f64; LANES]; 6]) -> [[f64; LANES]; 6] {
         let [mx, my, mz, fx, fy, fz] = forces;
         let mut z = [fx, fy, fz, mx, my, mz];
+        // A direction that is not free has an inverse of 0, and so adds nothing to those below it.
         for row in 0..6 {
             let (known, rest) = z.split_at_mut(row);
             let entry = &mut rest[0];
@@ -99,7 +85,7 @@ impl RootFactor {
     }
 
     /// `L⁻ᵀ z`: the acceleration that belongs to the half-solved force `z`.
-    #[inline(always)]
+    #[inline(always)] // part of the kernels
     pub fn finish(&self, mut z: [f64; 6]) -> Motion {
         for row in (0..6).rev() {
             let mut entry = z[row];
@@ -112,9 +98,12 @@ impl RootFactor {
     }
 
     /// Acceleration under `force`, where directions that are not free accelerate as `given`.
-    #[inline(always)]
+    #[inline(always)] // part of the kernels
     pub fn accelerate(&self, inertia: &ArticulatedInertia, force: Force, given: Motion) -> Motion {
         let rest = force.plus(inertia.times(given).scaled(-1.0));
-        given.plus(self.finish(self.half_solve(rest)))
+        let [moment, force] = [rest.moment, rest.force];
+        let half =
+            self.half_solve([moment.x, moment.y, moment.z, force.x, force.y, force.z].map(|each| [each]));
+        given.plus(self.finish(half.map(|[each]| each)))
     }
 }

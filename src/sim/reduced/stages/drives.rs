@@ -106,11 +106,11 @@ impl Stages<'_> {
                 plan.friction,
                 step,
                 plan.stabilization,
-                &state.memory.contacts,
+                &state.memory.controlled,
                 |touch, forces, numbers| {
                     // Bodies that touch each other push the rigid whole nowhere.
                     let forces = if touch.against.body().is_none() { forces } else { &[] };
-                    numbers.extend(control.root.half_solve_lanes(response::side_by_side(forces)));
+                    numbers.extend(control.root.half_solve(response::side_by_side(forces)));
                     response::ROOT..response::ROOT
                 },
             );
@@ -118,6 +118,8 @@ impl Stages<'_> {
             let (problem, force) = work.control_rows.problem(plan.circular_friction());
             let solution = work.engine.solve(&problem, force);
             fail_unless_usable(solution.status, model, state)?;
+            let forces = work.control_rows.force.chunks_exact(contact::rows_per_touch(plan.friction));
+            state.memory.controlled.remember(touches, forces);
             let mut half = [0.0; response::ROOT];
             work.control_rows.impulse(1.0, &mut half);
             control.accelerate_root(control.root.finish(half));

@@ -36,6 +36,10 @@ impl Stages<'_> {
                 self.work.feedforward[joint] = *force;
             }
         }
+        if feedforward == Feedforward::ContactAware {
+            let forces = rows.force.chunks_exact(contact::rows_per_touch(self.plan.friction));
+            self.state.memory.controlled.remember(&self.work.touches[..self.work.foreseen], forces);
+        }
         self.work.control_rows = rows;
         fail_unless_usable(solution.status, self.model, self.state)
     }
@@ -52,7 +56,7 @@ impl Stages<'_> {
                 plan.friction,
                 *step,
                 plan.stabilization,
-                &state.memory.contacts,
+                &state.memory.controlled,
                 |touch, forces, numbers| {
                     let other = touch.against.body();
                     response::of_bodies(model, bodies, articulated, touch.body, other, forces, numbers)
