@@ -1,14 +1,13 @@
 //! How many steps a second one core computes: a quadruped that stands on four feet and moves its targets,
 //! ground contact only, 2 ms steps. The same scene that `benches/peers/step.py` gives another engine.
 //!
-//! `ROBOT=path/to/a1.urdf cargo bench --bench step` takes another robot than the bundled one.
+//! `ROBOT=path/to/a1.urdf cargo bench --bench step` takes another robot than the bundled one, and a name after `--` one
+//! of the ways to solve it. What is printed is the fastest of many rounds.
 
 mod common;
 
-use std::hint::black_box;
 use std::sync::Arc;
 
-use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use gaitwright::scene::{Accuracy, Effect, Feedforward, Scene, SolverChoice, SolverKind, StepPlan, Switch};
 use gaitwright::sim::{Command, Simulator};
 use gaitwright::stance::Stance;
@@ -16,19 +15,25 @@ use gaitwright::stance::Stance;
 /// Steps of one round, from the standing pose.
 const STEPS: usize = 1000;
 
-fn steps(criterion: &mut Criterion) {
+/// Ways to solve the scene, by name.
+const WAYS: [(&str, SolverKind, Feedforward); 4] = [
+    ("newton", SolverKind::Newton, Feedforward::None),
+    ("contact-free", SolverKind::Newton, Feedforward::ContactFree),
+    ("contact-aware", SolverKind::Newton, Feedforward::ContactAware),
+    ("pgs", SolverKind::Pgs, Feedforward::None),
+];
+
+fn main() {
+    let rounds = if common::measuring() { 1000 } else { 1 };
+    let chosen = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
     let model = common::robot();
     // Contact with the ground only, as in the peers' scripts.
     let scene = Scene { effects: [(Effect::SelfCollision, Switch::Off)].into(), ..Scene::default() };
     let stance = Stance::find(&model, &scene);
-    let mut group = criterion.benchmark_group("step");
-    group.throughput(Throughput::Elements(STEPS as u64));
-    for (name, kind, feedforward) in [
-        ("newton", SolverKind::Newton, Feedforward::None),
-        ("newton, contact-free feedforward", SolverKind::Newton, Feedforward::ContactFree),
-        ("newton, contact-aware feedforward", SolverKind::Newton, Feedforward::ContactAware),
-        ("pgs", SolverKind::Pgs, Feedforward::None),
-    ] {
+    for (name, kind, feedforward) in WAYS {
+        if chosen.as_ref().is_some_and(|chosen| chosen != name) {
+            continue;
+        }
         let accuracy =
             Accuracy { solver: SolverChoice { kind, ..SolverChoice::default() }, ..Accuracy::default() };
         let mut gains = stance.gains.clone();
@@ -36,27 +41,23 @@ fn steps(criterion: &mut Criterion) {
         let plan = StepPlan::compile(&scene, &accuracy, Some(&gains), &model).expect("a sound plan");
         let start = Simulator::new(model.clone(), Arc::new(plan), stance.state.clone());
         let targets = common::sway(&stance.angles, 0.05, accuracy.step, STEPS);
-        let mut contacts = 0;
-        let mut worst: f64 = 0.0;
-        group.bench_function(name, |bencher| {
-            bencher.iter_batched_ref(
-                || start.clone(),
-                |simulator| {
-                    contacts = 0;
-                    for pair in targets.windows(2) {
-                        let command = Command::Track { now: &pair[0], next: &pair[1] };
-                        simulator.step(black_box(command)).expect("a step");
-                        contacts += simulator.contacts().count();
-                        worst = worst.max(simulator.residual());
-                    }
-                },
-                BatchSize::LargeInput,
-            );
-        });
-        println!("{name}: {:.2} contacts, residual at most {worst:.1e} m/s", contacts as f64 / STEPS as f64);
+        let time = common::nanoseconds(&start, &targets, rounds);
+        let (contacts, residual) = observe(&start, &targets);
+        println!(
+            "{name}: {:.0} steps/s, {contacts:.2} contacts, residual at most {residual:.1e} m/s",
+            1e9 / time
+        );
     }
-    group.finish();
 }
 
-criterion_group!(benches, steps);
-criterion_main!(benches);
+/// Mean number of contacts, and the greatest residual, m/s.
+fn observe(start: &Simulator, targets: &[Vec<f64>]) -> (f64, f64) {
+    let mut simulator = start.clone();
+    let (mut contacts, mut worst) = (0, 0.0_f64);
+    for pair in targets.windows(2) {
+        simulator.step(Command::Track { now: &pair[0], next: &pair[1] }).expect("a step");
+        contacts += simulator.contacts().count();
+        worst = worst.max(simulator.residual());
+    }
+    (contacts as f64 / (targets.len() - 1) as f64, worst)
+}

@@ -1,16 +1,21 @@
-"""The scene of `benches/step.rs` in MuJoCo: steps a second on one core, default solver.
+"""The scene of `benches/step.rs` in MuJoCo and in gaitwright: steps a second on one core, default solvers.
 
     pip install mujoco
     python benches/peers/step.py path/to/a1.urdf [--check check.json]
 
 A free root is added, the robot stands on a plane with friction 0.8, position servos sway by 0.05 rad at 1 Hz
-about the pose. Only contacts with the ground are computed. Timings are the best of several rounds; contacts,
-residual and penetration come from a round that is not timed.
+about the pose. Only contacts with the ground are computed. The engines are measured in turns; timings are the best of
+several rounds, without what a call from Python takes. Contacts, residual and penetration come from a round that is not
+timed.
 """
 
 import argparse
 import json
 import math
+import os
+import pathlib
+import re
+import subprocess
 import time
 
 import mujoco
@@ -22,13 +27,43 @@ STEPS = 1000
 STEP = 0.002
 
 
+def ours(urdf):
+    """Steps a second of `cargo bench --bench step`, and the line that says it."""
+    command = ["cargo", "bench", "--bench", "step", "--", "newton"]
+    root = pathlib.Path(__file__).resolve().parents[2]
+    bench = subprocess.run(
+        command, cwd=root, env=os.environ | {"ROBOT": os.path.abspath(urdf)}, check=True, capture_output=True, text=True
+    )
+    line = re.search(r"^newton: (\d+) steps/s.*$", bench.stdout, re.MULTILINE)
+    return int(line[1]), line[0]
+
+
+def theirs(model, data, targets, start):
+    """Seconds of one round of MuJoCo."""
+
+    def timed(*arguments):
+        started = time.perf_counter()
+        mujoco.mj_step(model, data, *arguments)
+        return time.perf_counter() - started
+
+    # What a timed call from Python takes without any step is not MuJoCo's.
+    call = min(timed(0) for _ in range(100))
+    robot.place(model, data, *start)
+    elapsed = 0.0
+    for target in targets:
+        data.ctrl[:] = target
+        elapsed += timed()
+    return elapsed - len(targets) * call
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("urdf")
     parser.add_argument("--check", help="output of `gaitwright check`, for its standing pose and height")
     parser.add_argument("--stiffness", type=float, default=60.0)
     parser.add_argument("--damping", type=float, default=2.0)
-    parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--rounds", type=int, default=60, help="rounds of MuJoCo in each turn")
+    parser.add_argument("--turns", type=int, default=4)
     options = parser.parse_args()
     model = robot.load(options.urdf, (options.stiffness, options.damping, None))
     model.opt.timestep = STEP
@@ -41,16 +76,12 @@ def main():
     sways = np.array([index % 3 != 0 for index in range(model.nu)], dtype=float)
     targets = [rest + 0.05 * math.sin(2 * math.pi * index * STEP) * sways for index in range(STEPS)]
 
-    best = math.inf
-    for _ in range(options.rounds):
-        robot.place(model, data, pose, height)
-        elapsed = 0.0
-        for target in targets:
-            data.ctrl[:] = target
-            started = time.perf_counter()
-            mujoco.mj_step(model, data)
-            elapsed += time.perf_counter() - started
-        best = min(best, elapsed)
+    best, fastest, line = math.inf, 0, ""
+    for _ in range(options.turns):
+        best = min([best, *(theirs(model, data, targets, (pose, height)) for _ in range(options.rounds))])
+        steps, said = ours(options.urdf)
+        if steps > fastest:
+            fastest, line = steps, said
 
     robot.place(model, data, pose, height)
     contacts, solver, law, depth = 0, 0.0, [], 0.0
@@ -65,7 +96,8 @@ def main():
         f"mujoco {mujoco.__version__}: {STEPS / best:.0f} steps/s, {contacts / STEPS:.2f} contacts, {model.nv} degrees of "
         f"freedom, mass {sum(model.body_mass):.3f} kg, root at {data.qpos[2]:.3f} m in the end\n"
         f"residual of its own problem at most {solver:.1e} m/s, of rigid contact with friction median "
-        f"{np.median(law):.1e} and at most {max(law):.1e} m/s, penetration at most {depth:.1e} m"
+        f"{np.median(law):.1e} and at most {max(law):.1e} m/s, penetration at most {depth:.1e} m\n"
+        f"gaitwright, {line}: {fastest * best / STEPS:.2f} times as many"
     )
 
 

@@ -4,6 +4,10 @@
 //! A [`Simulator`] is a model, a step plan, a state and a workspace; a step is a function of the four
 //! ([`Simulator::step`], whose stages stand by name in `reduced/stages` and `maximal/stages.rs`).
 //! It allocates nothing once it is warm.
+//!
+//! Where a step spends its time stand free functions that are compiled for AVX2 as well, and the processor decides at run
+//! time (`multiversion`). They work on arrays of four numbers; the helpers that have to be compiled along with them are
+//! `inline(always)`. A product and a sum are never fused, so that every processor gives the same bits.
 
 pub mod contact;
 mod diagnostics;

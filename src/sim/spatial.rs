@@ -237,7 +237,7 @@ impl ArticulatedInertia {
     }
 
     /// Adds `other` less what its joint gives way to: `other − u uᵀ / d`.
-    #[inline(always)]
+    #[inline(always)] // part of the kernels
     pub fn add_reduced(&mut self, other: &Self, u: Force, inverse_d: f64) {
         let u = [u.moment.x, u.moment.y, u.moment.z, u.force.x, u.force.y, u.force.z];
         for ((sum, column), each) in self.columns.iter_mut().zip(&other.columns).zip(u) {

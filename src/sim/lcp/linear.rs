@@ -48,7 +48,7 @@ pub(super) fn solve(augmented: &mut [f64], m: usize) -> Option<()> {
 }
 
 /// Subtracts `factor` times `leader` from `entries`.
-#[inline(always)]
+#[inline(always)] // part of the kernels
 fn subtract(entries: &mut [[f64; LANES]], leader: &[[f64; LANES]], factor: f64) {
     for (entries, lead) in entries.iter_mut().zip(leader) {
         *entries = std::array::from_fn(|lane| entries[lane] - factor * lead[lane]);
@@ -56,7 +56,7 @@ fn subtract(entries: &mut [[f64; LANES]], leader: &[[f64; LANES]], factor: f64) 
 }
 
 /// Solves the triangle that the elimination leaves on and above the diagonal.
-#[inline(always)]
+#[inline(always)] // part of the kernels
 fn substitute_back(augmented: &mut [f64], m: usize) -> Option<()> {
     let width = width(m);
     for row in (0..m).rev() {

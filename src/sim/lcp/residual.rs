@@ -42,7 +42,7 @@ pub(super) fn evaluate(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f6
 }
 
 /// Puts A λ + b into `velocity`.
-#[inline(always)]
+#[inline(always)] // part of the kernels
 fn multiply(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f64]) {
     let n = lambda.len();
     let mut done = 0;
@@ -74,7 +74,7 @@ pub(super) fn greatest_velocity(problem: &Problem<'_>, lambda: &[f64]) -> f64 {
 }
 
 /// The natural map of the block of rows that begins at `row` (see [`Problem::block`]).
-#[inline(always)]
+#[inline(always)] // part of the kernels
 pub(super) fn error(problem: &Problem<'_>, row: usize, lambda: &[f64], velocity: &[f64]) -> f64 {
     let (lower, upper) = problem.bounds[row].interval(lambda);
     if problem.block(row) == 2 {
@@ -87,7 +87,7 @@ pub(super) fn error(problem: &Problem<'_>, row: usize, lambda: &[f64], velocity:
 }
 
 /// The natural map of both tangential rows of a contact with a circular cone.
-#[inline(always)]
+#[inline(always)] // part of the kernels
 fn disc_error(scale: f64, radius: f64, force: [f64; 2], w: [f64; 2]) -> f64 {
     let aim = [scale * force[0] - w[0], scale * force[1] - w[1]];
     if square(aim) <= (scale * radius).powi(2) {

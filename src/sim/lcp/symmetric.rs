@@ -30,7 +30,7 @@ pub(super) struct Symmetric {
 
 impl Symmetric {
     /// K becomes the part of the symmetric `stride` × `stride` matrix `matrix` in the rows and columns `chosen`, and r 0.
-    #[inline(always)]
+    #[inline(always)] // part of the kernels
     pub(super) fn gather(&mut self, matrix: &[f64], stride: usize, chosen: &[usize]) {
         let rows = chosen.len().div_ceil(SIDE);
         self.size = chosen.len();
@@ -145,7 +145,7 @@ fn first_of(row: usize) -> usize {
 }
 
 /// Puts L D in place of the tile, which is symmetric, and gives D's inverse; `None` when a pivot is not positive.
-#[inline(always)]
+#[inline(always)] // part of the kernels
 fn factorise(tile: &mut Tile) -> Option<Lanes> {
     let mut inverse = [0.0; SIDE];
     for c in 0..SIDE {
@@ -163,7 +163,7 @@ fn factorise(tile: &mut Tile) -> Option<Lanes> {
 }
 
 /// Puts L D in place of a tile below `diagonal`, which is factorised.
-#[inline(always)]
+#[inline(always)] // part of the kernels
 fn eliminate(tile: &mut Tile, diagonal: &Tile, inverse: &Lanes) {
     for c in 0..SIDE - 1 {
         let column = tile[c];
@@ -175,14 +175,14 @@ fn eliminate(tile: &mut Tile, diagonal: &Tile, inverse: &Lanes) {
 }
 
 /// `vector − tile · share`.
-#[inline(always)]
+#[inline(always)] // part of the kernels
 fn subtract(vector: &mut Lanes, tile: &Tile, share: &Lanes) {
     for (column, share) in tile.iter().zip(share) {
         *vector = std::array::from_fn(|lane| vector[lane] - share * column[lane]);
     }
 }
 
-#[inline(always)]
+#[inline(always)] // part of the kernels
 fn dot(left: &Lanes, right: &Lanes) -> f64 {
     (left[0] * right[0] + left[2] * right[2]) + (left[1] * right[1] + left[3] * right[3])
 }

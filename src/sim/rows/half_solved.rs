@@ -103,7 +103,7 @@ impl HalfSolved {
     }
 
     /// The dot products of the rows of one group, each a row, with those of another.
-    #[inline(always)]
+    #[inline(always)] // part of the kernels
     fn meet(&self, own: &Group, other: &Group) -> [Lanes; LANES] {
         let (left, right) = (&self.numbers[own.start..], &self.numbers[other.start..]);
         let mut block = [[0.0; LANES]; LANES];
@@ -125,7 +125,7 @@ impl HalfSolved {
     }
 
     /// Puts `block` where the rows of group `own` cross the columns of group `other`.
-    #[inline(always)]
+    #[inline(always)] // part of the kernels
     fn store(&self, matrix: &mut [f64], own: &Group, other: &Group, block: &[Lanes; LANES]) {
         let width = self.groups.last().map_or(0, |last| last.first + last.count);
         let lines = matrix[own.first * width..].chunks_exact_mut(width);
