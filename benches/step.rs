@@ -26,6 +26,12 @@ const WAYS: [(&str, SolverKind, Feedforward); 4] = [
 fn main() {
     let rounds = if common::measuring() { 1000 } else { 1 };
     let chosen = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
+    if let Some(chosen) = &chosen {
+        assert!(
+            WAYS.iter().any(|(name, ..)| name == chosen),
+            "{chosen} is none of the ways to solve the scene"
+        );
+    }
     let model = common::robot();
     // Contact with the ground only, as in the peers' scripts.
     let scene = Scene { effects: [(Effect::SelfCollision, Switch::Off)].into(), ..Scene::default() };

@@ -31,9 +31,8 @@ def ours(urdf):
     """Steps a second of `cargo bench --bench step`, and the line that says it."""
     command = ["cargo", "bench", "--bench", "step", "--", "newton"]
     root = pathlib.Path(__file__).resolve().parents[2]
-    bench = subprocess.run(
-        command, cwd=root, env=os.environ | {"ROBOT": os.path.abspath(urdf)}, check=True, capture_output=True, text=True
-    )
+    environment = os.environ | {"ROBOT": os.path.abspath(urdf)}
+    bench = subprocess.run(command, cwd=root, env=environment, check=True, stdout=subprocess.PIPE, text=True)
     line = re.search(r"^newton: (\d+) steps/s.*$", bench.stdout, re.MULTILINE)
     return int(line[1]), line[0]
 
@@ -62,7 +61,7 @@ def main():
     parser.add_argument("--check", help="output of `gaitwright check`, for its standing pose and height")
     parser.add_argument("--stiffness", type=float, default=60.0)
     parser.add_argument("--damping", type=float, default=2.0)
-    parser.add_argument("--rounds", type=int, default=60, help="rounds of MuJoCo in each turn")
+    parser.add_argument("--rounds", type=int, default=300, help="rounds of MuJoCo in each turn")
     parser.add_argument("--turns", type=int, default=4)
     options = parser.parse_args()
     model = robot.load(options.urdf, (options.stiffness, options.damping, None))

@@ -5,9 +5,9 @@
 //! ([`Simulator::step`], whose stages stand by name in `reduced/stages` and `maximal/stages.rs`).
 //! It allocates nothing once it is warm.
 //!
-//! Where a step spends its time stand free functions that are compiled for AVX2 as well, and the processor decides at run
-//! time (`multiversion`). They work on arrays of four numbers; the helpers that have to be compiled along with them are
-//! `inline(always)`. A product and a sum are never fused, so that every processor gives the same bits.
+//! Its kernels are free functions that are compiled for AVX2 as well, and the processor decides at run time
+//! (`multiversion`). Helpers that would not be compiled along with them by themselves are `inline(always)`. A product and
+//! a sum are never fused, so that a kernel gives the same bits with AVX2 as without.
 
 pub mod contact;
 mod diagnostics;

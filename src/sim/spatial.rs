@@ -118,6 +118,13 @@ impl Force {
     pub fn scaled(self, scale: f64) -> Self {
         Self { moment: self.moment * scale, force: self.force * scale }
     }
+
+    /// Its six components, moment first.
+    #[inline]
+    pub fn components(self) -> [f64; 6] {
+        let (moment, force) = (self.moment, self.force);
+        [moment.x, moment.y, moment.z, force.x, force.y, force.z]
+    }
 }
 
 /// Inertia of a rigid body, or of several that move as one, about the common point.
@@ -239,7 +246,7 @@ impl ArticulatedInertia {
     /// Adds `other` less what its joint gives way to: `other − u uᵀ / d`.
     #[inline(always)] // part of the kernels
     pub fn add_reduced(&mut self, other: &Self, u: Force, inverse_d: f64) {
-        let u = [u.moment.x, u.moment.y, u.moment.z, u.force.x, u.force.y, u.force.z];
+        let u = u.components();
         for ((sum, column), each) in self.columns.iter_mut().zip(&other.columns).zip(u) {
             let scale = each * inverse_d;
             *sum = std::array::from_fn(|row| sum[row] + (column[row] - scale * u[row]));

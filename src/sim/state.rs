@@ -95,7 +95,7 @@ pub(super) struct Acceleration {
 }
 
 /// Forces of the contacts that there were, by their slots.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct ContactForces {
     /// Slot, and normal and two tangential forces, N; in the order of the slots.
     slots: Vec<(usize, [f64; 3])>,
@@ -277,8 +277,8 @@ impl Clone for Memory {
     }
 
     fn clone_from(&mut self, source: &Self) {
-        self.contacts.slots.clone_from(&source.contacts.slots);
-        self.controlled.slots.clone_from(&source.controlled.slots);
+        self.contacts.clone_from(&source.contacts);
+        self.controlled.clone_from(&source.controlled);
         self.limit.clone_from(&source.limit);
         self.dry_friction.clone_from(&source.dry_friction);
         self.saturated.clone_from(&source.saturated);
@@ -286,6 +286,16 @@ impl Clone for Memory {
         self.pull.clone_from(&source.pull);
         self.swing = source.swing;
         self.part = source.part;
+    }
+}
+
+impl Clone for ContactForces {
+    fn clone(&self) -> Self {
+        Self { slots: self.slots.clone() }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.slots.clone_from(&source.slots);
     }
 }
 

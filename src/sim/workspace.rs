@@ -12,6 +12,7 @@ use super::reduced::stages::balance::Displaced;
 use super::reduced::velocity_control::VelocityControl;
 use super::rows::{Rows, contact};
 use super::spatial::{Force, Motion};
+use super::state::Memory;
 use super::tracking::Spring;
 use super::{Contact, contact::Outlook, contact::ground};
 use crate::model::{Model, SOLID_SLOTS};
@@ -290,6 +291,23 @@ impl Workspace {
         }
         std::mem::swap(known, touches);
         touches.len() > count
+    }
+
+    /// Keeps in `memory` the forces that the next step starts from.
+    pub fn remember(&self, plan: &StepPlan, memory: &mut Memory) {
+        let per_touch = contact::rows_per_touch(plan.friction);
+        let greatest = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_deref());
+        memory.remember(&self.rows, &self.touches, per_touch, greatest);
+        let aware = plan.drive.as_ref().is_some_and(|drive| drive.feedforward == Feedforward::ContactAware);
+        let touches = if aware { &self.touches[..self.foreseen] } else { &[] };
+        let rows =
+            self.control_rows.force.chunks_exact(per_touch).zip(self.rows.force.chunks_exact(per_touch));
+        // What links do to each other does not show in the first pass, which goes on from what they did in the step.
+        let forces = touches.iter().zip(rows).map(|(touch, (control, step))| match touch.against.body() {
+            Some(_) => step,
+            None => control,
+        });
+        memory.controlled.remember(touches, forces);
     }
 
     /// Every touch of the last step with its force.

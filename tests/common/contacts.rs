@@ -15,7 +15,9 @@ pub struct Numbers {
 
 impl Numbers {
     pub fn problem(&self, cone: bool) -> Problem<'_> {
-        Problem { matrix: &self.matrix, symmetric: true, offset: &self.offset, bounds: &self.bounds, cone }
+        let n = self.bounds.len();
+        let symmetric = (0..n * n).all(|at| self.matrix[at] == self.matrix[at % n * n + at / n]);
+        Problem { matrix: &self.matrix, symmetric, offset: &self.offset, bounds: &self.bounds, cone }
     }
 
     /// A = J M⁻¹ Jᵀ and b = J v for given J, M and v.

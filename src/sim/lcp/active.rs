@@ -16,7 +16,7 @@
 //! taken. The steps then are those of the proximal-point method (Rockafellar 1976), whose limit does
 //! not depend on that share.
 
-use super::residual::{evaluate, norm, project, row_scale, square, tangent_scale};
+use super::residual::{evaluate, norm, project, reaches_beyond, row_scale, tangent_scale};
 use multiversion::multiversion;
 
 use super::symmetric::Symmetric;
@@ -255,7 +255,7 @@ impl ActiveSet {
         let Bound::Friction { normal, coefficient } = problem.bounds[row] else { return false };
         let scale = tangent_scale(problem, row);
         let aim = [scale * lambda[row] - velocity[row], scale * lambda[row + 1] - velocity[row + 1]];
-        if square(aim) <= (scale * radius).powi(2) {
+        if !reaches_beyond(aim, scale * radius) {
             self.free(row);
             self.free(row + 1);
             return false;

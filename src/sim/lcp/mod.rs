@@ -63,7 +63,8 @@ pub struct Problem<'a> {
     /// A, n × n, row-major. The simulator's are symmetric and positive semidefinite, with unit
     /// (m/s)/N and the like.
     pub matrix: &'a [f64],
-    /// Whether A is symmetric, which spares a solver half the work.
+    /// Whether A is symmetric, which spares a solver half the work. Where it is said to be and is not, another problem is
+    /// solved.
     pub symmetric: bool,
     /// b, n, m/s or rad/s.
     pub offset: &'a [f64],

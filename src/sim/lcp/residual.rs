@@ -90,7 +90,7 @@ pub(super) fn error(problem: &Problem<'_>, row: usize, lambda: &[f64], velocity:
 #[inline(always)] // part of the kernels
 fn disc_error(scale: f64, radius: f64, force: [f64; 2], w: [f64; 2]) -> f64 {
     let aim = [scale * force[0] - w[0], scale * force[1] - w[1]];
-    if square(aim) <= (scale * radius).powi(2) {
+    if !reaches_beyond(aim, scale * radius) {
         norm(w)
     } else {
         let shrink = scale * radius / norm(aim);
@@ -129,7 +129,7 @@ pub(super) fn within_friction(cone: bool, force: [f64; 2], radius: f64) -> [f64;
 
 /// The nearest point of the disc of `radius` about the origin.
 pub(super) fn within_disc(point: [f64; 2], radius: f64) -> [f64; 2] {
-    if square(point) > radius * radius { onto_rim(point, norm(point), radius) } else { point }
+    if reaches_beyond(point, radius) { onto_rim(point, norm(point), radius) } else { point }
 }
 
 /// The point of the rim of the disc in the direction of `point`, whose norm is `reach`.
@@ -172,12 +172,19 @@ pub(super) fn norm(vector: [f64; 2]) -> f64 {
     square(vector).sqrt()
 }
 
-pub(super) fn square(vector: [f64; 2]) -> f64 {
+/// Whether `vector` is longer than `radius`, by squares as long as these are finite.
+#[inline(always)] // part of the kernels
+pub(super) fn reaches_beyond(vector: [f64; 2], radius: f64) -> bool {
+    let limit = radius * radius;
+    if limit.is_finite() { square(vector) > limit } else { norm(vector) > radius }
+}
+
+fn square(vector: [f64; 2]) -> f64 {
     vector[0] * vector[0] + vector[1] * vector[1]
 }
 
 /// The scalar product, summed in four lanes so that it becomes vector instructions.
-#[inline]
+#[inline(always)] // part of the kernels
 pub(in crate::sim) fn dot(left: &[f64], right: &[f64]) -> f64 {
     let (left, left_rest) = left.as_chunks::<4>();
     let (right, right_rest) = right.as_chunks::<4>();

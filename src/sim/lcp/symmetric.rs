@@ -6,6 +6,8 @@
 
 use multiversion::multiversion;
 
+use super::residual::dot;
+
 /// Rows and columns of a tile.
 const SIDE: usize = 4;
 
@@ -180,9 +182,4 @@ fn subtract(vector: &mut Lanes, tile: &Tile, share: &Lanes) {
     for (column, share) in tile.iter().zip(share) {
         *vector = std::array::from_fn(|lane| vector[lane] - share * column[lane]);
     }
-}
-
-#[inline(always)] // part of the kernels
-fn dot(left: &Lanes, right: &Lanes) -> f64 {
-    (left[0] * right[0] + left[2] * right[2]) + (left[1] * right[1] + left[3] * right[3])
 }

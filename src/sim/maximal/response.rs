@@ -6,12 +6,13 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::model::Body;
 use crate::sim::reduced::kinematics::BodyMotion;
+use crate::sim::reduced::response::ROOT;
 use crate::sim::rows::{LANES, Lanes};
 use crate::sim::spatial::{Force, Motion};
 
 /// Numbers of a half-solved row that belong to a body: of the force, and of the moment about its
 /// centre of mass.
-const BODY: usize = 6;
+const BODY: usize = ROOT;
 
 /// The factor of a body's inertia about its centre of mass, in the body frame. It never changes.
 #[derive(Debug, Clone, Copy)]

@@ -8,7 +8,7 @@ use crate::model::Model;
 use crate::scene::StepPlan;
 use crate::sim::diagnostics::check_finite;
 use crate::sim::reduced::stages::Outcome;
-use crate::sim::rows::{Owner, contact};
+use crate::sim::rows::Owner;
 use crate::sim::spatial::{Force, Motion};
 use crate::sim::state::State;
 use crate::sim::step::fail_unless_usable;
@@ -258,10 +258,11 @@ impl Stages<'_> {
     /// The new state, and what the next step remembers of this one.
     fn commit(&mut self) {
         let Self { model, plan, state, work, own, step } = self;
-        let per_touch = contact::rows_per_touch(plan.friction);
-        let greatest = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_deref());
-        state.memory.remember(&work.rows, &work.touches, per_touch, greatest);
+        work.remember(plan, &mut state.memory);
         let ahead = &own.forecast.state.memory;
+        if !model.joints_are_independent() {
+            state.memory.controlled.clone_from(&ahead.controlled);
+        }
         state.memory.acceleration.clone_from(&ahead.acceleration);
         state.memory.pull.copy_from_slice(&ahead.pull);
         state.memory.swing = ahead.swing;

@@ -10,7 +10,7 @@ use super::stages::Stages;
 use crate::scene::{DrivePlan, Feedforward};
 use crate::sim::Failure;
 use crate::sim::lcp::Solver;
-use crate::sim::rows::{Owner, contact, drive};
+use crate::sim::rows::{Owner, drive};
 use crate::sim::step::fail_unless_usable;
 
 impl Stages<'_> {
@@ -54,10 +54,6 @@ impl Stages<'_> {
                 self.work.feedforward[joint] =
                     force + model.armature[joint] * acceleration + damping * wanted(joint);
             }
-        }
-        if drive.feedforward == Feedforward::ContactAware {
-            let forces = rows.force.chunks_exact(contact::rows_per_touch(plan.friction));
-            self.state.memory.controlled.remember(&self.work.touches, forces);
         }
         self.work.control_rows = rows;
         fail_unless_usable(solution.status, model, self.state)

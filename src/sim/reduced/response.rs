@@ -53,9 +53,8 @@ pub fn of_bodies(
 pub fn side_by_side(forces: &[Force]) -> [Lanes; 6] {
     let mut sides = [[0.0; LANES]; 6];
     for (lane, force) in forces.iter().enumerate() {
-        let components = force.moment.iter().chain(&force.force);
-        for (lanes, component) in sides.iter_mut().zip(components) {
-            lanes[lane] = *component;
+        for (lanes, component) in sides.iter_mut().zip(force.components()) {
+            lanes[lane] = component;
         }
     }
     sides
@@ -122,7 +121,7 @@ fn climb(
         let share = &mut shares[ROOT + joint - joints.start];
         *share = std::array::from_fn(|lane| share[lane] + along[lane] * root_inverse_d);
         let along = along.map(|along| along * inverse_d);
-        for (u, lanes) in u.moment.iter().chain(&u.force).zip(&mut *forces) {
+        for (u, lanes) in u.components().iter().zip(&mut *forces) {
             *lanes = std::array::from_fn(|lane| lanes[lane] - u * along[lane]);
         }
         body = model.bodies[body].parent;

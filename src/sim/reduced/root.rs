@@ -101,9 +101,7 @@ impl RootFactor {
     #[inline(always)] // part of the kernels
     pub fn accelerate(&self, inertia: &ArticulatedInertia, force: Force, given: Motion) -> Motion {
         let rest = force.plus(inertia.times(given).scaled(-1.0));
-        let [moment, force] = [rest.moment, rest.force];
-        let half =
-            self.half_solve([moment.x, moment.y, moment.z, force.x, force.y, force.z].map(|each| [each]));
+        let half = self.half_solve(rest.components().map(|each| [each]));
         given.plus(self.finish(half.map(|[each]| each)))
     }
 }

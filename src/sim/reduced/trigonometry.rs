@@ -1,8 +1,9 @@
-//! Sines and cosines of several angles at a time, the same to the last bit on every machine.
+//! Sines and cosines of several angles at a time, up to 10⁶ rad the same to the last bit on every machine.
 //!
 //! The quadrant is taken off by parts of π/2 that are exact in products with small integers (Cody & Waite 1980), and
-//! what is left goes into the polynomials of Sun's fdlibm (`k_sin.c`, `k_cos.c`), whose own error is below 2⁻⁵⁸. The standard
-//! library's functions are as exact, but take one angle after the other, and their last bit depends on the system.
+//! what is left goes into the polynomials of Sun's fdlibm (`k_sin.c`, `k_cos.c`), whose own error is below 2⁻⁵⁸; with rounding
+//! a result is within 2⁻⁵² of the standard library's, whose functions take one angle after the other, and whose last bit
+//! depends on the system.
 
 /// Angles that are computed side by side.
 pub const LANES: usize = 4;

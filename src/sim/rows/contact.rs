@@ -20,9 +20,8 @@ const FASTEST_RECOVERY: f64 = 0.5;
 
 /// Adds the rows of all `touches`.
 ///
-/// `free` gives each body's velocity if no row acted; `guess` the last step's forces by slot;
-/// `half_solve` fills the half-solved rows of forces on a touch's body, one after the other, and gives the range that it
-/// filled in each.
+/// `free` gives each body's velocity if no row acted; `guess` forces to start from by slot;
+/// `half_solve` half-solves the rows of forces on a touch's body (see [`Rows::push`]).
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,

@@ -21,8 +21,8 @@ pub fn rotor(armature: f64, rate: f64, step: f64) -> Spring {
 
 /// Adds the row of joint `joint`, whose torque follows `line`.
 ///
-/// `free` is the joint's velocity if no row acted; `half_solve` fills the half-solved row of a force
-/// along the joint and gives the range that it filled.
+/// `free` is the joint's velocity if no row acted; `half_solve` half-solves the row of a force
+/// along the joint (see [`Rows::push`]).
 pub fn add(
     rows: &mut Rows,
     joint: usize,

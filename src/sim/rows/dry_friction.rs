@@ -7,8 +7,8 @@ use crate::sim::lcp::Bound;
 
 /// Adds a row for every joint with dry friction (N m or N).
 ///
-/// `free` are the joint velocities if no row acted, `guess` the last step's forces; `half_solve` fills
-/// the half-solved row of a force along a joint and gives the range that it filled.
+/// `free` are the joint velocities if no row acted, `guess` the last step's forces; `half_solve` half-solves
+/// the row of a force along a joint (see [`Rows::push`]).
 pub fn add(
     rows: &mut Rows,
     friction: &[f64],

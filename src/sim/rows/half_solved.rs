@@ -37,9 +37,9 @@ pub struct HalfSolved {
 }
 
 impl HalfSolved {
-    /// Room for `capacity` rows that reach `places` places each.
-    pub fn new(capacity: usize, places: usize) -> Self {
-        Self { groups: Vec::with_capacity(capacity), numbers: Vec::with_capacity(capacity * places) }
+    /// Room for `capacity` rows of `width` numbers each, even if no two of them stand side by side.
+    pub fn new(capacity: usize, width: usize) -> Self {
+        Self { groups: Vec::with_capacity(capacity), numbers: Vec::with_capacity(capacity * width) }
     }
 
     /// Removes all rows.
@@ -75,6 +75,7 @@ impl HalfSolved {
     /// The group of row `row`, and its lane.
     fn find(&self, row: usize) -> (&Group, usize) {
         let group = &self.groups[self.groups.partition_point(|group| group.first <= row) - 1];
+        debug_assert!(row < group.first + group.count, "row {row} is there");
         (group, row - group.first)
     }
 

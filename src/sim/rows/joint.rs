@@ -143,8 +143,8 @@ impl Coupling {
 /// Adds the rows of `coupling`, which belong to `owner`.
 ///
 /// `free` gives each body's velocity if no row acted, `wanted` the child's velocity against the parent's after
-/// the step; what is apart is taken back no faster than at `fastest` (m/s and rad/s). `half_solve` fills
-/// the half-solved row of a wrench on the child and its opposite on the parent, and gives the range that it filled.
+/// the step; what is apart is taken back no faster than at `fastest` (m/s and rad/s). `half_solve` half-solves
+/// the row of a wrench on the child and its opposite on the parent (see [`Rows::push`]).
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,

@@ -26,8 +26,8 @@ pub fn near(limit: Option<[f64; 2]>, angle: f64, free: f64, step: f64) -> [bool;
 /// Adds a row for every end of a joint's range that is `near`, lower and upper.
 ///
 /// `angles` are those at the beginning of the step, `free` the joint velocities if no row acted,
-/// `guess` the last step's forces; `half_solve` fills the half-solved row of a force along a joint
-/// and gives the range that it filled; it is turned round here for an upper limit.
+/// `guess` the last step's forces; `half_solve` half-solves the row of a force along a joint
+/// (see [`Rows::push`]); it is turned round here for an upper limit.
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,

@@ -8,8 +8,8 @@ use super::{Lanes, Owner, Row, Rows};
 use crate::sim::lcp::Bound;
 use crate::sim::spatial::{Force, Motion};
 
-/// Adds the three rows; `free` is the root's velocity if no row acted, and `half_solve` fills the
-/// half-solved row of a wrench on the root and gives the range that it filled.
+/// Adds the three rows; `free` is the root's velocity if no row acted, and `half_solve` half-solves
+/// the row of a wrench on the root (see [`Rows::push`]).
 pub fn add(
     rows: &mut Rows,
     free: Motion,

@@ -35,8 +35,8 @@ const WEAK: f64 = 1e-6;
 ///
 /// `bodies` are as they move at `rates` before the step, `free` gives each body's velocity if no row acted;
 /// `turning` asks for the bias. Which rows are left out shows in joint coordinates alone, where the tree's joints hold
-/// what they hold: `reduced` are the rows there, unless these are they. `half_solve` fills the half-solved row of a
-/// wrench on the first body and its opposite on the second, and gives the range that it filled.
+/// what they hold: `reduced` are the rows there, unless these are they. `half_solve` half-solves the row of a
+/// wrench on the first body and its opposite on the second (see [`Rows::push`]).
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,

@@ -16,8 +16,8 @@ use super::lcp::{Bound, Problem};
 use half_solved::HalfSolved;
 pub use half_solved::{LANES, Lanes};
 
-/// Places of a row's half-solved numbers for which there is room from the beginning; hardly a row reaches more.
-const PLACES: usize = 64;
+/// Half-solved numbers of a row for which there is room from the beginning; hardly a row has more.
+const WIDTH: usize = 64;
 
 /// What a row belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,7 +96,7 @@ impl Rows {
     /// Room for `capacity` rows of up to `width` numbers each.
     pub fn new(capacity: usize, width: usize) -> Self {
         Self {
-            half: HalfSolved::new(capacity, width.min(PLACES)),
+            half: HalfSolved::new(capacity, width.min(WIDTH)),
             matrix: Vec::with_capacity(capacity * capacity),
             softness: Vec::with_capacity(capacity),
             recovery: Vec::with_capacity(capacity),

@@ -13,8 +13,8 @@ use crate::sim::tracking::Spring;
 
 /// Adds the row of joint `joint`, driven by `spring` within ±`max_torque` (N m or N).
 ///
-/// `free` is the joint's velocity if no row acted, `guess` its last torque; `half_solve` fills the
-/// half-solved row of a force along the joint and gives the range that it filled.
+/// `free` is the joint's velocity if no row acted, `guess` its last torque; `half_solve` half-solves
+/// the row of a force along the joint (see [`Rows::push`]).
 pub fn add(
     rows: &mut Rows,
     joint: usize,

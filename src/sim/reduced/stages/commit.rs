@@ -4,7 +4,6 @@ use super::Stages;
 use crate::sim::Failure;
 use crate::sim::integrate::advance;
 use crate::sim::reduced::response;
-use crate::sim::rows::contact;
 use crate::sim::spatial::Motion;
 use crate::sim::step::fail_unless_usable;
 
@@ -37,9 +36,7 @@ impl Stages<'_> {
     pub(super) fn commit(&mut self) {
         let (step, time) = (self.step, self.time);
         let Self { model, plan, state, work, .. } = self;
-        let per_touch = contact::rows_per_touch(plan.friction);
-        let greatest = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_deref());
-        state.memory.remember(&work.rows, &work.touches, per_touch, greatest);
+        work.remember(plan, &mut state.memory);
         let last = &mut state.memory.acceleration;
         if !model.fixed_base {
             let root = work.new[0];

@@ -21,6 +21,7 @@ impl Stages<'_> {
         work.near_limit.fill([false; 2]);
         work.springs.fill(Spring::default());
         work.torque.fill(0.0);
+        work.control_rows.clear();
         match command {
             Command::Passive => {}
             Command::Torque(given) => {
@@ -98,7 +99,6 @@ impl Stages<'_> {
                 work.free[index] =
                     parent.plus_scaled(work.bodies[index].freedom, work.joint_rates[index - 1]);
             }
-            work.control_rows.clear();
             contact::add(
                 &mut work.control_rows,
                 touches,
@@ -118,8 +118,6 @@ impl Stages<'_> {
             let (problem, force) = work.control_rows.problem(plan.circular_friction());
             let solution = work.engine.solve(&problem, force);
             fail_unless_usable(solution.status, model, state)?;
-            let forces = work.control_rows.force.chunks_exact(contact::rows_per_touch(plan.friction));
-            state.memory.controlled.remember(touches, forces);
             let mut half = [0.0; response::ROOT];
             work.control_rows.impulse(1.0, &mut half);
             control.accelerate_root(control.root.finish(half));

@@ -36,10 +36,6 @@ impl Stages<'_> {
                 self.work.feedforward[joint] = *force;
             }
         }
-        if feedforward == Feedforward::ContactAware {
-            let forces = rows.force.chunks_exact(contact::rows_per_touch(self.plan.friction));
-            self.state.memory.controlled.remember(&self.work.touches[..self.work.foreseen], forces);
-        }
         self.work.control_rows = rows;
         fail_unless_usable(solution.status, self.model, self.state)
     }

@@ -7,7 +7,8 @@ use crate::sim::workspace::Workspace;
 
 impl Stages<'_> {
     /// The force that each joint carries, which makes its body a pendulum under tension, and how fast the
-    /// fastest of them swings: ω² = F r / d, with lever r and the inertia d felt at the joint.
+    /// fastest of them swings: ω² = F r / d, with lever r and the inertia d felt at the joint. Its square, with F²,
+    /// takes no root for each joint.
     pub(super) fn pulls(&mut self) {
         let Self { model, plan, state, work, step, .. } = self;
         let Workspace {
@@ -42,7 +43,7 @@ impl Stages<'_> {
             carried[child] -= force.force;
             carried[parent] += force.force;
         }
-        let mut fastest = Swing::default();
+        let (mut fastest, mut greatest) = (0, 0.0);
         for &index in model.outward.iter().rev() {
             let joint = index - 1;
             let force = carried[index];
@@ -52,11 +53,10 @@ impl Stages<'_> {
             let lasting = pull.min(state.memory.pull[joint]);
             state.memory.pull[joint] = pull;
             let fourth = lasting * (levers[joint] * articulated.joints[joint].inverse_d).powi(2);
-            if fourth > fastest.rate {
-                fastest = Swing { body: index, rate: fourth };
+            if fourth > greatest {
+                (fastest, greatest) = (index, fourth);
             }
         }
-        fastest.rate = fastest.rate.sqrt().sqrt();
-        state.memory.swing = Some(fastest);
+        state.memory.swing = Some(Swing { body: fastest, rate: greatest.sqrt().sqrt() });
     }
 }
