@@ -25,7 +25,7 @@ impl Stages<'_> {
         let (plan, step) = (self.plan, self.step);
         let mut rows = std::mem::take(&mut self.work.rows);
         rows.clear();
-        self.contacts(&mut rows, &self.state.memory.contacts);
+        self.contacts(&mut rows, &self.state.memory.contacts, 0.0);
         let (state, work) = (&*self.state, &*self.work);
         let (memory, rates) = (&state.memory, &work.free_rates);
         let of_joint = |joint: usize, numbers: &mut Vec<Lanes>| self.of_joint(joint, numbers);
@@ -87,8 +87,9 @@ impl Stages<'_> {
         line
     }
 
-    /// Adds the rows of contacts, whose forces are looked for from `guess` on.
-    pub(super) fn contacts(&self, rows: &mut Rows, guess: &ContactForces) {
+    /// Adds the rows of contacts, whose forces are looked for from `guess` on; for both see
+    /// [`contact::add`].
+    pub(super) fn contacts(&self, rows: &mut Rows, guess: &ContactForces, compliance: f64) {
         let Self { plan, work, step, .. } = self;
         contact::add(
             rows,
@@ -98,6 +99,7 @@ impl Stages<'_> {
             *step,
             plan.stabilization,
             guess,
+            compliance,
             |touch, forces, numbers| self.of_bodies(touch.body, touch.against.body(), forces, numbers),
         );
     }

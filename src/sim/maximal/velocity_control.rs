@@ -10,7 +10,7 @@ use super::stages::Stages;
 use crate::scene::{DrivePlan, Feedforward};
 use crate::sim::Failure;
 use crate::sim::lcp::Solver;
-use crate::sim::rows::{Owner, drive};
+use crate::sim::rows::{Owner, contact, drive};
 use crate::sim::step::fail_unless_usable;
 
 impl Stages<'_> {
@@ -33,7 +33,8 @@ impl Stages<'_> {
         let mut rows = std::mem::take(&mut self.work.control_rows);
         rows.clear();
         if drive.feedforward == Feedforward::ContactAware {
-            self.contacts(&mut rows, &self.state.memory.controlled);
+            let compliance = contact::compliance(model.mass, step);
+            self.contacts(&mut rows, &self.state.memory.controlled, compliance);
         }
         let wanted = |joint: usize| (next[joint] - now[joint]) / step;
         for joint in (0..now.len()).rev() {

@@ -18,9 +18,23 @@ use crate::sim::state::ContactForces;
 /// Greatest speed at which a penetrating contact is pushed apart, m/s.
 const FASTEST_RECOVERY: f64 = 0.5;
 
+/// Share of the whole character's mobility with which what it touches gives way in the first pass of tracking.
+///
+/// A rigid character on four feet has twelve forces for six freedoms: many loads solve its equations, and a solver would
+/// find one that depends on where it starts. Giving way shares the load out in one way, and takes from its sum no more than
+/// a hundredth.
+const COMPLIANCE: f64 = 1e-2;
+
+/// The compliance of touches in the first pass of tracking, for a character of `mass` kg and a step of `step` seconds,
+/// (m/s)/N.
+pub fn compliance(mass: f64, step: f64) -> f64 {
+    COMPLIANCE * step / mass
+}
+
 /// Adds the rows of all `touches`.
 ///
-/// `free` gives each body's velocity if no row acted; `guess` forces to start from by slot;
+/// `free` gives each body's velocity if no row acted; `guess` forces to start from by slot; `compliance`
+/// the speed with which what does not move gives way to a unit of force, (m/s)/N;
 /// `half_solve` half-solves the rows of forces on a touch's body (see [`Rows::push`]).
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
@@ -31,11 +45,13 @@ pub fn add(
     step: f64,
     stabilization: bool,
     guess: &ContactForces,
+    compliance: f64,
     mut half_solve: impl FnMut(&Touch, &[Force], &mut Vec<Lanes>) -> Range<usize>,
 ) {
     for touch in touches {
         let owner = Owner::Contact { link: touch.link };
         let velocity = touch.slip(|body| free[body]);
+        let softness = if touch.against.body().is_none() { compliance } else { 0.0 };
         let remembered = guess.at(touch.slot);
         let normal = rows.len();
         let [up, tangents @ ..] = touch.frame;
@@ -47,7 +63,7 @@ pub fn add(
         }
         let recovery = if stabilization { gap_recovery(gap, step, FASTEST_RECOVERY) } else { 0.0 };
         let guess = remembered[0];
-        let above = Row { guess, recovery, ..Row::new(owner, Bound::NonNegative, free + bias) };
+        let above = Row { guess, recovery, softness, ..Row::new(owner, Bound::NonNegative, free + bias) };
         let push = Force::at(touch.at, up);
         let Some(coefficient) = friction else {
             rows.push([above], |numbers| half_solve(touch, &[push], numbers));
@@ -56,6 +72,7 @@ pub fn add(
         let bound = Bound::Friction { normal, coefficient };
         let [first, second] = std::array::from_fn(|index| Row {
             guess: remembered[index + 1],
+            softness,
             ..Row::new(owner, bound, tangents[index].dot(&velocity))
         });
         let [along, across] = tangents.map(|tangent| Force::at(touch.at, tangent));

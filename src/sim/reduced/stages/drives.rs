@@ -107,6 +107,7 @@ impl Stages<'_> {
                 step,
                 plan.stabilization,
                 &state.memory.controlled,
+                contact::compliance(model.mass, step),
                 |touch, forces, numbers| {
                     // Bodies that touch each other push the rigid whole nowhere.
                     let forces = if touch.against.body().is_none() { forces } else { &[] };

@@ -53,6 +53,7 @@ impl Stages<'_> {
                 *step,
                 plan.stabilization,
                 &state.memory.controlled,
+                contact::compliance(model.mass, *step),
                 |touch, forces, numbers| {
                     let other = touch.against.body();
                     response::of_bodies(model, bodies, articulated, touch.body, other, forces, numbers)

@@ -38,6 +38,7 @@ impl Stages<'_> {
             step,
             plan.stabilization,
             &memory.contacts,
+            0.0,
             |touch, forces, numbers| {
                 let other = touch.against.body();
                 response::of_bodies(model, bodies, articulated, touch.body, other, forces, numbers)
