@@ -15,7 +15,7 @@ use super::spatial::{Force, Motion};
 use super::state::Memory;
 use super::tracking::Spring;
 use super::{Contact, contact::Outlook, contact::ground};
-use crate::model::{Model, SOLID_SLOTS};
+use crate::model::{Freedom, Model, SOLID_SLOTS};
 use crate::scene::{Coordinates, Feedforward, SolverChoice, SolverKind, StepPlan};
 
 /// Scratch memory of a step; each field says which stage fills it.
@@ -29,6 +29,8 @@ pub(super) struct Workspace {
     pub known: Vec<Touch>,
     /// Farthest that a collision shape reaches from the centre of its body's mass, m.
     pub reach: f64,
+    /// Farthest that the centre of a body's mass can be from the root's origin, m.
+    pub span: f64,
     /// Touches. (detection)
     pub touches: Vec<Touch>,
     /// How many of them were foreseen; the others came with a blow. (detection)
@@ -149,6 +151,7 @@ impl Workspace {
             old: vec![Motion::ZERO; bodies],
             known: Vec::with_capacity(slots),
             reach: reach(model),
+            span: span(model),
             touches: Vec::with_capacity(slots),
             foreseen: 0,
             solids,
@@ -263,6 +266,16 @@ impl Workspace {
             return false;
         }
         let foreseen = 4.0 * step * plan.gravity.norm();
+        // In most steps nothing can change as much, wherever the bodies are.
+        let (mut linear, mut angular) = (0.0_f64, 0.0_f64);
+        for (new, old) in self.new.iter().zip(&self.old) {
+            let change = new.minus(*old);
+            linear = linear.max(change.linear.amax());
+            angular = angular.max(change.angular.amax());
+        }
+        if linear + angular * (2.0 * self.span + self.reach) <= foreseen {
+            return false;
+        }
         let mut changes = self.new.iter().zip(&self.old).zip(&self.bodies);
         changes.any(|((new, old), body)| {
             let change = new.minus(*old);
@@ -336,6 +349,19 @@ fn reach(model: &Model) -> f64 {
         from_center.norm() + shape.reach
     });
     reaches.fold(0.0, f64::max)
+}
+
+/// Farthest that the centre of a body's mass can be from the root's origin, m.
+fn span(model: &Model) -> f64 {
+    let mut origins = vec![0.0; model.bodies.len()];
+    for (index, body) in model.bodies.iter().enumerate().skip(1) {
+        let slide = match body.freedom {
+            Freedom::Revolute => 0.0,
+            Freedom::Prismatic => f64::INFINITY,
+        };
+        origins[index] = origins[body.parent] + body.offset.norm() + slide;
+    }
+    origins.iter().zip(&model.bodies).map(|(origin, body)| origin + body.center.norm()).fold(0.0, f64::max)
 }
 
 /// How many rows of joints `plan` can call for, each limited joint being near one end of its range.

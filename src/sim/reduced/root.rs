@@ -45,22 +45,25 @@ impl RootFactor {
                 lower[row][column] = inertia.entry((row + 3) % 6, (column + 3) % 6);
             }
         }
+        // First L D of L D Lᵀ, so that no column waits for the root of the one before.
         let mut inverse = [0.0; 6];
         for column in 0..size {
-            let mut pivot = lower[column][column];
-            for k in 0..column {
-                pivot -= lower[column][k] * lower[column][k];
-            }
+            let pivot = lower[column][column];
             if pivot.is_nan() || pivot <= 0.0 {
                 return None;
             }
-            inverse[column] = 1.0 / pivot.sqrt();
-            for row in column + 1..size {
-                let mut entry = lower[row][column];
-                for k in 0..column {
-                    entry -= lower[row][k] * lower[column][k];
+            inverse[column] = 1.0 / pivot;
+            for other in column + 1..size {
+                let share = lower[other][column] * inverse[column];
+                for row in other..size {
+                    lower[row][other] -= lower[row][column] * share;
                 }
-                lower[row][column] = entry * inverse[column];
+            }
+        }
+        let inverse = inverse.map(f64::sqrt);
+        for row in &mut lower {
+            for (entry, inverse) in row.iter_mut().zip(inverse) {
+                *entry *= inverse;
             }
         }
         Some(Self { lower, inverse })
