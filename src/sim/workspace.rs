@@ -192,8 +192,9 @@ impl Workspace {
         }
     }
 
-    /// Finds what the character touches within a step of `step` seconds.
-    pub fn detect(&mut self, model: &Model, plan: &StepPlan, step: f64) {
+    /// Finds what the character touches within a step of `step` seconds. `angles` are those of the joints if the bodies
+    /// are where they say.
+    pub fn detect(&mut self, model: &Model, plan: &StepPlan, angles: Option<&[f64]>, step: f64) {
         let Self { bodies, touches, solids, common_point, .. } = self;
         let outlook = Outlook {
             step,
@@ -207,7 +208,7 @@ impl Workspace {
             ground::detect(model, bodies, ground, origin, &outlook, touches);
         }
         if let Some(solids) = solids {
-            solids.detect(model, bodies, &plan.obstacles, origin, &outlook, touches);
+            solids.detect(model, bodies, angles, &plan.obstacles, origin, &outlook, touches);
         }
     }
 
@@ -285,13 +286,13 @@ impl Workspace {
 
     /// Looks for touches again at the new velocities, and keeps those that are known; whether there are
     /// others.
-    pub fn look_again(&mut self, model: &Model, plan: &StepPlan, step: f64) -> bool {
+    pub fn look_again(&mut self, model: &Model, plan: &StepPlan, angles: Option<&[f64]>, step: f64) -> bool {
         let Self { bodies, new, known, touches, .. } = self;
         for (body, new) in bodies.iter_mut().zip(&mut *new) {
             std::mem::swap(&mut body.velocity, new);
         }
         known.clone_from(touches);
-        self.detect(model, plan, step);
+        self.detect(model, plan, angles, step);
         let Self { bodies, new, known, touches, .. } = self;
         for (body, new) in bodies.iter_mut().zip(new) {
             std::mem::swap(&mut body.velocity, new);

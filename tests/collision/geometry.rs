@@ -29,11 +29,11 @@ fn approach(first: &Shape, second: &Shape, pose: &Isometry3<f64>) -> Approach {
     let found = first.approach(&second, &pose, f64::INFINITY).unwrap();
     // Whatever is said to be farther away than some distance is, along the axis that is given for it.
     let places = [&first, &second].map(|solid| solid.place(&nalgebra::Matrix3::identity(), Vector3::zeros()));
-    let is_apart = |within: f64, axis| first.is_apart(&places[0], &second, &places[1], within, axis);
+    let apart = |axis| first.apart_along(&second, places, axis);
     if let Err(axis) = first.approach(&second, &pose, found.gap - 0.01) {
-        assert!(is_apart(found.gap - 0.01, axis));
+        assert!(apart(axis) > found.gap - 0.01 - ROUNDING);
     }
-    assert!(!is_apart(found.gap + ROUNDING, found.normal));
+    assert!((apart(found.normal) - found.gap).abs() < ROUNDING);
     found
 }
 

@@ -2,6 +2,10 @@
 
 use std::sync::Arc;
 
+use nalgebra::{Point3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
 use gaitwright::character::Source;
 use gaitwright::model::Model;
 use gaitwright::scene::{Accuracy, Effect, Feedforward, Gains, Scene, Switch};
@@ -181,6 +185,86 @@ fn a_snake_that_curls_up_does_not_pass_through_itself() {
     }
     assert!(touched, "it never touched itself");
     assert!(deepest < 1e-3, "{deepest} m deep");
+}
+
+/// An arm that turns and slides out beside a post, each with a hand.
+pub fn sliding_arm() -> Arc<Model> {
+    let link = |name: &str, size: &str| {
+        format!(r#"{{"name": "{name}", "density": 500, "shapes": [{{"kind": "box", "size": {size}}}]}}"#)
+    };
+    let joint = |kind: &str, parent: &str, child: &str, at: &str, axis: &str, range: [f64; 2]| {
+        let [lower, upper] = range;
+        format!(
+            r#"{{"name": "{child}_joint", "kind": "{kind}", "parent": "{parent}", "child": "{child}",
+                "origin": {{"position": {at}}}, "axis": {axis}, "limits": {{"lower": {lower}, "upper": {upper}}}}}"#
+        )
+    };
+    let links = [
+        link("trunk", "[0.3, 0.3, 0.1]"),
+        link("post", "[0.05, 0.05, 0.3]"),
+        link("arm", "[0.05, 0.05, 0.05]"),
+        link("slider", "[0.1, 0.04, 0.04]"),
+        link("hand", "[0.1, 0.1, 0.04]"),
+    ];
+    let joints = [
+        joint("revolute", "trunk", "post", "[0.1, 0.1, 0.25]", "[0, 1, 0]", [-1.0, 1.0]),
+        joint("revolute", "trunk", "arm", "[-0.1, -0.1, 0.15]", "[0, 0, 1]", [-3.0, 3.0]),
+        joint("prismatic", "arm", "slider", "[0.1, 0, 0]", "[1, 0, 0]", [0.0, 0.4]),
+        joint("revolute", "slider", "hand", "[0.12, 0, 0]", "[0, 1, 0]", [-2.0, 2.0]),
+    ];
+    let text = format!(
+        r#"{{"format": "gaitwright/character@1", "name": "sliding arm", "links": [{}], "joints": [{}]}}"#,
+        links.join(", "),
+        joints.join(", ")
+    );
+    read(&text, Source::Json)
+}
+
+/// What touches is found by what was known of it, but it is what would be found without: a simulation that forgets
+/// everything but its state after each step goes the same way, bit for bit.
+#[test]
+fn what_is_kept_of_distances_does_not_matter() {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let obstacle = |x: f64, y: f64| {
+        crate::obstacle(&format!(
+            r#"{{"kind": "sphere", "radius": 0.2, "pose": {{"position": [{x}, {y}, 0.1]}}}}"#
+        ))
+    };
+    let (mut with_itself, mut with_obstacles) = (0, 0);
+    for case in 0..24 {
+        let model = if case % 2 == 0 { common::example("quadruped.urdf") } else { sliding_arm() };
+        let joints = model.joint_count();
+        let mut scene = Scene::default();
+        if case % 4 < 2 {
+            scene.obstacles =
+                (0..3).map(|_| obstacle(rng.random_range(-0.5..0.5), rng.random_range(-0.5..0.5))).collect();
+        }
+        let accuracy = Accuracy { step: [0.002, 0.004, 0.008][case / 8], ..Accuracy::default() };
+        let plan = common::plan(&model, &scene, &accuracy, None);
+        assert!(plan.self_collision);
+        let mut state = State::new(&model);
+        state.root.position = Point3::new(0.0, 0.0, 0.6);
+        state.root.angular_velocity = Vector3::from_fn(|_, _| rng.random_range(-3.0..3.0));
+        let mut going = Simulator::new(model.clone(), plan.clone(), state);
+        let mut torques = vec![0.0; joints];
+        for step in 0..300 {
+            if step % 50 == 0 {
+                torques.fill_with(|| rng.random_range(-3.0..3.0));
+            }
+            let mut taken_up = Simulator::new(model.clone(), plan.clone(), going.state().clone());
+            going.step(Command::Torque(&torques)).unwrap();
+            taken_up.step(Command::Torque(&torques)).unwrap();
+            assert_eq!(going.state(), taken_up.state(), "case {case}, step {step}");
+            for contact in going.contacts() {
+                match contact.against {
+                    Against::Link { .. } => with_itself += 1,
+                    Against::Obstacle(_) => with_obstacles += 1,
+                    Against::Ground => {}
+                }
+            }
+        }
+    }
+    assert!(with_itself > 500 && with_obstacles > 500, "{with_itself} {with_obstacles}");
 }
 
 #[test]

@@ -135,14 +135,14 @@ impl Convex {
         Place { axes: turn * self.turn, origin: vector(origin) + turn * self.pose.translation }
     }
 
-    /// Whether this solid and `other`, whose cores are at `own` and `others`, are farther apart than `within`
-    /// along `axis`, which is given in the frame of this one's core.
-    pub fn is_apart(&self, own: &Place, other: &Self, others: &Place, within: f64, axis: Vector) -> bool {
+    /// How far this solid and `other`, whose cores are at `places`, are apart along `axis`, which is given in the frame
+    /// of this one's core, m. They are no nearer to each other.
+    pub fn apart_along(&self, other: &Self, [own, others]: [Place; 2], axis: Vector) -> f64 {
         let normal = own.axes * axis;
         let backward = others.axes.transpose() * -normal;
         let first = self.core.local_support_point(axis).dot(axis);
         let second = other.core.local_support_point(backward).dot(backward);
-        (others.origin - own.origin).dot(normal) - first - second > within + self.skin + other.skin
+        (others.origin - own.origin).dot(normal) - first - second - self.skin - other.skin
     }
 
     /// How this solid and `other`, whose frame in this one's is `pose`, lie to each other.
@@ -153,7 +153,7 @@ impl Convex {
     /// result is the best axis near the best of the seeds (normals of faces, directions between centres).
     ///
     /// # Errors
-    /// If they are farther apart than `within`, an axis along which they are (see [`Convex::is_apart`]).
+    /// If they are farther apart than `within`, an axis along which they are (see [`Convex::apart_along`]).
     pub fn approach(&self, other: &Self, pose: &Pose, within: f64) -> Result<Approach, Vector> {
         let skins = self.skin + other.skin;
         let within = within + skins;

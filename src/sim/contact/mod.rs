@@ -4,6 +4,7 @@ mod field;
 pub mod ground;
 mod manifold;
 pub mod solids;
+pub mod travel;
 
 use nalgebra::Vector3;
 

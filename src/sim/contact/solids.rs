@@ -1,15 +1,18 @@
 //! Contact of the character's shapes with each other and with the obstacles of the scene.
 //!
-//! Shapes whose enclosing balls can meet within two steps are found by sweeping along the world axis along
-//! which they are spread most; of those that may touch at all ([`crate::model::collision::pairs`]), the
-//! points where they meet follow from their closest features.
+//! Pairs that are near are found by sweeping their enclosing balls along the world axis along which they are spread most,
+//! and kept until the character has moved by the distance that was still called near. Of each, the distance is known
+//! at least from when it was last looked at; only where the motion since then may have used it up
+//! ([`super::travel`]), it is looked at again, and the points where it meets follow from the closest features. What is
+//! found never depends on what was kept.
 
 use nalgebra::{Matrix3, Vector3};
 use rapier3d::parry::math::{Pose, Vector};
 
 use super::manifold::Manifold;
+use super::travel::Travel;
 use super::{Against, Outlook, Touch, keep_four, tangents};
-use crate::model::collision::convex::{self, Convex, Place, from_vector};
+use crate::model::collision::convex::{self, Convex, from_vector};
 use crate::model::{Model, SOLID_SLOTS};
 use crate::sim::reduced::kinematics::BodyMotion;
 
@@ -20,18 +23,32 @@ const FARTHEST: f64 = 1e9;
 /// A direction of a body, fixed and aligned with nothing, along which the points of a pair are put in order.
 const ORDER: Vector3<f64> = Vector3::new(0.48, 0.62, 0.6208);
 
+/// Pairs count as near up to this share of the mean reach of the shapes.
+const NEAR: f64 = 0.5;
+
+/// Distances are told apart down to this share of what counts as near.
+const ROUNDING: f64 = 1e-6;
+
 /// Scratch memory for finding touches of solids.
 #[derive(Debug, Clone)]
 pub struct Solids {
     /// Whether the character's shapes are tested against each other.
     itself: bool,
-    /// Enclosing balls of the shapes and then of the obstacles, larger by what they move within two steps.
+    /// How far the character has moved.
+    travel: Travel,
+    /// By how much shapes can have come nearer to each other since the pairs were found, m.
+    travelled: f64,
+    /// Until it reaches this, only the pairs that were found can touch.
+    valid: f64,
+    /// Until it reaches this, nothing touches.
+    quiet: f64,
+    /// Up to this distance pairs are near, m.
+    reach: f64,
+    /// Enclosing balls of the shapes and then of the obstacles.
     balls: Vec<Ball>,
-    /// Where the cores of the shapes and of the obstacles are, relative to the common point.
-    places: Vec<Place>,
     /// Indices of the balls in the order of their lower ends along the sweep.
     order: Vec<usize>,
-    /// Pairs whose balls meet, in ascending order, at this step and at the last.
+    /// Pairs that are near, in ascending order, and those before.
     near: Vec<Near>,
     before: Vec<Near>,
     /// Number of slots of each shape that this step has used.
@@ -46,13 +63,14 @@ struct Ball {
     radius: f64,
 }
 
-/// Two colliders whose balls meet, the first of them a shape.
+/// Two colliders that are near, the first of them a shape.
 #[derive(Debug, Clone, Copy)]
 struct Near {
     pair: [usize; 2],
-    /// An axis that separates them, or did at an earlier step, in the frame of the first's core: where it
-    /// still does, nothing else is computed, so that what it is never matters to the result.
-    axis: Vector,
+    /// Until the character has travelled this far, they do not touch, m.
+    apart: f64,
+    /// The axis along which they were apart when last looked at closely, in the frame of the first's core.
+    axis: Option<Vector>,
 }
 
 impl Solids {
@@ -60,11 +78,16 @@ impl Solids {
     pub fn new(model: &Model, itself: bool, obstacles: usize) -> Self {
         let shapes = model.solids.len();
         let colliders = shapes + obstacles;
-        let pairs = shapes * 8;
+        let pairs = shapes * 16;
+        let mean_reach = model.solids.iter().map(|solid| solid.reach).sum::<f64>() / shapes.max(1) as f64;
         Self {
             itself,
+            travel: Travel::new(model, obstacles > 0),
+            travelled: 0.0,
+            valid: 0.0,
+            quiet: 0.0,
+            reach: NEAR * mean_reach,
             balls: Vec::with_capacity(colliders),
-            places: Vec::with_capacity(colliders),
             order: (0..colliders).collect(),
             near: Vec::with_capacity(pairs),
             before: Vec::with_capacity(pairs),
@@ -74,23 +97,38 @@ impl Solids {
     }
 
     /// Adds all touches to `touches`, those of each pair together, in ascending order of the pairs.
-    /// `origin` is the common point in the world.
+    /// `angles` are those of the joints if `bodies` follow from them, `origin` is the common point in the world.
     pub fn detect(
         &mut self,
         model: &Model,
         bodies: &[BodyMotion],
+        angles: Option<&[f64]>,
         obstacles: &[Convex],
         origin: Vector3<f64>,
         outlook: &Outlook,
         touches: &mut Vec<Touch>,
     ) {
-        self.enclose(model, bodies, obstacles, origin, outlook);
-        self.sweep(model);
+        self.travelled += self.travel.since_last(model, bodies, origin, angles);
+        let within = self.travel.within(bodies, outlook);
+        // A step with velocities beyond all bounds fails for them.
+        if self.travelled + within < self.quiet || !within.is_finite() {
+            return;
+        }
+        // Where the next look cannot know how far things have moved, there is no use in looking far.
+        let far = within + if angles.is_some() { self.reach } else { 0.0 };
+        if self.travelled + within >= self.valid {
+            self.find(model, bodies, obstacles, origin, far + within);
+        }
+        self.quiet = self.valid;
         self.used.fill(0);
         let shapes = model.solids.len();
         let upright = Matrix3::identity();
         let world = (&upright, -origin);
         for near in &mut self.near {
+            if self.travelled + within < near.apart {
+                self.quiet = self.quiet.min(near.apart);
+                continue;
+            }
             let [first, second] = near.pair;
             let shape = &model.ground_shapes[first];
             let (other, against, others) = match model.ground_shapes.get(second) {
@@ -104,19 +142,30 @@ impl Solids {
             let body = &bodies[shape.body];
             let own = (&body.rotation, body.origin);
             let solid = &model.solids[first];
-            let within = self.balls[first].radius - solid.reach + self.balls[second].radius - other.reach;
-            if solid.is_apart(&self.places[first], other, &self.places[second], within, near.axis) {
-                continue;
+            let known = self.travelled - ROUNDING * self.reach;
+            if let Some(axis) = near.axis {
+                let places = [solid.place(own.0, own.1), other.place(others.0, others.1)];
+                near.apart = known + solid.apart_along(other, places, axis);
+                if self.travelled + within < near.apart {
+                    self.quiet = self.quiet.min(near.apart);
+                    continue;
+                }
             }
             let place = solid.placed(&convex::frame(own.0, own.1));
             let pose: Pose = place.inverse() * other.placed(&convex::frame(others.0, others.1));
-            let approach = match solid.approach(other, &pose, within) {
+            let approach = match solid.approach(other, &pose, far) {
                 Ok(approach) => approach,
                 Err(axis) => {
-                    near.axis = axis;
+                    (near.axis, near.apart) = (Some(axis), known + far);
+                    self.quiet = self.quiet.min(near.apart);
                     continue;
                 }
             };
+            (near.axis, near.apart) = (Some(approach.normal), known + approach.gap);
+            self.quiet = self.quiet.min(near.apart);
+            if approach.gap > within {
+                continue;
+            }
             let up = from_vector(place.rotation * -approach.normal);
             let [across, beside] = tangents(up);
             let from = touches.len();
@@ -137,7 +186,7 @@ impl Solids {
                     rebound: 0.0,
                 };
                 let speed = -up.dot(&touch.slip(|body| bodies[body].velocity));
-                if meeting.gap <= outlook.margin(speed) {
+                if meeting.gap <= outlook.margin(speed).min(within) {
                     touch.rebound = outlook.rebound(speed);
                     touches.push(touch);
                 }
@@ -155,34 +204,38 @@ impl Solids {
         }
     }
 
-    fn enclose(
+    /// Finds the pairs that are less than `distance` apart, and goes on from here.
+    fn find(
         &mut self,
         model: &Model,
         bodies: &[BodyMotion],
         obstacles: &[Convex],
         origin: Vector3<f64>,
-        outlook: &Outlook,
+        distance: f64,
     ) {
+        self.travel.measure(model, distance);
         self.balls.clear();
-        self.places.clear();
         for (shape, solid) in model.ground_shapes.iter().zip(&model.solids) {
-            let body = &bodies[shape.body];
-            let center = body.point(solid.center);
-            // The fastest point of the shape is no faster than its centre plus the ball's rim.
-            let speed = body.velocity.at(center).norm() + body.velocity.angular.norm() * solid.reach;
-            self.balls.push(Ball { center, radius: solid.reach + outlook.margin(speed) });
-            self.places.push(solid.place(&body.rotation, body.origin));
+            self.balls.push(Ball { center: bodies[shape.body].point(solid.center), radius: solid.reach });
         }
         for obstacle in obstacles {
             self.balls.push(Ball { center: obstacle.center - origin, radius: obstacle.reach });
-            self.places.push(obstacle.place(&Matrix3::identity(), -origin));
         }
+        std::mem::swap(&mut self.near, &mut self.before);
+        self.sweep(model, distance);
+        let mut known = self.before.iter().peekable();
+        for near in &mut self.near {
+            while known.next_if(|other| other.pair < near.pair).is_some() {}
+            if let Some(other) = known.next_if(|other| other.pair == near.pair) {
+                *near = Near { apart: other.apart - self.travelled, ..*other };
+            }
+        }
+        (self.travelled, self.valid) = (0.0, distance);
     }
 
-    /// Fills `near` with the pairs whose balls meet.
-    fn sweep(&mut self, model: &Model) {
-        let Self { itself, balls, order, near, before, .. } = self;
-        std::mem::swap(near, before);
+    /// Fills `near` with the pairs whose balls are less than `distance` apart.
+    fn sweep(&mut self, model: &Model, distance: f64) {
+        let Self { itself, balls, order, near, .. } = self;
         near.clear();
         let within_reach = |ball: &Ball| ball.center.amax() + ball.radius < FARTHEST;
         let shapes = model.solids.len();
@@ -199,7 +252,7 @@ impl Solids {
             if !within_reach(ball) {
                 continue;
             }
-            let upper = ball.center[axis] + ball.radius;
+            let upper = ball.center[axis] + ball.radius + distance;
             for &two in &order[position + 1..] {
                 let other = &balls[two];
                 if other.center[axis] - other.radius > upper {
@@ -211,22 +264,15 @@ impl Solids {
                     (true, false) => !(model.fixed_base && model.ground_shapes[pair[0]].body == 0),
                     (false, _) => false,
                 };
-                let reach = ball.radius + other.radius;
+                let reach = ball.radius + other.radius + distance;
                 if possible
                     && within_reach(other)
                     && (ball.center - other.center).norm_squared() < reach * reach
                 {
-                    near.push(Near { pair, axis: Vector::Z });
+                    near.push(Near { pair, apart: f64::NEG_INFINITY, axis: None });
                 }
             }
         }
         near.sort_unstable_by_key(|near| near.pair);
-        let mut known = before.iter().peekable();
-        for near in near.iter_mut() {
-            while known.next_if(|other| other.pair < near.pair).is_some() {}
-            if let Some(other) = known.next_if(|other| other.pair == near.pair) {
-                near.axis = other.axis;
-            }
-        }
     }
 }

@@ -79,7 +79,7 @@ impl Stages<'_> {
 
     /// What the character touches.
     fn detection(&mut self) {
-        self.work.detect(self.model, self.plan, self.step);
+        self.work.detect(self.model, self.plan, None, self.step);
     }
 
     /// From here on, lets the forces of velocity be those of the forecast's mean velocities.
@@ -238,7 +238,7 @@ impl Stages<'_> {
     /// Whether a blow in this step lets something else touch; it gets rows.
     fn struck(&mut self) -> bool {
         let Self { model, plan, work, step, .. } = self;
-        work.is_blow(plan, *step) && work.look_again(model, plan, *step)
+        work.is_blow(plan, *step) && work.look_again(model, plan, None, *step)
     }
 
     /// Changes of the velocities along which positions move: those by the rows, and where a penetration or a

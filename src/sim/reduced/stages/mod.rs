@@ -207,7 +207,7 @@ impl Stages<'_> {
 
     /// What the character touches.
     fn detection(&mut self) {
-        self.work.detect(self.model, self.plan, self.step);
+        self.work.detect(self.model, self.plan, Some(&self.state.angles), self.step);
         self.work.foreseen = self.work.touches.len();
     }
 }

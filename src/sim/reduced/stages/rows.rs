@@ -150,7 +150,7 @@ impl Stages<'_> {
     /// Whether a blow in this step, which changes the velocities after touches were looked for, lets something
     /// else touch; it gets rows.
     pub(super) fn struck(&mut self) -> bool {
-        let Self { model, plan, work, step, .. } = self;
-        work.is_blow(plan, *step) && work.look_again(model, plan, *step)
+        let Self { model, plan, state, work, step, .. } = self;
+        work.is_blow(plan, *step) && work.look_again(model, plan, Some(&state.angles), *step)
     }
 }

@@ -1,0 +1,114 @@
+//! How far the shapes of a character may have come towards each other.
+//!
+//! A joint that turns by Δq moves no point beyond it by more than its distance from the axis times |Δq|, so that
+//! two shapes that were a distance apart need not be looked at before the joints have turned by that much.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::Outlook;
+use crate::model::{Freedom, Model};
+use crate::sim::reduced::kinematics::BodyMotion;
+use crate::sim::spatial::Motion;
+
+/// Watches how far shapes move between one look at them and the next. They move against the root, or against the world if
+/// there are things in it that they may touch.
+#[derive(Debug, Clone)]
+pub struct Travel {
+    /// Whether shapes may touch what does not move with the root.
+    world: bool,
+    /// Joint angles, the common point and the root's orientation when last seen.
+    angles: Vec<f64>,
+    origin: Vector3<f64>,
+    rotation: Matrix3<f64>,
+    /// Whether they have been seen.
+    seen: bool,
+    /// Greatest distance from each body's origin of any point of its shapes, m.
+    farthest: Vec<f64>,
+    /// The same of its shapes and those beyond.
+    beyond: Vec<f64>,
+    /// How far any point of each body can have moved, m.
+    moved: Vec<f64>,
+}
+
+impl Travel {
+    /// For the shapes of `model`.
+    pub fn new(model: &Model, world: bool) -> Self {
+        let bodies = model.bodies.len();
+        let mut farthest = vec![0.0_f64; bodies];
+        for shape in &model.ground_shapes {
+            farthest[shape.body] = farthest[shape.body].max(shape.farthest);
+        }
+        Self {
+            world,
+            angles: vec![0.0; model.joint_count()],
+            origin: Vector3::zeros(),
+            rotation: Matrix3::identity(),
+            seen: false,
+            beyond: farthest.clone(),
+            farthest,
+            moved: vec![0.0; bodies],
+        }
+    }
+
+    /// The most by which two shapes can have come nearer to each other since the last call, m; infinite if that is
+    /// not known. `angles` are those of the joints if `bodies` follow from them, `origin` is the common point in the world.
+    pub fn since_last(
+        &mut self,
+        model: &Model,
+        bodies: &[BodyMotion],
+        origin: Vector3<f64>,
+        angles: Option<&[f64]>,
+    ) -> f64 {
+        let Some(angles) = angles else { return f64::INFINITY };
+        let rotation = bodies[0].rotation;
+        if self.world {
+            // A turn by φ moves a point at distance r by 2 r sin(φ / 2), and the matrix by 2 √2 sin(φ / 2).
+            let turned = (rotation - self.rotation).norm() * FRAC_1_SQRT_2;
+            self.moved[0] = (origin - self.origin).norm() + turned * self.beyond[0];
+        }
+        let mut farthest = self.moved[0];
+        for (joint, (angle, last)) in angles.iter().zip(&self.angles).enumerate() {
+            let body = &model.bodies[joint + 1];
+            let lever = match body.freedom {
+                Freedom::Revolute => self.beyond[joint + 1],
+                Freedom::Prismatic => 1.0,
+            };
+            let moved = self.moved[body.parent] + (angle - last).abs() * lever;
+            self.moved[joint + 1] = moved;
+            farthest = farthest.max(moved);
+        }
+        self.angles.copy_from_slice(angles);
+        (self.origin, self.rotation) = (origin, rotation);
+        if std::mem::replace(&mut self.seen, true) { 2.0 * farthest } else { f64::INFINITY }
+    }
+
+    /// Measures how far the character reaches. What [`Travel::since_last`] tells from then on holds until a sliding joint
+    /// has slid by `slide` m.
+    pub fn measure(&mut self, model: &Model, slide: f64) {
+        self.beyond.copy_from_slice(&self.farthest);
+        for index in (1..model.bodies.len()).rev() {
+            let body = &model.bodies[index];
+            let shift = match body.freedom {
+                Freedom::Revolute => 0.0,
+                Freedom::Prismatic => self.angles[index - 1].abs() + slide,
+            };
+            // Without a shape nothing beyond this joint is of interest.
+            if self.beyond[index] > 0.0 {
+                let reach = body.offset.norm() + shift + self.beyond[index];
+                self.beyond[body.parent] = self.beyond[body.parent].max(reach);
+            }
+        }
+    }
+
+    /// The greatest gap of two shapes that is within `outlook`, m.
+    pub fn within(&self, bodies: &[BodyMotion], outlook: &Outlook) -> f64 {
+        let frame = if self.world { Motion::ZERO } else { bodies[0].velocity };
+        let speed = |(body, farthest): (&BodyMotion, &f64)| {
+            let velocity = body.velocity.minus(frame);
+            velocity.at(body.origin).norm() + velocity.angular.norm() * farthest
+        };
+        outlook.margin(2.0 * bodies.iter().zip(&self.farthest).map(speed).fold(0.0, f64::max))
+    }
+}
