@@ -247,6 +247,72 @@ fn contact_forces_of_a_robot_at_rest_balance_its_weight() {
     }
 }
 
+/// A box that tumbles and a ball that spins fast, which both rebound: whether a step is computed as a whole or in parts, the
+/// contacts push over it by as much as momentum changes.
+#[test]
+fn contact_forces_over_a_step_in_parts_change_momentum_by_as_much() {
+    let scene = Scene { restitution: 0.5, ..Scene::default() };
+    let (mut whole, mut divided) = (0, 0);
+    for (integrator, _) in ORDERS {
+        for step_tolerance in [None, Some(1e-5)] {
+            for (model, spin) in [(bodies::cube(), 5.0), (bodies::ball(), 500.0)] {
+                let accuracy = Accuracy { step_tolerance, ..exact(0.002, integrator) };
+                let plan = common::plan(&model, &scene, &accuracy, None);
+                let mut start = State::new(&model);
+                start.root.position.z = 0.4;
+                start.root.angular_velocity = Vector3::new(1.0, spin, 2.0);
+                let mut simulator = Simulator::new(model.clone(), plan.clone(), start);
+                for index in 0..500 {
+                    let (momentum, parts) = (simulator.momentum().linear, simulator.parts());
+                    advance(&mut simulator, Command::Passive);
+                    let force: Vector3<f64> = simulator.contacts().map(|contact| contact.force).sum();
+                    let impulse = (force + plan.gravity * model.mass) * 0.002;
+                    let lacking = (simulator.momentum().linear - momentum - impulse).norm();
+                    assert!(
+                        lacking < 1e-10,
+                        "{integrator:?}, {step_tolerance:?}, step {index}: {lacking} N s"
+                    );
+                    if force.z > 0.0 {
+                        *if simulator.parts() - parts > 1 { &mut divided } else { &mut whole } += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert!(whole > 100 && divided > 100, "{whole} whole steps in contact, {divided} in parts");
+}
+
+/// A weight on a spring that is driven up and down: over a step in parts the motor pushes by as much as momentum changes.
+#[test]
+fn torques_over_a_step_in_parts_change_momentum_by_as_much() {
+    let model = bodies::urdf(
+        r#"<robot name="lift"><link name="base"/><link name="weight">
+            <inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+            <joint name="lift" type="prismatic"><parent link="base"/><child link="weight"/><axis xyz="0 0 1"/>
+            <limit lower="-10" upper="10" effort="1000" velocity="10"/></joint></robot>"#,
+        true,
+    );
+    let gains = Gains {
+        stiffness: vec![20000.0],
+        damping: vec![5.0],
+        max_torque: vec![Some(1000.0)],
+        feedforward: Feedforward::None,
+    };
+    let accuracy = Accuracy { step_tolerance: Some(1e-6), ..exact(0.002, Integrator::SemiImplicitEuler) };
+    let plan = common::plan(&model, &Scene { ground: None, ..Scene::default() }, &accuracy, Some(&gains));
+    let mut simulator = Simulator::new(model.clone(), plan, State::new(&model));
+    let target = |time: f64| [0.05 * (20.0 * time).sin()];
+    for index in 0..500 {
+        let (speed, parts) = (simulator.state().velocities[0], simulator.parts());
+        let [now, next] = [index, index + 1].map(|index| target(0.002 * f64::from(index)));
+        advance(&mut simulator, Command::Track { now: &now, next: &next });
+        let gained = 2.0 * (simulator.state().velocities[0] - speed);
+        let lacking = gained - 0.002 * (simulator.torques()[0] - 2.0 * GRAVITY);
+        assert!(lacking.abs() < 1e-10, "step {index}: {lacking} N s of {gained} N s");
+        assert!(simulator.parts() - parts > 1, "step {index} is whole");
+    }
+}
+
 /// Where the energy of a driven character went over some seconds, J, and how far momentum is from its balance, N s.
 struct Ledger {
     /// Change of energy less the work of torques, damping and contacts.

@@ -9,6 +9,7 @@
 //! (`multiversion`). Helpers that would not be compiled along with them by themselves are `inline(always)`. A product and
 //! a sum are never fused, so that a kernel gives the same bits with AVX2 as without.
 
+mod account;
 pub mod contact;
 mod diagnostics;
 mod integrate;
@@ -29,6 +30,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::model::Model;
 use crate::scene::{Coordinates, StepPlan};
+use account::Account;
 use contact::Against;
 use maximal::Maximal;
 use step::Division;
@@ -53,23 +55,23 @@ pub enum Command<'a> {
     },
 }
 
-/// A contact of the last step.
+/// A contact of the last step. Where the step was computed in parts, what follows is that of all parts in which it touched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     /// Index of the character's link.
     pub link: usize,
     /// What it touches.
     pub against: Against,
-    /// Where, in the world frame, m.
+    /// Where, in the world frame, m: of several parts the mean, by how hard they pushed.
     pub position: Point3<f64>,
     /// From what is touched into the link, of unit length.
     pub normal: Vector3<f64>,
-    /// On the link, world frame, N.
+    /// On the link, world frame, N: the mean over the step.
     pub force: Vector3<f64>,
-    /// Velocity of the link's material point there after the step, against that of what it touches, world
-    /// frame, m/s.
+    /// Velocity of the link's material point there after the step (or the last part), against that of what it touches,
+    /// world frame, m/s.
     pub velocity: Vector3<f64>,
-    /// Depth of penetration at the beginning of the step, m; negative for a gap.
+    /// Greatest depth of penetration at the beginning of the step (or of a part), m; negative for a gap.
     pub depth: f64,
 }
 
@@ -127,15 +129,15 @@ impl Simulator {
         self.state.clone_from(state);
     }
 
-    /// Torques of the actuators over the last step, N m or N, one a joint.
+    /// Torques of the actuators, N m or N, one a joint: the means over the last step.
     pub fn torques(&self) -> &[f64] {
-        &self.work.torque
+        self.division.account.of_parts().map_or(&self.work.torque, Account::torques)
     }
 
-    /// Residual of the last step's complementarity problem, m/s or rad/s
-    /// (see [`lcp::residual`]).
+    /// Residual of the last step's complementarity problem, m/s or rad/s (see [`lcp::residual`]); the greatest if the
+    /// step was computed in parts.
     pub fn residual(&self) -> f64 {
-        self.work.residual
+        self.division.account.of_parts().map_or(self.work.residual, Account::residual)
     }
 
     /// How often new velocities have been computed since this simulator was made: once a step where the forces of
@@ -173,8 +175,12 @@ impl Simulator {
 
     /// Contacts of the last step that carried force or penetrate, in the order of the model's slots.
     pub fn contacts(&self) -> impl Iterator<Item = Contact> + '_ {
-        self.work
-            .contacts(&self.plan)
+        let account = self.division.account.of_parts();
+        let whole = account.is_none().then(|| self.work.contacts(&self.plan));
+        account
+            .into_iter()
+            .flat_map(Account::contacts)
+            .chain(whole.into_iter().flatten())
             .filter(|contact| contact.depth > 0.0 || contact.force.dot(&contact.normal) > 0.0)
     }
 

@@ -1,6 +1,7 @@
 //! One step of time: whole, in parts where a body turns too far, or in parts as short as an error
 //! tolerance asks.
 
+use super::account::Account;
 use super::lcp::Status;
 use super::reduced::root::RootFreedom;
 use super::reduced::stages::Outcome;
@@ -37,6 +38,9 @@ pub(super) struct Division {
     smooth: bool,
     /// Under error control: the state before a part, and that after the part taken as a whole.
     control: Option<[State; 2]>,
+    /// What acted in the parts that were kept, and under error control in those before a part.
+    pub account: Account,
+    accounted: Account,
 }
 
 impl Division {
@@ -51,7 +55,17 @@ impl Division {
             parts: 0,
             smooth: false,
             control: plan.accuracy.step_tolerance.map(|_| [state(), state()]),
+            account: Account::default(),
+            accounted: Account::default(),
         }
+    }
+
+    fn keep_account(&mut self) {
+        self.accounted.clone_from(&self.account);
+    }
+
+    fn take_account_back(&mut self) {
+        self.account.clone_from(&self.accounted);
     }
 }
 
@@ -83,6 +97,7 @@ impl Simulator {
             self.probe(command)?;
         }
         let end = self.state.time + self.plan.step();
+        self.division.account.clear();
         match self.plan.accuracy.step_tolerance {
             None => self.resolve(command, 0.0, self.plan.step())?,
             Some(tolerance) => self.control(command, tolerance)?,
@@ -126,6 +141,7 @@ impl Simulator {
             }
             match outcome {
                 Outcome::Done => {
+                    self.enter(until - done);
                     done = until;
                     length = (RELAXATION * length).min(longest);
                 }
@@ -140,6 +156,14 @@ impl Simulator {
             }
         }
         Ok(())
+    }
+
+    /// Takes a part of `length` seconds into account, if it is one.
+    fn enter(&mut self, length: f64) {
+        let whole = self.plan.step();
+        if length < whole {
+            self.division.account.add(&self.work, &self.plan, length / whole);
+        }
     }
 
     /// From `from` to `until` seconds after the beginning of the step.
@@ -191,11 +215,13 @@ impl Simulator {
             let until = if whole - done < 1.01 * length { whole } else { done + length };
             let part = until - done;
             before.clone_from(&self.state);
+            self.division.keep_account();
             self.division.smooth = order == 2;
             let middle = done + 0.5 * part;
             let failed = self.resolve(command, done, until).is_err();
             coarse.clone_from(&self.state);
             self.state.clone_from(&before);
+            self.division.take_account_back();
             outcome = self.resolve(command, done, middle).and_then(|()| self.resolve(command, middle, until));
             let error = if failed || outcome.is_err() { f64::INFINITY } else { coarse.distance(&self.state) };
             let growth = SAFETY * (tolerance / error).powf(1.0 / f64::from(order + 1));
@@ -214,6 +240,7 @@ impl Simulator {
                 outcome = Ok(());
                 length = next;
                 self.state.clone_from(&before);
+                self.division.take_account_back();
             }
         }
         self.state.memory.part = length;

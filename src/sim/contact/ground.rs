@@ -37,8 +37,9 @@ pub fn detect(
         let body = &bodies[shape.body];
         if shape.body != present {
             present = shape.body;
-            moving = body.velocity.at(body.origin).norm();
-            turning = body.velocity.angular.norm();
+            // Sums are no less than the norms and take no roots.
+            moving = body.velocity.at(body.origin).abs().sum();
+            turning = body.velocity.angular.abs().sum();
         }
         // No point of the shape is faster than its body's origin and the turn of the farthest point about that.
         let farthest = outlook.margin(moving + turning * shape.farthest);

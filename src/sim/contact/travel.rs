@@ -107,7 +107,7 @@ impl Travel {
         let frame = if self.world { Motion::ZERO } else { bodies[0].velocity };
         let speed = |(body, farthest): (&BodyMotion, &f64)| {
             let velocity = body.velocity.minus(frame);
-            velocity.at(body.origin).norm() + velocity.angular.norm() * farthest
+            velocity.at(body.origin).abs().sum() + velocity.angular.abs().sum() * farthest
         };
         outlook.margin(2.0 * bodies.iter().zip(&self.farthest).map(speed).fold(0.0, f64::max))
     }

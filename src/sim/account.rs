@@ -1,0 +1,95 @@
+//! What acted over a step that was computed in parts.
+
+use super::Contact;
+use super::workspace::Workspace;
+use crate::scene::StepPlan;
+
+/// Forces and torques over a step, as the means over its parts; of a step in one part the workspace itself tells.
+#[derive(Debug, PartialEq, Default)]
+pub(super) struct Account {
+    /// How many parts there have been.
+    parts: usize,
+    /// Greatest residual of a part, m/s or rad/s.
+    residual: f64,
+    /// N m or N, one a joint.
+    torques: Vec<f64>,
+    /// Each with its slot, in ascending order of slots.
+    contacts: Vec<(usize, Contact)>,
+}
+
+impl Account {
+    /// Begins another step.
+    pub fn clear(&mut self) {
+        self.parts = 0;
+        self.residual = 0.0;
+        self.torques.clear();
+        self.contacts.clear();
+    }
+
+    /// Adds the part that `work` has just computed, which is `share` of the step.
+    pub fn add(&mut self, work: &Workspace, plan: &StepPlan, share: f64) {
+        self.parts += 1;
+        self.residual = self.residual.max(work.residual);
+        self.torques.resize(work.torque.len(), 0.0);
+        for (mean, torque) in self.torques.iter_mut().zip(&work.torque) {
+            *mean += share * torque;
+        }
+        for (touch, mut contact) in work.touches.iter().zip(work.contacts(plan)) {
+            contact.force *= share;
+            let after = self.contacts.partition_point(|(slot, _)| *slot < touch.slot);
+            let same = self.contacts[after..]
+                .iter_mut()
+                .take_while(|(slot, _)| *slot == touch.slot)
+                .find(|(_, known)| (known.link, known.against) == (contact.link, contact.against));
+            match same {
+                Some((_, known)) => join(known, &contact),
+                None => self.contacts.insert(after, (touch.slot, contact)),
+            }
+        }
+    }
+
+    /// What the parts amount to, if there have been some.
+    pub fn of_parts(&self) -> Option<&Self> {
+        (self.parts > 0).then_some(self)
+    }
+
+    /// See [`super::Simulator::residual`].
+    pub fn residual(&self) -> f64 {
+        self.residual
+    }
+
+    /// See [`super::Simulator::torques`].
+    pub fn torques(&self) -> &[f64] {
+        &self.torques
+    }
+
+    /// See [`super::Simulator::contacts`].
+    pub fn contacts(&self) -> impl Iterator<Item = Contact> + '_ {
+        self.contacts.iter().map(|(_, contact)| *contact)
+    }
+}
+
+impl Clone for Account {
+    fn clone(&self) -> Self {
+        Self { torques: self.torques.clone(), contacts: self.contacts.clone(), ..*self }
+    }
+
+    /// Without allocating where there is room.
+    fn clone_from(&mut self, other: &Self) {
+        (self.parts, self.residual) = (other.parts, other.residual);
+        self.torques.clone_from(&other.torques);
+        self.contacts.clone_from(&other.contacts);
+    }
+}
+
+/// Takes what `known` was in a later part into it: together they push as much, at the centre of what both push.
+fn join(known: &mut Contact, later: &Contact) {
+    let [before, now] = [&*known, later].map(|contact| contact.force.dot(&contact.normal).max(0.0));
+    let share = if before > 0.0 { now / (before + now) } else { 1.0 };
+    let along = known.normal.lerp(&later.normal, share);
+    known.position += (later.position - known.position) * share;
+    known.normal = along.try_normalize(f64::MIN_POSITIVE).unwrap_or(later.normal);
+    known.force += later.force;
+    known.velocity = later.velocity;
+    known.depth = known.depth.max(later.depth);
+}
