@@ -358,6 +358,17 @@ fn a_massless_link_is_carried_or_given_the_least_inertia() {
     // The joint-space inertia of the arm is at most its mass times the square of its size, 0.5 m.
     let condition = total * 0.25 / least.inertia.symmetric_eigenvalues().min();
     assert!(condition < 1e9, "the mass matrix has a condition number of up to {condition:e}");
+
+    // A rotor whose mass is counted elsewhere turns as hard as it was said to.
+    let rotor = r#"<inertial><mass value="0"/><inertia ixx="0.1" iyy="0.2" izz="0.3" ixy="0" ixz="0" iyz="0"/></inertial>"#;
+    let turning = arm_with_tip(rotor)
+        .replace(r#"<joint name="wrist" type="fixed">"#, r#"<joint name="wrist" type="continuous">"#);
+    let turning = read_urdf(&turning);
+    assert_eq!(of_kind(&turning.notes, NoteKind::Repaired), ["tip"]);
+    assert_invariants(&turning.character);
+    let kept = turning.character.links[2].inertial.as_ref().unwrap();
+    assert!(kept.mass > 0.0 && kept.mass < 1e-4 * turning.character.mass());
+    assert_eq!(kept.inertia, Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.3)));
 }
 
 #[test]

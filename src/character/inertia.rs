@@ -59,11 +59,23 @@ pub fn settle(links: &mut [Link], places: &[String], report: &mut Report) {
         let about = |link: usize, links: &[Link]| About::Link(links[link].name.clone());
         let Some(body) = body else {
             let mass = LEAST_MASS * total;
-            let inertia = Matrix3::identity() * (mass * (LEAST_RADIUS * size).powi(2));
-            links[first].inertial = Some(Inertial { mass, center_of_mass: Point3::origin(), inertia });
-            let message = format!(
-                "has no mass, nor has any link fixed to it; it is given {mass:.3e} kg so that it can be simulated"
-            );
+            let turning = turning(members.iter().map(|link| (&links[*link], &bodies[*link].1)));
+            let own = links[first].inertial.take();
+            let message = if smallest_ratio(&turning) > SINGULAR {
+                let center_of_mass = own.as_ref().map_or(Point3::origin(), |own| own.center_of_mass);
+                let inertia = own.map_or(Matrix3::zeros(), |own| own.inertia);
+                links[first].inertial = Some(Inertial { mass, center_of_mass, inertia });
+                format!(
+                    "has an inertia but no mass, nor has any link fixed to it; it is given {mass:.3e} kg so that it can be \
+                     simulated, and the inertia is kept as given"
+                )
+            } else {
+                let inertia = Matrix3::identity() * (mass * (LEAST_RADIUS * size).powi(2));
+                links[first].inertial = Some(Inertial { mass, center_of_mass: Point3::origin(), inertia });
+                format!(
+                    "has no mass, nor has any link fixed to it; it is given {mass:.3e} kg so that it can be simulated"
+                )
+            };
             report.note(places[first].as_str(), about(first, links), NoteKind::Repaired, message);
             continue;
         };
@@ -156,6 +168,15 @@ fn composite<'a>(members: impl Iterator<Item = (&'a Link, &'a Isometry3<f64>)> +
         })
         .fold(Matrix3::zeros(), |sum, inertia| sum + inertia);
     Some(Inertial { mass, center_of_mass, inertia })
+}
+
+/// The inertias of links fixed to each other along the axes of their common frame, without what their masses add.
+fn turning<'a>(members: impl Iterator<Item = (&'a Link, &'a Isometry3<f64>)>) -> Matrix3<f64> {
+    let inertias = members.filter_map(|(link, pose)| {
+        let rotation = pose.rotation.to_rotation_matrix();
+        link.inertial.as_ref().map(|inertial| rotation * inertial.inertia * rotation.transpose())
+    });
+    inertias.fold(Matrix3::zeros(), |sum, inertia| sum + inertia)
 }
 
 /// The diagonal of the box around all link frames and centres of mass with every joint at 0, m; never
