@@ -18,6 +18,10 @@ const EXTENSION: f64 = 0.7;
 /// Joints keep this share of their range away from its ends where they can.
 const MARGIN: f64 = 0.12;
 
+/// Bodies that a search places at most: a twelve-jointed robot needs a tenth, and one of hundreds of links would search
+/// for minutes.
+const PLACED: usize = 1_000_000;
+
 /// A character lower than this share of its own width lies rather than stands.
 const LYING: f64 = 0.2;
 
@@ -62,12 +66,15 @@ fn lies(posed: &Posed) -> bool {
     height < LYING * width
 }
 
-/// Pattern search: every move in turn is tried either way; steps shrink when none helps.
+/// Pattern search: every move in turn is tried either way; steps shrink when none helps. The best pose so far is taken where
+/// that would take too long.
 fn descend(mut angles: Vec<f64>, model: &Model, limbs: &[Limb], cost: impl Fn(&[f64]) -> f64) -> Vec<f64> {
     let moves = moves(model, limbs);
     let mut best = cost(&angles);
     let mut step = 0.3;
-    while step > 1e-3 {
+    let mut rounds = PLACED / (2 * moves.len() * model.bodies.len());
+    while step > 1e-3 && rounds > 0 {
+        rounds -= 1;
         let before = best;
         for (turn, direction) in moves.iter().flat_map(|turn| [(turn, 1.0), (turn, -1.0)]) {
             let mut tried = angles.clone();
