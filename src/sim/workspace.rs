@@ -33,6 +33,8 @@ pub(super) struct Workspace {
     pub span: f64,
     /// Touches. (detection)
     pub touches: Vec<Touch>,
+    /// Shapes that may yet touch the ground elsewhere. (detection)
+    pub close: Vec<usize>,
     /// How many of them were foreseen; the others came with a blow. (detection)
     pub foreseen: usize,
     /// What finds touches of solids, if the plan asks for it. (detection)
@@ -153,6 +155,7 @@ impl Workspace {
             reach: reach(model),
             span: span(model),
             touches: Vec::with_capacity(slots),
+            close: Vec::with_capacity(model.ground_shapes.len()),
             foreseen: 0,
             solids,
             common_point: Point3::origin(),
@@ -195,7 +198,7 @@ impl Workspace {
     /// Finds what the character touches within a step of `step` seconds. `angles` are those of the joints if the bodies
     /// are where they say.
     pub fn detect(&mut self, model: &Model, plan: &StepPlan, angles: Option<&[f64]>, step: f64) {
-        let Self { bodies, touches, solids, common_point, .. } = self;
+        let Self { bodies, touches, close, solids, common_point, .. } = self;
         let outlook = Outlook {
             step,
             gravity: plan.gravity.norm(),
@@ -205,7 +208,7 @@ impl Workspace {
         let origin = common_point.coords;
         touches.clear();
         if let Some(ground) = &plan.ground {
-            ground::detect(model, bodies, ground, origin, &outlook, touches);
+            ground::detect(model, bodies, ground, origin, &outlook, touches, close);
         }
         if let Some(solids) = solids {
             solids.detect(model, bodies, angles, &plan.obstacles, origin, &outlook, touches);
@@ -305,6 +308,22 @@ impl Workspace {
         }
         std::mem::swap(known, touches);
         touches.len() > count
+    }
+
+    /// Makes touches of what the new velocities would drive into what it touches in a step of `step` seconds; whether there
+    /// is any.
+    pub fn follow(&mut self, model: &Model, plan: &StepPlan, step: f64) -> bool {
+        let Self { bodies, new, touches, close, solids, common_point, .. } = self;
+        if !plan.stabilization {
+            return false;
+        }
+        let origin = common_point.coords;
+        let ground = plan.ground.as_ref();
+        let driven = ground
+            .is_some_and(|ground| ground::follow(model, close, bodies, new, ground, origin, step, touches));
+        let into = solids.as_ref();
+        into.is_some_and(|solids| solids.follow(model, bodies, new, &plan.obstacles, origin, step, touches))
+            || driven
     }
 
     /// Keeps in `memory` the forces that the next step starts from.

@@ -53,8 +53,7 @@ impl Posed {
         let mut surface = Vec::new();
         // A ground above everything is touched by everything.
         let sky = Terrain::Plane { height: f64::MAX };
-        let outlook = Outlook { step: 0.0, gravity: 0.0, anticipate: false, restitution: 0.0 };
-        ground::detect(model, &bodies, &sky, Vector3::zeros(), &outlook, &mut surface);
+        ground::detect(model, &bodies, &sky, Vector3::zeros(), &Outlook::HERE, &mut surface, &mut Vec::new());
         let first: Vector3<f64> = bodies.iter().map(|body| body.inertia.first_moment).sum();
         Self { bodies, surface, center_of_mass: first / model.mass }
     }

@@ -9,6 +9,7 @@ mod geometry;
 mod itself;
 mod obstacles;
 mod refusals;
+mod round;
 mod travel;
 
 use std::sync::Arc;

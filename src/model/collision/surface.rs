@@ -11,7 +11,7 @@ use crate::character::{Character, Shape};
 use crate::model::LinkPlace;
 
 /// Slots of a cylinder: three points on each rim.
-pub const CYLINDER_SLOTS: usize = 6;
+pub const CYLINDER_SLOTS: usize = 12;
 
 /// A shape that can touch the ground.
 #[derive(Debug, Clone)]

@@ -4,21 +4,29 @@ use multiversion::multiversion;
 use nalgebra::Vector3;
 
 use super::field;
-use super::{Against, Outlook, Touch, keep_four};
+use super::{Against, DRIVEN_IN, Moved, Outlook, Touch, keep_four};
 use crate::model::{CYLINDER_SLOTS, GroundShape, Model, Surface};
 use crate::scene::Terrain;
 use crate::sim::reduced::kinematics::BodyMotion;
+use crate::sim::spatial::Motion;
 
 /// Normal and tangents of a horizontal plane.
 const FRAME: [Vector3<f64>; 3] =
     [Vector3::new(0.0, 0.0, 1.0), Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.0)];
 
+/// Points of a cylinder's two rims that are touches wherever they are near, and how many more of each rim may become
+/// ones as it tilts.
+const RIM_POINTS: usize = 6;
+const FOLLOWED: usize = (CYLINDER_SLOTS - RIM_POINTS) / 2;
+
 /// A corner-only shape of more corners than this is represented by its deepest and widest four.
 const CORNERS_KEPT_WHOLE: usize = 8;
 
 /// Adds all touches of `ground` to `touches`, in the order of the model's slots. `origin` is the common
-/// point in the world.
-#[multiversion(targets("x86_64+avx2"))]
+/// point in the world. `close` receives the indices of the shapes that can touch within the outlook with other points than
+/// those that are looked at: those that are round, or have so many corners that only some are kept.
+#[allow(clippy::too_many_arguments)] // one call a step
+#[multiversion(targets("x86_64+avx2"), attrs(allow(clippy::too_many_arguments)))]
 pub fn detect(
     model: &Model,
     bodies: &[BodyMotion],
@@ -26,11 +34,13 @@ pub fn detect(
     origin: Vector3<f64>,
     outlook: &Outlook,
     touches: &mut Vec<Touch>,
+    close: &mut Vec<usize>,
 ) {
+    close.clear();
     let highest = ground.highest() - origin.z;
     let mut present = usize::MAX;
     let (mut moving, mut turning) = (0.0, 0.0);
-    for shape in &model.ground_shapes {
+    for (index, shape) in model.ground_shapes.iter().enumerate() {
         if model.fixed_base && shape.body == 0 {
             continue;
         }
@@ -86,10 +96,12 @@ pub fn detect(
                     }
                 }
                 if count > CORNERS_KEPT_WHOLE {
+                    close.push(index);
                     keep_four(touches, from);
                 }
             }
             Surface::Cylinder { axis, across, radius, half_length } => {
+                close.push(index);
                 let points = rim_points(body, shape, axis, across, radius, half_length);
                 for (index, at) in points.into_iter().enumerate() {
                     meet(shape.first_slot + index, at, 0.0);
@@ -107,21 +119,99 @@ fn rim_points(
     across: Vector3<f64>,
     radius: f64,
     half_length: f64,
-) -> [Vector3<f64>; CYLINDER_SLOTS] {
+) -> [Vector3<f64>; RIM_POINTS] {
     let axis = body.rotation * axis;
-    let downward = axis * axis.z - Vector3::z();
-    let steepness = downward.norm();
     // An upright cylinder has no lowest point of its rim; any direction that turns with it will do.
-    let lowest = if steepness > 1e-9 { downward / steepness } else { body.rotation * across };
+    let lowest = lowest(axis).unwrap_or_else(|| body.rotation * across);
     let sideways = axis.cross(&lowest);
     let center = body.point(shape.center);
     let third = 3.0_f64.sqrt() / 2.0;
     let rim = [lowest, sideways * third - lowest * 0.5, -sideways * third - lowest * 0.5];
-    let mut points = [center; CYLINDER_SLOTS];
+    let mut points = [center; RIM_POINTS];
     for (end, direction) in [axis * half_length, -axis * half_length].into_iter().enumerate() {
         for (corner, rim) in rim.iter().enumerate() {
             points[3 * end + corner] += direction + rim * radius;
         }
     }
     points
+}
+
+/// The direction from the middle of a rim about `axis` to its lowest point; `None` if no point is lowest.
+fn lowest(axis: Vector3<f64>) -> Option<Vector3<f64>> {
+    (axis * axis.z - Vector3::z()).try_normalize(1e-9)
+}
+
+/// Adds the points of the shapes that are `close` which the step would drive into `ground` at the bodies' velocities `new`;
+/// whether there were any. As a disc tilts, its lowest point runs round its rim, and none of those that were touches at the
+/// beginning need be it at the end.
+#[allow(clippy::too_many_arguments)] // as of `detect`
+pub fn follow(
+    model: &Model,
+    close: &[usize],
+    bodies: &[BodyMotion],
+    new: &[Motion],
+    ground: &Terrain,
+    origin: Vector3<f64>,
+    step: f64,
+    touches: &mut Vec<Touch>,
+) -> bool {
+    let before = touches.len();
+    for shape in close.iter().map(|index| &model.ground_shapes[*index]) {
+        let body = &bodies[shape.body];
+        let step = Moved::new(body, new[shape.body], step);
+        let mut add = |slot: usize, at: Vector3<f64>, radius: f64| {
+            if touches.iter().any(|touch| touch.slot == slot) {
+                return false;
+            }
+            let arrived = step.point(at);
+            let mut meet = |frame: [Vector3<f64>; 3], gap: f64| {
+                let below = at - frame[0] * radius;
+                let depth = frame[0].dot(&(arrived - at)) - gap;
+                if -gap > depth.max(0.0) + DRIVEN_IN {
+                    touches.push(Touch {
+                        slot,
+                        link: shape.link,
+                        body: shape.body,
+                        against: Against::Ground,
+                        at: below,
+                        frame,
+                        depth,
+                        rebound: 0.0,
+                    });
+                }
+            };
+            match ground {
+                Terrain::Plane { height } => meet(FRAME, arrived.z - radius - (height - origin.z)),
+                Terrain::Field(heights) => {
+                    let still = Vector3::zeros();
+                    field::meet(heights, arrived + origin, radius, still, &Outlook::HERE, |spot| {
+                        meet(spot.frame, spot.gap);
+                    });
+                }
+            }
+            true
+        };
+        match shape.surface {
+            Surface::Cylinder { axis, radius, half_length, .. } => {
+                let axis = body.rotation * axis;
+                let Some(lowest) = lowest(step.turned(axis)) else { continue };
+                let (center, outward) = (body.point(shape.center), step.turned_back(lowest));
+                for (end, side) in [half_length, -half_length].into_iter().enumerate() {
+                    let first = shape.first_slot + RIM_POINTS + end * FOLLOWED;
+                    let at = center + axis * side + outward * radius;
+                    let _ = (first..first + FOLLOWED).any(|slot| add(slot, at, 0.0));
+                }
+            }
+            Surface::Points { first, count, radius } => {
+                let corners =
+                    model.ground_points[first..first + count].iter().map(|point| body.point(*point));
+                let height = |at: &Vector3<f64>| step.point(*at).z;
+                let lowest = corners.enumerate().min_by(|(_, a), (_, b)| height(a).total_cmp(&height(b)));
+                if let Some((index, at)) = lowest {
+                    add(shape.first_slot + index, at, radius);
+                }
+            }
+        }
+    }
+    touches.len() > before
 }

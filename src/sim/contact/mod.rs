@@ -6,13 +6,17 @@ mod manifold;
 pub mod solids;
 pub mod travel;
 
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
+use super::reduced::kinematics::BodyMotion;
 use super::spatial::Motion;
 
 /// A contact that closes more slowly than this many steps of free fall does not rebound: what the
 /// weight adds in each step must not keep a resting contact from resting.
 const RESTING_STEPS: f64 = 4.0;
+
+/// A step may drive a point into what it touches by this much, m, before it becomes a touch.
+const DRIVEN_IN: f64 = 1e-5;
 
 /// A place at which the character touches something, or is about to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,6 +102,9 @@ pub struct Outlook {
 }
 
 impl Outlook {
+    /// For what touches at present.
+    pub const HERE: Self = Self { step: 0.0, gravity: 0.0, anticipate: false, restitution: 0.0 };
+
     /// Greatest gap that can be closed within two steps at a present speed of `approach`, m.
     #[inline]
     pub fn margin(&self, approach: f64) -> f64 {
@@ -116,6 +123,41 @@ impl Outlook {
     #[inline]
     pub fn rebound(&self, approach: f64) -> f64 {
         if approach > RESTING_STEPS * self.gravity * self.step { self.restitution * approach } else { 0.0 }
+    }
+}
+
+/// Where a step at a given velocity takes a body.
+struct Moved {
+    /// Its origin at the beginning, relative to the common point, m.
+    origin: Vector3<f64>,
+    /// How far that moves, m.
+    shift: Vector3<f64>,
+    turn: Rotation3<f64>,
+}
+
+impl Moved {
+    /// For `step` seconds of the velocity `new`.
+    fn new(body: &BodyMotion, new: Motion, step: f64) -> Self {
+        let shift = new.at(body.origin) * step;
+        Self { origin: body.origin, shift, turn: Rotation3::new(new.angular * step) }
+    }
+
+    /// Where it takes the point `at` of the body.
+    fn point(&self, at: Vector3<f64>) -> Vector3<f64> {
+        self.origin + self.shift + self.turn * (at - self.origin)
+    }
+
+    /// Which point of the body it takes to `at`.
+    fn point_back(&self, at: Vector3<f64>) -> Vector3<f64> {
+        self.origin + self.turned_back(at - self.origin - self.shift)
+    }
+
+    fn turned(&self, direction: Vector3<f64>) -> Vector3<f64> {
+        self.turn * direction
+    }
+
+    fn turned_back(&self, direction: Vector3<f64>) -> Vector3<f64> {
+        self.turn.inverse_transform_vector(&direction)
     }
 }
 

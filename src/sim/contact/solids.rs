@@ -11,10 +11,11 @@ use rapier3d::parry::math::{Pose, Vector};
 
 use super::manifold::Manifold;
 use super::travel::Travel;
-use super::{Against, Outlook, Touch, keep_four, tangents};
+use super::{Against, DRIVEN_IN, Moved, Outlook, Touch, keep_four, tangents};
 use crate::model::collision::convex::{self, Convex, from_vector};
 use crate::model::{Model, SOLID_SLOTS};
 use crate::sim::reduced::kinematics::BodyMotion;
+use crate::sim::spatial::Motion;
 
 /// Beyond this distance from the common point or at this reach, m, a shape is left out: the numbers of the
 /// state are about to become infinite.
@@ -28,6 +29,9 @@ const NEAR: f64 = 0.5;
 
 /// Distances are told apart down to this share of what counts as near.
 const ROUNDING: f64 = 1e-6;
+
+/// How many points of a pair may be added to those that it touched at.
+const FOLLOWED: usize = 3;
 
 /// Scratch memory for finding touches of solids.
 #[derive(Debug, Clone)]
@@ -51,6 +55,8 @@ pub struct Solids {
     /// Pairs that are near, in ascending order, and those before.
     near: Vec<Near>,
     before: Vec<Near>,
+    /// Pairs that can touch within the outlook.
+    close: Vec<[usize; 2]>,
     /// Number of slots of each shape that this step has used.
     used: Vec<usize>,
     manifold: Manifold,
@@ -91,6 +97,7 @@ impl Solids {
             order: (0..colliders).collect(),
             near: Vec::with_capacity(pairs),
             before: Vec::with_capacity(pairs),
+            close: Vec::with_capacity(pairs),
             used: vec![0; shapes],
             manifold: Manifold::new(),
         }
@@ -110,6 +117,7 @@ impl Solids {
     ) {
         self.travelled += self.travel.since_last(model, bodies, origin, angles);
         let within = self.travel.within(bodies, outlook);
+        self.close.clear();
         // A step with velocities beyond all bounds fails for them.
         if self.travelled + within < self.quiet || !within.is_finite() {
             return;
@@ -166,6 +174,7 @@ impl Solids {
             if approach.gap > within {
                 continue;
             }
+            self.close.push(near.pair);
             let up = from_vector(place.rotation * -approach.normal);
             let [across, beside] = tangents(up);
             let from = touches.len();
@@ -202,6 +211,88 @@ impl Solids {
                 self.used[first] += 1;
             }
         }
+    }
+
+    /// Adds the points of pairs that are close which the step would drive into each other at the bodies' velocities `new`, as
+    /// [`super::ground::follow`] does; whether there were any.
+    pub fn follow(
+        &self,
+        model: &Model,
+        bodies: &[BodyMotion],
+        new: &[Motion],
+        obstacles: &[Convex],
+        origin: Vector3<f64>,
+        step: f64,
+        touches: &mut Vec<Touch>,
+    ) -> bool {
+        let before = touches.len();
+        let shapes = model.solids.len();
+        for &[first, second] in &self.close {
+            let shape = &model.ground_shapes[first];
+            let other = model.ground_shapes.get(second);
+            let against = match other {
+                Some(other) => Against::Link { link: other.link, body: other.body },
+                None => Against::Obstacle(second - shapes),
+            };
+            let same = |touch: &&Touch| (touch.link, touch.against) == (shape.link, against);
+            if touches.iter().filter(same).count() >= SOLID_SLOTS + FOLLOWED {
+                continue;
+            }
+            let moves = other.map_or(Motion::ZERO, |other| new[other.body]);
+            let passing = new[shape.body].minus(moves);
+            let solid = &model.solids[first];
+            let center = bodies[shape.body].point(solid.center);
+            if (passing.at(center).norm() + passing.angular.norm() * solid.reach) * step < DRIVEN_IN {
+                continue;
+            }
+            let moved = |body: usize| Moved::new(&bodies[body], new[body], step);
+            let placed = |solid: &Convex, body: usize, moved: &Moved| {
+                let turn = moved.turn.matrix() * bodies[body].rotation;
+                solid.placed(&convex::frame(&turn, moved.origin + moved.shift))
+            };
+            let own = moved(shape.body);
+            let others = other.map(|other| moved(other.body));
+            let place = placed(solid, shape.body, &own);
+            let (facing, facing_place) = match (other, &others) {
+                (Some(other), Some(moved)) => {
+                    (&model.solids[second], placed(&model.solids[second], other.body, moved))
+                }
+                _ => {
+                    let obstacle = &obstacles[second - shapes];
+                    (obstacle, obstacle.placed(&convex::frame(&Matrix3::identity(), -origin)))
+                }
+            };
+            let Ok(approach) = solid.approach(facing, &(place.inverse() * facing_place), 0.0) else {
+                continue;
+            };
+            let up = from_vector(place.rotation * -approach.normal);
+            let [across, beside] = tangents(up);
+            let [own_end, other_end] =
+                [approach.first, approach.second].map(|point| from_vector(place * point));
+            let own_at = own.point_back(own_end);
+            let (other_at, at) = match &others {
+                Some(moved) => {
+                    let other_at = moved.point_back(other_end);
+                    (other_at, (own_at + other_at) / 2.0)
+                }
+                None => (other_end, own_at),
+            };
+            let depth = (other_at - own_at).dot(&up);
+            if -approach.gap < depth.max(0.0) + DRIVEN_IN {
+                continue;
+            }
+            touches.push(Touch {
+                slot: model.ground_slots + SOLID_SLOTS * first + SOLID_SLOTS - 1,
+                link: shape.link,
+                body: shape.body,
+                against,
+                at,
+                frame: [up, across, beside],
+                depth,
+                rebound: 0.0,
+            });
+        }
+        touches.len() > before
     }
 
     /// Finds the pairs that are less than `distance` apart, and goes on from here.

@@ -238,7 +238,8 @@ impl Stages<'_> {
     /// Whether a blow in this step lets something else touch; it gets rows.
     fn struck(&mut self) -> bool {
         let Self { model, plan, work, step, .. } = self;
-        work.is_blow(plan, *step) && work.look_again(model, plan, None, *step)
+        let struck = work.is_blow(plan, *step) && work.look_again(model, plan, None, *step);
+        work.follow(model, plan, *step) || struck
     }
 
     /// Changes of the velocities along which positions move: those by the rows, and where a penetration or a

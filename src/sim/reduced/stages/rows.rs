@@ -151,6 +151,7 @@ impl Stages<'_> {
     /// else touch; it gets rows.
     pub(super) fn struck(&mut self) -> bool {
         let Self { model, plan, state, work, step, .. } = self;
-        work.is_blow(plan, *step) && work.look_again(model, plan, Some(&state.angles), *step)
+        let struck = work.is_blow(plan, *step) && work.look_again(model, plan, Some(&state.angles), *step);
+        work.follow(model, plan, *step) || struck
     }
 }
