@@ -4,7 +4,14 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 use serde_path_to_error::{Path, Segment};
 
+use super::strict::Strict;
 use super::{Fault, InputError};
+
+/// Most members of an object in which the place of a fault is looked for.
+const MEMBERS: usize = 32;
+
+/// The member that says which kind of thing an object is.
+const TAG: &str = "kind";
 
 /// Reads a whole document.
 ///
@@ -12,8 +19,13 @@ use super::{Fault, InputError};
 /// [`InputError::Malformed`] with line and column for what is not JSON; [`InputError::Impossible`] with a
 /// JSON pointer for an unknown field, a missing one or a value of the wrong kind.
 pub fn from_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, InputError> {
+    read(&mut parse(bytes)?).map_err(|fault| InputError::Impossible(vec![fault]))
+}
+
+/// The document in `bytes`, whatever it is.
+fn parse(bytes: &[u8]) -> Result<Value, InputError> {
     let mut reader = serde_json::Deserializer::from_slice(bytes);
-    let document = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
+    let tree: Value = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
         let pointer = pointer(error.path());
         let error = error.into_inner();
         if error.is_data() {
@@ -23,7 +35,7 @@ pub fn from_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, InputError> {
         }
     })?;
     reader.end().map_err(|error| malformed(&error))?;
-    Ok(document)
+    Ok(tree)
 }
 
 fn malformed(error: &serde_json::Error) -> InputError {
@@ -34,7 +46,52 @@ fn malformed(error: &serde_json::Error) -> InputError {
 /// The parser's message without the line and column at its end.
 fn without_place(error: &serde_json::Error) -> String {
     let message = error.to_string();
-    message.split(" at line ").next().unwrap_or(&message).to_owned()
+    let place = format!(" at line {} column {}", error.line(), error.column());
+    message.strip_suffix(&place).unwrap_or(&message).to_owned()
+}
+
+/// What `tree` holds, or its first fault.
+fn read<T: DeserializeOwned>(tree: &mut Value) -> Result<T, Fault> {
+    attempt(tree).map_err(|fault| {
+        let mut place = fault.pointer.clone();
+        while let Some(key) = faulty_member::<T>(tree, &place, &fault) {
+            place = member(&place, &key);
+        }
+        Fault { pointer: place, ..fault }
+    })
+}
+
+fn attempt<T: DeserializeOwned>(tree: &Value) -> Result<T, Fault> {
+    serde_path_to_error::deserialize(Strict::new(tree))
+        .map_err(|error| Fault::new(pointer(error.path()), error.inner().to_string()))
+}
+
+/// The member in which `fault` lies of the object at `place`. Objects with a tag are read from a buffer that
+/// knows no places; but without the faulty member the fault is gone, or is another one.
+fn faulty_member<T: DeserializeOwned>(tree: &mut Value, place: &str, fault: &Fault) -> Option<String> {
+    let members = tree.pointer(place)?.as_object()?;
+    // What is missing lies in no member.
+    if members.len() > MEMBERS || fault.reason.starts_with("missing field") {
+        return None;
+    }
+    let mut keys: Vec<String> = members.keys().cloned().collect();
+    keys.retain(|key| {
+        let Some(taken) = object(tree, place).and_then(|members| members.remove(key)) else { return false };
+        let other = attempt::<T>(tree).err().as_ref() != Some(fault);
+        if let Some(members) = object(tree, place) {
+            members.insert(key.clone(), taken);
+        }
+        other
+    });
+    // Without its tag nothing of an object is understood.
+    if keys.len() > 1 {
+        keys.retain(|key| key != TAG);
+    }
+    if keys.len() == 1 { keys.pop() } else { None }
+}
+
+fn object<'a>(tree: &'a mut Value, place: &str) -> Option<&'a mut Map<String, Value>> {
+    tree.pointer_mut(place)?.as_object_mut()
 }
 
 /// A JSON document read part by part, so that the faults of every part are found at once.
@@ -51,10 +108,13 @@ impl Parts {
     ///
     /// # Errors
     ///
-    /// [`InputError::Malformed`] with line and column when `bytes` is not JSON, or not an object.
+    /// [`InputError::Malformed`] with line and column when `bytes` is not JSON, [`InputError::Impossible`] when
+    /// it is no object.
     pub fn parse(bytes: &[u8]) -> Result<Self, InputError> {
-        let fields = serde_json::from_slice(bytes).map_err(|error| malformed(&error))?;
-        Ok(Self { fields, faults: Vec::new() })
+        match parse(bytes)? {
+            Value::Object(fields) => Ok(Self { fields, faults: Vec::new() }),
+            _ => Err(InputError::impossible("", "the document must be a JSON object")),
+        }
     }
 
     /// Checks the field `format` where there is one.
@@ -76,12 +136,11 @@ impl Parts {
 
     /// Takes the field `name`; `None` when it is absent or faulty.
     pub fn take<T: DeserializeOwned>(&mut self, name: &str) -> Option<T> {
-        let value = self.fields.remove(name)?;
-        match serde_path_to_error::deserialize(value) {
+        let mut value = self.fields.remove(name)?;
+        match read(&mut value) {
             Ok(part) => Some(part),
-            Err(error) => {
-                let pointer = format!("/{name}{}", pointer(error.path()));
-                self.faults.push(Fault::new(pointer, without_place(error.inner())));
+            Err(fault) => {
+                self.faults.push(fault.under(&member("", name)));
                 None
             }
         }
@@ -95,7 +154,7 @@ impl Parts {
     pub fn end<T>(mut self, read: Option<T>, known: &[&str]) -> Result<T, InputError> {
         for name in self.fields.keys() {
             let reason = format!("unknown field `{name}`, expected one of {}", known.join(", "));
-            self.faults.push(Fault::new(format!("/{}", pointer_token(name)), reason));
+            self.faults.push(Fault::new(member("", name), reason));
         }
         match read {
             Some(read) if self.faults.is_empty() => Ok(read),
@@ -109,14 +168,13 @@ fn pointer(path: &Path) -> String {
     path.iter()
         .filter_map(|segment| match segment {
             Segment::Seq { index } => Some(format!("/{index}")),
-            Segment::Map { key } => Some(format!("/{}", pointer_token(key))),
-            Segment::Enum { variant } => Some(format!("/{}", pointer_token(variant))),
+            Segment::Map { key: name } | Segment::Enum { variant: name } => Some(member("", name)),
             Segment::Unknown => None,
         })
         .collect()
 }
 
-/// A key as a reference token of a JSON pointer (RFC 6901, section 3).
-pub fn pointer_token(key: &str) -> String {
-    key.replace('~', "~0").replace('/', "~1")
+/// The JSON pointer of the member `key` of what is at `place`; the key is escaped as RFC 6901, section 3, has it.
+pub fn member(place: &str, key: &str) -> String {
+    format!("{place}/{}", key.replace('~', "~0").replace('/', "~1"))
 }

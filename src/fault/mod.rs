@@ -4,10 +4,11 @@
 //! [`InputError`], so that the command line and the HTTP service can name the place the same way.
 
 mod json;
+mod strict;
 
 use std::fmt;
 
-pub use json::{Parts, from_json, pointer_token};
+pub use json::{Parts, from_json, member};
 
 /// One thing wrong with an input.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]

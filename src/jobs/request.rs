@@ -54,8 +54,8 @@ impl JobRequest {
     ///
     /// # Errors
     ///
-    /// [`InputError::Malformed`] when `bytes` is not a JSON object, otherwise
-    /// [`InputError::Impossible`] with the faults of every part.
+    /// [`InputError::Malformed`] when `bytes` is not JSON, otherwise [`InputError::Impossible`] with the faults of
+    /// every part.
     pub fn parse(bytes: &[u8]) -> Result<Self, InputError> {
         let mut parts = Parts::parse(bytes)?;
         let character = parts.require("character");

@@ -41,7 +41,7 @@ impl StudyRequest {
     ///
     /// # Errors
     ///
-    /// [`InputError::Malformed`] when `bytes` is not a JSON object, otherwise [`InputError::Impossible`] with
+    /// [`InputError::Malformed`] when `bytes` is not JSON, otherwise [`InputError::Impossible`] with
     /// every fault of the scenario, its character and its motion.
     pub fn parse(bytes: &[u8]) -> Result<(Self, Setup), InputError> {
         let mut parts = Parts::parse(bytes)?;

@@ -1,8 +1,11 @@
 //! The scenario document.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use schemars::JsonSchema;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 use crate::fault::{Fault, InputError};
@@ -54,7 +57,7 @@ fn hundredth() -> f64 {
 }
 
 /// Where a character comes from.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum CharacterSource {
     /// Path of a URDF, JSON or zip file.
@@ -64,13 +67,50 @@ pub enum CharacterSource {
 }
 
 /// A character within another document.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum InlineCharacter {
     /// The text of a URDF.
     Urdf(String),
     /// A character document.
     Json(serde_json::Value),
+}
+
+impl<'de> Deserialize<'de> for CharacterSource {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Source;
+
+        impl<'de> Visitor<'de> for Source {
+            type Value = CharacterSource;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a path, {\"urdf\": \"…\"} or {\"json\": {…}}")
+            }
+
+            fn visit_str<E>(self, path: &str) -> Result<CharacterSource, E> {
+                Ok(CharacterSource::Path(path.to_owned()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, members: A) -> Result<CharacterSource, A::Error> {
+                let given = Inline::deserialize(MapAccessDeserializer::new(members))?;
+                Ok(CharacterSource::Inline(match given {
+                    Inline { urdf: Some(text), json: None } => InlineCharacter::Urdf(text),
+                    Inline { urdf: None, json: Some(document) } => InlineCharacter::Json(document),
+                    _ => return Err(A::Error::custom("give either `urdf` or `json`")),
+                }))
+            }
+        }
+
+        deserializer.deserialize_any(Source)
+    }
+}
+
+/// An [`InlineCharacter`] as it is read.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Inline {
+    urdf: Option<String>,
+    json: Option<serde_json::Value>,
 }
 
 /// How a simulation starts.

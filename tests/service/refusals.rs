@@ -164,8 +164,25 @@ fn job_documents() {
             assert!(pointers.iter().any(|pointer| pointer.starts_with(place)), "{place}: {problem}");
         }
     }
+    let problem = service.post("/v1/jobs", "application/json", b"[]").problem(422);
+    assert_eq!(pointers(&problem), [""]);
     let problem = service.post("/v1/jobs", "application/json", b"{\"character\": }").problem(400);
     assert_eq!(pointers(&problem), ["line 1, column 15"]);
+    assert_goes_on(&service);
+}
+
+#[test]
+fn values_of_the_wrong_type() {
+    let service = Service::start();
+    let character = json!({ "urdf": PADDLER });
+    let simulate = |field: &str, value: Value| {
+        let document = json!({ "character": character, "duration": 0.01, field: value });
+        pointers(&service.post_json("/v1/simulations", &document).problem(422))
+    };
+    assert_eq!(simulate("scene", json!({ "effects": { "gravity": true } })), ["/scene/effects/gravity"]);
+    assert_eq!(simulate("scene", json!({ "gravity": [0, 0, -9.81, 0] })), ["/scene/gravity"]);
+    assert_eq!(simulate("drive", json!({ "kind": "hold", "max_torque": "foo" })), ["/drive/max_torque"]);
+    assert_eq!(simulate("character", json!({ "foo": 1 })), ["/character/foo"]);
     assert_goes_on(&service);
 }
 

@@ -62,7 +62,7 @@ pub fn draft(bytes: &[u8]) -> Result<Draft, InputError> {
         angles
             .into_iter()
             .map(|(name, angle)| {
-                let place = format!("/standing/{}", fault::pointer_token(&name));
+                let place = fault::member("/standing", &name);
                 (At::new(name, place), angle)
             })
             .collect()

@@ -1,8 +1,10 @@
 //! What moves the joints.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use schemars::JsonSchema;
+use serde::de::{Deserializer, Error, Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
 
 /// What moves the joints.
@@ -84,8 +86,8 @@ pub enum Feedforward {
 }
 
 /// Greatest torque of the actuators; in documents `"character"`, a number, or `null`.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(from = "MaxTorqueWord", into = "MaxTorqueWord")]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
+#[serde(into = "MaxTorqueWord")]
 #[schemars(with = "MaxTorqueWord")]
 pub enum MaxTorque {
     /// The character's own effort limits.
@@ -98,7 +100,7 @@ pub enum MaxTorque {
 }
 
 /// The documents' spelling of [`MaxTorque`].
-#[derive(Serialize, Deserialize, JsonSchema)]
+#[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
 enum MaxTorqueWord {
     Number(f64),
@@ -106,19 +108,48 @@ enum MaxTorqueWord {
     Null(()),
 }
 
-#[derive(Serialize, Deserialize, JsonSchema)]
+#[derive(Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 enum CharacterWord {
     Character,
 }
 
-impl From<MaxTorqueWord> for MaxTorque {
-    fn from(word: MaxTorqueWord) -> Self {
-        match word {
-            MaxTorqueWord::Number(limit) => Self::All(limit),
-            MaxTorqueWord::Word(CharacterWord::Character) => Self::Character,
-            MaxTorqueWord::Null(()) => Self::Unlimited,
+impl<'de> Deserialize<'de> for MaxTorque {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Limit;
+
+        impl Visitor<'_> for Limit {
+            type Value = MaxTorque;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("\"character\", a number, or null")
+            }
+
+            fn visit_f64<E>(self, limit: f64) -> Result<MaxTorque, E> {
+                Ok(MaxTorque::All(limit))
+            }
+
+            fn visit_u64<E>(self, limit: u64) -> Result<MaxTorque, E> {
+                Ok(MaxTorque::All(limit as f64))
+            }
+
+            fn visit_i64<E>(self, limit: i64) -> Result<MaxTorque, E> {
+                Ok(MaxTorque::All(limit as f64))
+            }
+
+            fn visit_str<E: Error>(self, word: &str) -> Result<MaxTorque, E> {
+                match word {
+                    "character" => Ok(MaxTorque::Character),
+                    _ => Err(E::invalid_value(Unexpected::Str(word), &self)),
+                }
+            }
+
+            fn visit_unit<E>(self) -> Result<MaxTorque, E> {
+                Ok(MaxTorque::Unlimited)
+            }
         }
+
+        deserializer.deserialize_any(Limit)
     }
 }
 

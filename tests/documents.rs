@@ -1,0 +1,76 @@
+//! Documents that say what cannot be meant: refused, with the place of the fault and on one line.
+
+use gaitwright::fault::InputError;
+use gaitwright::scenario::{NoFiles, Scenario};
+use serde_json::{Value, json};
+
+/// A crank on a motor that carries a passive rod.
+fn swing() -> Value {
+    let ball = json!([{ "kind": "sphere", "radius": 0.1 }]);
+    let link = |name: &str| json!({ "name": name, "density": 1000, "shapes": ball });
+    json!({
+        "format": "gaitwright/character@1", "name": "swing",
+        "links": [link("post"), link("crank"), link("rod")],
+        "joints": [
+            { "name": "motor", "kind": "continuous", "parent": "post", "child": "crank",
+              "origin": { "position": [0.5, 0, 0] }, "axis": [0, 1, 0] },
+            { "name": "hinge", "kind": "continuous", "parent": "crank", "child": "rod",
+              "origin": { "position": [0.5, 0, 0] }, "axis": [0, 1, 0], "actuation": null }]
+    })
+}
+
+/// A scenario of the swing with these parts.
+fn scenario(parts: &Value) -> Value {
+    let mut document = json!({ "character": { "json": swing() }, "duration": 0.01 });
+    for (name, part) in parts.as_object().unwrap() {
+        document[name] = part.clone();
+    }
+    document
+}
+
+/// Why the scenario in `text` is refused.
+fn refused(text: &str) -> InputError {
+    let set_up = Scenario::parse(text.as_bytes()).and_then(|scenario| scenario.set_up(&NoFiles));
+    set_up.err().unwrap_or_else(|| panic!("taken: {text}"))
+}
+
+/// The fault of the scenario in `text`, which is well-formed, as it is told.
+fn fault(text: &str) -> String {
+    let error = refused(text);
+    assert!(matches!(&error, InputError::Impossible(faults) if faults.len() == 1), "{text}: {error:?}");
+    error.to_string()
+}
+
+/// Asserts that a scenario with these parts has its fault at `place`, and that the reason says `reason`.
+fn assert_fault(parts: &Value, place: &str, reason: &str) {
+    let fault = fault(&scenario(parts).to_string());
+    assert!(fault.starts_with(&format!("{place}: ")) && fault.contains(reason), "{parts}: {fault}");
+}
+
+#[test]
+fn values_of_the_wrong_type_are_named() {
+    let hold = |field: &str, value: Value| json!({ "drive": { "kind": "hold", field: value } });
+    let root = json!({ "position": [0, 0, 1], "orientation": [1, 0, 0, 0, 0] });
+    for (parts, place, reason) in [
+        (json!({ "scene": { "effects": { "gravity": true } } }), "/scene/effects/gravity", "on, off, auto"),
+        (json!({ "scene": { "gravity": [0, 0, -9.81, 0] } }), "/scene/gravity", "invalid length 4"),
+        (json!({ "start": { "root": root } }), "/start/root/orientation", "invalid length 5"),
+        (json!({ "character": { "foo": 1 } }), "/character/foo", "`urdf` or `json`"),
+        (json!({ "character": {} }), "/character", "`urdf` or `json`"),
+        (json!({ "character": 7 }), "/character", "a path"),
+        (hold("max_torque", json!("foo")), "/drive/max_torque", "\"character\", a number, or null"),
+        (hold("stiffness", json!("foo")), "/drive/stiffness", "expected f64"),
+        (hold("joints", json!({ "motor": "foo" })), "/drive/joints/motor", "expected f64"),
+        (json!({ "drive": { "kind": "hovld" } }), "/drive/kind", "unknown variant"),
+        (json!({ "drive": { "stiffness": 1 } }), "/drive", "missing field `kind`"),
+    ] {
+        assert_fault(&parts, place, reason);
+    }
+    let mut bent = scenario(&json!({}));
+    bent["character"]["json"]["joints"][0]["axis"] = json!([0, 1, 0, 0]);
+    let fault = fault(&bent.to_string());
+    assert!(fault.starts_with("/character/joints/0/axis: invalid length 4"), "{fault}");
+    for text in ["{\"character\": tru}", "{\"character\": \"a\"} {}"] {
+        assert!(matches!(refused(text), InputError::Malformed(_)), "{text}");
+    }
+}
