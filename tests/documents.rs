@@ -74,3 +74,28 @@ fn values_of_the_wrong_type_are_named() {
         assert!(matches!(refused(text), InputError::Malformed(_)), "{text}");
     }
 }
+
+#[test]
+fn keys_given_twice_are_named() {
+    let character = json!({ "json": swing() }).to_string();
+    let standing =
+        character.replacen("\"name\"", "\"standing\": { \"motor\": 0, \"motor\": 1 }, \"name\"", 1);
+    for (character, parts, place) in [
+        (&character, r#""start": { "joints": { "motor": {}, "motor": {} } }"#, "/start/joints/motor"),
+        (
+            &character,
+            r#""drive": { "kind": "hold", "joints": { "motor": 0, "motor": 1 } }"#,
+            "/drive/joints/motor",
+        ),
+        (
+            &character,
+            r#""scene": { "effects": { "gravity": "on", "gravity": "off" } }"#,
+            "/scene/effects/gravity",
+        ),
+        (&character, r#""duration": 1, "duration": 2"#, "/duration"),
+        (&standing, r#""duration": 1"#, "/character/json/"),
+    ] {
+        let fault = fault(&format!("{{ \"character\": {character}, {parts} }}"));
+        assert!(fault.starts_with(place) && fault.contains("given twice"), "{fault}");
+    }
+}

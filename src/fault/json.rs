@@ -5,6 +5,7 @@ use serde_json::{Map, Value};
 use serde_path_to_error::{Path, Segment};
 
 use super::strict::Strict;
+use super::tree::Tree;
 use super::{Fault, InputError};
 
 /// Most members of an object in which the place of a fault is looked for.
@@ -17,7 +18,7 @@ const TAG: &str = "kind";
 ///
 /// # Errors
 /// [`InputError::Malformed`] with line and column for what is not JSON; [`InputError::Impossible`] with a
-/// JSON pointer for an unknown field, a missing one or a value of the wrong kind.
+/// JSON pointer for an unknown field, a missing one, one that is given twice or a value of the wrong kind.
 pub fn from_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, InputError> {
     read(&mut parse(bytes)?).map_err(|fault| InputError::Impossible(vec![fault]))
 }
@@ -25,7 +26,7 @@ pub fn from_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, InputError> {
 /// The document in `bytes`, whatever it is.
 fn parse(bytes: &[u8]) -> Result<Value, InputError> {
     let mut reader = serde_json::Deserializer::from_slice(bytes);
-    let tree: Value = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
+    let Tree(tree) = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
         let pointer = pointer(error.path());
         let error = error.into_inner();
         if error.is_data() {
@@ -109,7 +110,7 @@ impl Parts {
     /// # Errors
     ///
     /// [`InputError::Malformed`] with line and column when `bytes` is not JSON, [`InputError::Impossible`] when
-    /// it is no object.
+    /// it is no object or has a key twice.
     pub fn parse(bytes: &[u8]) -> Result<Self, InputError> {
         match parse(bytes)? {
             Value::Object(fields) => Ok(Self { fields, faults: Vec::new() }),

@@ -5,6 +5,7 @@
 
 mod json;
 mod strict;
+mod tree;
 
 use std::fmt;
 
