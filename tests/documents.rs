@@ -99,3 +99,21 @@ fn keys_given_twice_are_named() {
         assert!(fault.starts_with(place) && fault.contains("given twice"), "{fault}");
     }
 }
+
+#[test]
+fn an_array_is_no_object() {
+    let shape = json!({ "kind": "sphere", "radius": 1, "pose": [[0, 0, 1]] });
+    for (parts, place) in [
+        (json!({ "scene": [[0, 0, -9.81]] }), "/scene"),
+        (json!({ "scene": { "ground": ["plane", 0] } }), "/scene/ground"),
+        (json!({ "scene": { "obstacles": [["wall", shape]] } }), "/scene/obstacles/0"),
+        (json!({ "scene": { "obstacles": [{ "shape": shape }] } }), "/scene/obstacles/0/shape/pose"),
+        (json!({ "drive": ["none"] }), "/drive"),
+        (json!({ "accuracy": [null, 0.001] }), "/accuracy"),
+    ] {
+        let fault = fault(&scenario(&parts).to_string());
+        assert!(fault.starts_with(place) && fault.contains("object"), "{fault}");
+    }
+    let whole = json!(["gaitwright/scenario@1", { "json": swing() }]);
+    assert!(fault(&whole.to_string()).contains("object"));
+}

@@ -10,6 +10,7 @@ mod tree;
 use std::fmt;
 
 pub use json::{Parts, from_json, member};
+pub use strict::object;
 
 /// One thing wrong with an input.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]

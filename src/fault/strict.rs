@@ -1,21 +1,31 @@
-//! A JSON value as a source of typed documents.
+//! A JSON value as a source of typed documents, stricter than the usual one.
 
-use serde::de::value::{MapDeserializer, SeqDeserializer};
-use serde::de::{Deserializer, Error, IntoDeserializer, Visitor};
-use serde::forward_to_deserialize_any;
+use std::fmt;
+use std::marker::PhantomData;
+
+use serde::de::value::{MapAccessDeserializer, MapDeserializer, SeqDeserializer};
+use serde::de::{Deserializer, Error, IntoDeserializer, MapAccess, Visitor};
+use serde::{Deserialize, forward_to_deserialize_any};
 use serde_json::Value;
 
-/// Gives a value to what is read from it.
+/// Gives a value to what is read from it. Structures are read from objects alone, where serde's own readers take
+/// the values of their fields in order as well.
 #[derive(Debug, Clone, Copy)]
 pub struct Strict<'a> {
     value: &'a Value,
+    /// Whether it is an element of an array.
+    listed: bool,
 }
 
 impl<'a> Strict<'a> {
     /// Reads from `value`.
     pub fn new(value: &'a Value) -> Self {
-        Self { value }
+        Self { value, listed: false }
     }
+}
+
+fn no_object<E: Error>() -> E {
+    E::custom("the members of an object cannot be given as an array")
 }
 
 impl<'de> Deserializer<'de> for Strict<'de> {
@@ -24,7 +34,7 @@ impl<'de> Deserializer<'de> for Strict<'de> {
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Self::Error> {
         match self.value {
             Value::Array(elements) => {
-                let elements = elements.iter().map(Strict::new);
+                let elements = elements.iter().map(|value| Strict { value, listed: true });
                 let mut elements = SeqDeserializer::new(elements);
                 let read = visitor.visit_seq(&mut elements)?;
                 elements.end()?;
@@ -53,6 +63,15 @@ impl<'de> Deserializer<'de> for Strict<'de> {
         visitor.visit_newtype_struct(self)
     }
 
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Self::Error> {
+        if self.value.is_array() { Err(no_object()) } else { self.deserialize_any(visitor) }
+    }
+
     fn deserialize_enum<V: Visitor<'de>>(
         self,
         name: &'static str,
@@ -65,9 +84,14 @@ impl<'de> Deserializer<'de> for Strict<'de> {
         }
     }
 
+    fn deserialize_identifier<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Self::Error> {
+        // The element of an array is asked for as a name only where the array stands for an object with a tag.
+        if self.listed { Err(no_object()) } else { self.deserialize_any(visitor) }
+    }
+
     forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct struct seq
-        tuple tuple_struct map identifier ignored_any
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq
+        tuple tuple_struct map ignored_any
     }
 }
 
@@ -77,4 +101,28 @@ impl<'de> IntoDeserializer<'de, serde_json::Error> for Strict<'de> {
     fn into_deserializer(self) -> Self {
         self
     }
+}
+
+/// Reads a structure from an object alone, for fields of objects with a tag: those are read from a buffer, which
+/// takes an array as well.
+///
+/// # Errors
+///
+/// Those of `deserializer`, and when it holds no object.
+pub fn object<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<T, D::Error> {
+    struct Members<T>(PhantomData<T>);
+
+    impl<'de, T: Deserialize<'de>> Visitor<'de> for Members<T> {
+        type Value = T;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("an object")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, members: A) -> Result<T, A::Error> {
+            T::deserialize(MapAccessDeserializer::new(members))
+        }
+    }
+
+    deserializer.deserialize_map(Members(PhantomData))
 }

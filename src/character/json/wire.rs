@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::fault::object;
+
 /// A character: links joined by joints into one tree, and loops closed over it. SI units, radians, z up, x forward.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -95,7 +97,7 @@ pub enum Shape {
         /// m.
         radius: f64,
         /// The shape's frame in that of its link, or of the world for an obstacle.
-        #[serde(default)]
+        #[serde(default, deserialize_with = "object")]
         pose: Pose,
         /// Red, green, blue, opacity, 0 to 1.
         #[serde(default)]
@@ -106,7 +108,7 @@ pub enum Shape {
         /// Full lengths of the edges, m.
         size: [f64; 3],
         /// The shape's frame in that of its link, or of the world for an obstacle.
-        #[serde(default)]
+        #[serde(default, deserialize_with = "object")]
         pose: Pose,
         /// Red, green, blue, opacity, 0 to 1.
         #[serde(default)]
@@ -119,7 +121,7 @@ pub enum Shape {
         /// Full length, m.
         length: f64,
         /// The shape's frame in that of its link, or of the world for an obstacle.
-        #[serde(default)]
+        #[serde(default, deserialize_with = "object")]
         pose: Pose,
         /// Red, green, blue, opacity, 0 to 1.
         #[serde(default)]
@@ -132,7 +134,7 @@ pub enum Shape {
         /// Length of the straight part, m.
         length: f64,
         /// The shape's frame in that of its link, or of the world for an obstacle.
-        #[serde(default)]
+        #[serde(default, deserialize_with = "object")]
         pose: Pose,
         /// Red, green, blue, opacity, 0 to 1.
         #[serde(default)]
@@ -143,7 +145,7 @@ pub enum Shape {
         /// At least 4 points, not all in one plane, m.
         vertices: Vec<[f64; 3]>,
         /// The shape's frame in that of its link, or of the world for an obstacle.
-        #[serde(default)]
+        #[serde(default, deserialize_with = "object")]
         pose: Pose,
         /// Red, green, blue, opacity, 0 to 1.
         #[serde(default)]
