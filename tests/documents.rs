@@ -117,3 +117,16 @@ fn an_array_is_no_object() {
     let whole = json!(["gaitwright/scenario@1", { "json": swing() }]);
     assert!(fault(&whole.to_string()).contains("object"));
 }
+
+#[test]
+fn names_are_escaped_in_places_and_stay_on_one_line() {
+    for parts in [
+        json!({ "start": { "joints": { "a/b~\nc": {} } } }),
+        json!({ "drive": { "kind": "torque", "joints": { "a/b~\nc": 1 } } }),
+    ] {
+        let error = refused(&scenario(&parts).to_string());
+        assert!(error.faults()[0].pointer.ends_with("/joints/a~1b~0\nc"), "{error:?}");
+        assert!(error.to_string().contains("a~1b~0\\nc: the character has no movable joint"), "{error}");
+        assert_eq!(error.to_string().lines().count(), 1, "{error}");
+    }
+}

@@ -3,7 +3,7 @@
 use std::io;
 use std::process::ExitCode;
 
-use gaitwright::fault::InputError;
+use gaitwright::fault::{InputError, one_line};
 
 /// Why a command did not succeed.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ impl Failure {
                 ExitCode::from(2)
             }
             Self::Work(error) => {
-                eprintln!("{error:#}");
+                eprintln!("{}", one_line(&format!("{error:#}")));
                 ExitCode::FAILURE
             }
             Self::Unread => ExitCode::SUCCESS,

@@ -7,6 +7,7 @@ mod json;
 mod strict;
 mod tree;
 
+use std::borrow::Cow;
 use std::fmt;
 
 pub use json::{Parts, from_json, member};
@@ -40,14 +41,23 @@ impl Fault {
     }
 }
 
+/// On one line, whatever names the document gives its parts.
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.pointer.is_empty() {
-            f.write_str(&self.reason)
-        } else {
-            write!(f, "{}: {}", self.pointer, self.reason)
+        if !self.pointer.is_empty() {
+            write!(f, "{}: ", one_line(&self.pointer))?;
         }
+        f.write_str(&one_line(&self.reason))
     }
+}
+
+/// `text` with its line breaks and other control characters escaped.
+pub fn one_line(text: &str) -> Cow<'_, str> {
+    if !text.contains(char::is_control) {
+        return text.into();
+    }
+    let escaped = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
+    text.chars().map(escaped).collect()
 }
 
 /// An input that cannot be used, with everything found wrong with it.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::document::{Keyframe, Motion, RootAdvance, RootMotion};
-use crate::fault::{self, Fault, InputError};
+use crate::fault::{self, Fault, InputError, member};
 
 /// Greatest size of a document that is read, bytes.
 const MAX_BYTES: usize = 64 << 20;
@@ -122,7 +122,7 @@ impl Motion {
             ("validity/foot_slip", validity.foot_slip),
             ("validity/tracking_error", validity.tracking_error),
         ];
-        let duties = metrics.duty_factors.iter().map(|(link, duty)| (format!("duty_factors/{link}"), *duty));
+        let duties = metrics.duty_factors.iter().map(|(link, duty)| (member("duty_factors", link), *duty));
         let trials = validity.trials.iter().enumerate().flat_map(|(index, trial)| {
             let place = format!("validity/trials/{index}");
             [

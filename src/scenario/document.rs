@@ -8,7 +8,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
-use crate::fault::{Fault, InputError};
+use crate::fault::{Fault, InputError, member};
 use crate::motion::RootMotion;
 use crate::scene::{AskedAccuracy, Drive, Scene};
 
@@ -186,7 +186,7 @@ impl Scenario {
         }
         for (name, joint) in &self.start.joints {
             if !(joint.angle.unwrap_or(0.0).is_finite() && joint.velocity.is_finite()) {
-                faults.push(Fault::new(format!("/start/joints/{name}"), "every number must be finite"));
+                faults.push(Fault::new(member("/start/joints", name), "every number must be finite"));
             }
         }
         faults

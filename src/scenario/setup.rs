@@ -8,7 +8,7 @@ use nalgebra::UnitQuaternion;
 use super::document::{CharacterSource, InlineCharacter, Scenario};
 use super::script::Script;
 use crate::character::{self, Options, Reading, Source};
-use crate::fault::{Fault, InputError};
+use crate::fault::{Fault, InputError, member};
 use crate::model::Model;
 use crate::motion::{Motion, Player};
 use crate::scene::{Accuracy, Drive, Feedforward, Gains, MaxTorque, Scene, StepPlan, Terrain};
@@ -148,7 +148,7 @@ impl Scenario {
             for (name, value) in joints {
                 match model.joint(name) {
                     Some(_) if !value.is_finite() => {
-                        faults.push(Fault::new(format!("/drive/joints/{name}"), "must be a finite number"));
+                        faults.push(Fault::new(member("/drive/joints", name), "must be a finite number"));
                     }
                     Some(index) => values[index] = *value,
                     None => faults.push(unknown_joint("/drive/joints", name)),
@@ -182,7 +182,7 @@ impl Scenario {
 }
 
 fn unknown_joint(place: &str, name: &str) -> Fault {
-    Fault::new(format!("{place}/{name}"), format!("the character has no movable joint \"{name}\""))
+    Fault::new(member(place, name), format!("the character has no movable joint \"{name}\""))
 }
 
 fn read_motion(motion: &serde_json::Value, files: &impl Files) -> Result<Motion, InputError> {
