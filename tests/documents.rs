@@ -48,6 +48,19 @@ fn assert_fault(parts: &Value, place: &str, reason: &str) {
 }
 
 #[test]
+fn unknown_fields_of_things_with_a_kind_are_named() {
+    let shape = json!({ "kind": "sphere", "radius": 1, "raduis": 1 });
+    for (parts, place) in [
+        (json!({ "drive": { "kind": "none", "stifness": 3 } }), "/drive/stifness"),
+        (json!({ "drive": { "kind": "hold", "stifness": 3 } }), "/drive/stifness"),
+        (json!({ "scene": { "ground": { "kind": "plane", "hieght": 0 } } }), "/scene/ground/hieght"),
+        (json!({ "scene": { "obstacles": [{ "shape": shape }] } }), "/scene/obstacles/0/shape/raduis"),
+    ] {
+        assert_fault(&parts, place, "unknown field");
+    }
+}
+
+#[test]
 fn values_of_the_wrong_type_are_named() {
     let hold = |field: &str, value: Value| json!({ "drive": { "kind": "hold", field: value } });
     let root = json!({ "position": [0, 0, 1], "orientation": [1, 0, 0, 0, 0] });

@@ -156,7 +156,7 @@ impl Scenario {
             }
         };
         Ok(match &self.drive {
-            Drive::None => (None, Script::Passive),
+            Drive::None {} => (None, Script::Passive),
             Drive::Torque { joints } => {
                 let mut torque = vec![0.0; model.joint_count()];
                 fill(&mut torque, joints);

@@ -70,7 +70,7 @@ pub fn scenario(character: CharacterSource, scene: Scene) -> Scenario {
         scene,
         accuracy: AskedAccuracy::Settings(Accuracy::default()),
         start: Start::default(),
-        drive: Drive::None,
+        drive: Drive::default(),
         duration: 10.0,
         sample_every: 0.04,
     }

@@ -97,7 +97,7 @@ fn scenario(character: Value, scene: Scene, root: RootMotion, seconds: f64) -> S
         scene,
         accuracy: AskedAccuracy::default(),
         start: Start { root: Some(root), joints: BTreeMap::new() },
-        drive: Drive::None,
+        drive: Drive::default(),
         duration: seconds,
         sample_every: seconds / f64::from(MARKS),
     }

@@ -8,12 +8,12 @@ use serde::de::{Deserializer, Error, Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
 
 /// What moves the joints.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema, Default)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Drive {
     /// Passive joints.
-    #[default]
-    None,
+    // With braces: of a variant without them any field is taken, and ignored.
+    None {},
     /// Constant torques.
     Torque {
         /// N m (N for prismatic joints) by joint name; 0 where left out.
@@ -55,6 +55,12 @@ pub enum Drive {
         /// A motion document, or the path of one.
         motion: serde_json::Value,
     },
+}
+
+impl Default for Drive {
+    fn default() -> Self {
+        Self::None {}
+    }
 }
 
 /// How strongly each joint is driven toward its target (Tokizaki & Hasegawa eq. 19), one entry a
