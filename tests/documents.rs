@@ -114,6 +114,14 @@ fn keys_given_twice_are_named() {
 }
 
 #[test]
+fn a_target_for_a_passive_joint_is_refused() {
+    let drive = |joint: &str| json!({ "drive": { "kind": "hold", "joints": { joint: 0.5 } } });
+    assert_fault(&drive("hinge"), "/drive/joints/hinge", "\"hinge\" is passive");
+    let held = Scenario::parse(scenario(&drive("motor")).to_string().as_bytes()).unwrap();
+    assert!(held.set_up(&NoFiles).is_ok());
+}
+
+#[test]
 fn an_array_is_no_object() {
     let shape = json!({ "kind": "sphere", "radius": 1, "pose": [[0, 0, 1]] });
     for (parts, place) in [

@@ -144,11 +144,17 @@ impl Scenario {
         files: &impl Files,
         faults: &mut Vec<Fault>,
     ) -> Result<(Option<Gains>, Script), InputError> {
+        let holds = matches!(self.drive, Drive::Hold { .. });
         let mut fill = |values: &mut [f64], joints: &BTreeMap<String, f64>| {
             for (name, value) in joints {
                 match model.joint(name) {
                     Some(_) if !value.is_finite() => {
                         faults.push(Fault::new(member("/drive/joints", name), "must be a finite number"));
+                    }
+                    Some(index) if holds && !model.driven[index] => {
+                        let reason =
+                            format!("the joint \"{name}\" is passive: it has no actuator to hold it");
+                        faults.push(Fault::new(member("/drive/joints", name), reason));
                     }
                     Some(index) => values[index] = *value,
                     None => faults.push(unknown_joint("/drive/joints", name)),
