@@ -48,6 +48,15 @@ fn assert_fault(parts: &Value, place: &str, reason: &str) {
 }
 
 #[test]
+fn a_bolted_root_that_moves_is_refused() {
+    let root = |velocity: &str| json!({ "position": [0, 0, 1], velocity: [0, 0, 2] });
+    for velocity in ["linear_velocity", "angular_velocity"] {
+        let parts = json!({ "fixed_base": true, "start": { "root": root(velocity) } });
+        assert_fault(&parts, &format!("/start/root/{velocity}"), "bolted");
+    }
+}
+
+#[test]
 fn unknown_fields_of_things_with_a_kind_are_named() {
     let shape = json!({ "kind": "sphere", "radius": 1, "raduis": 1 });
     for (parts, place) in [

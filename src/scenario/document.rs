@@ -183,6 +183,13 @@ impl Scenario {
             if (length - 1.0).abs() > 1e-3 || length.is_nan() {
                 faults.push(Fault::new("/start/root/orientation", "must be a quaternion of unit length"));
             }
+            let velocities = [("linear", root.linear_velocity), ("angular", root.angular_velocity)];
+            for (kind, _) in
+                velocities.iter().filter(|(_, velocity)| self.fixed_base && *velocity != [0.0; 3])
+            {
+                let reason = "must be zero: the root is bolted to the world, see `fixed_base`";
+                faults.push(Fault::new(format!("/start/root/{kind}_velocity"), reason));
+            }
         }
         for (name, joint) in &self.start.joints {
             if !(joint.angle.unwrap_or(0.0).is_finite() && joint.velocity.is_finite()) {
