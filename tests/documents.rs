@@ -57,6 +57,14 @@ fn a_bolted_root_that_moves_is_refused() {
 }
 
 #[test]
+fn a_bolted_root_is_at_the_origin_where_left_out() {
+    let ground = json!({ "kind": "plane", "height": -3 });
+    let document = scenario(&json!({ "fixed_base": true, "scene": { "ground": ground } }));
+    let setup = Scenario::parse(document.to_string().as_bytes()).unwrap().set_up(&NoFiles).unwrap();
+    assert_eq!(setup.start.root.position.coords.norm(), 0.0);
+}
+
+#[test]
 fn unknown_fields_of_things_with_a_kind_are_named() {
     let shape = json!({ "kind": "sphere", "radius": 1, "raduis": 1 });
     for (parts, place) in [

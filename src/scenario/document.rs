@@ -21,7 +21,7 @@ pub struct Scenario {
     pub format: String,
     /// The character: a path, or inline.
     pub character: CharacterSource,
-    /// Whether the root link is bolted to the world.
+    /// Whether the root link is bolted to the world. It is bolted where `start` has it, and does not move.
     #[serde(default)]
     pub fixed_base: bool,
     /// The world around it.
@@ -117,7 +117,8 @@ struct Inline {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Start {
-    /// The root link; standing where left out.
+    /// The root link; standing where left out. A bolted one is then upright at the world's origin, whatever the
+    /// ground there: what is bolted need not stand.
     pub root: Option<RootMotion>,
     /// Joints by name; as in the standing pose, at rest, where left out.
     pub joints: BTreeMap<String, JointStart>,
