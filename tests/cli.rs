@@ -270,6 +270,13 @@ fn the_gait_of_a_motion_is_that_of_its_training() {
 }
 
 #[test]
+fn a_step_does_not_go_with_a_tolerance() {
+    let document = json!({ "character": PADDLER, "accuracy": { "tolerance": 0.1 } }).to_string();
+    let message = refusal(&run_with(&["simulate", "-", "--step", "0.002"], document.as_bytes()));
+    assert!(message.contains("/accuracy: `tolerance`") && message.contains("--step"), "{message}");
+}
+
+#[test]
 fn an_interrupted_training_writes_what_was_found() {
     let folder = TempDir::new().unwrap();
     let job = write(folder.path(), "job.json", &QUICK.replace("3,", "100000,"));

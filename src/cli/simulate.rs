@@ -44,8 +44,13 @@ impl Simulate {
                 (name(&path), scenario)
             }
         };
-        if let (Some(step), AskedAccuracy::Settings(accuracy)) = (self.step, &mut scenario.accuracy) {
-            accuracy.step = step;
+        match (self.step, &mut scenario.accuracy) {
+            (None, _) => {}
+            (Some(step), AskedAccuracy::Settings(accuracy)) => accuracy.step = step,
+            (Some(_), AskedAccuracy::Tolerance(_)) => {
+                let reason = "`tolerance` chooses the settings: give either it or --step";
+                return Err(Failure::input(name)(InputError::impossible("/accuracy", reason)));
+            }
         }
         let prepared = prepare(&scenario, &Beside(&path)).map_err(Failure::input(name.clone()))?;
         let mut out = BufWriter::new(io::stdout().lock());

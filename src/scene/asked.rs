@@ -62,6 +62,22 @@ struct Fields {
     friction_cone: Option<FrictionCone>,
 }
 
+impl Fields {
+    /// Names of the settings given.
+    fn settings(&self) -> Vec<&'static str> {
+        let given = [
+            ("`step`", self.step.is_some()),
+            ("`step_tolerance`", self.step_tolerance.is_some()),
+            ("`integrator`", self.integrator.is_some()),
+            ("`solver`", self.solver.is_some()),
+            ("`coordinates`", self.coordinates.is_some()),
+            ("`joint_bias`", self.joint_bias.is_some()),
+            ("`friction_cone`", self.friction_cone.is_some()),
+        ];
+        given.into_iter().filter_map(|(name, given)| given.then_some(name)).collect()
+    }
+}
+
 impl AskedAccuracy {
     /// The shortest step that is chosen for a tolerance, s.
     pub const FINEST: f64 = 2.5e-4;
@@ -91,11 +107,22 @@ impl From<Accuracy> for AskedAccuracy {
 }
 
 impl TryFrom<Fields> for AskedAccuracy {
-    type Error = &'static str;
+    type Error = String;
 
     fn try_from(fields: Fields) -> Result<Self, Self::Error> {
+        if let Some(tolerance) = fields.tolerance {
+            let settings = fields.settings();
+            return if settings.is_empty() {
+                Ok(Self::Tolerance(tolerance))
+            } else {
+                Err(format!(
+                    "`tolerance` chooses the settings: give either it or the settings ({})",
+                    settings.join(", ")
+                ))
+            };
+        }
         let Fields {
-            tolerance,
+            tolerance: _,
             step,
             step_tolerance,
             integrator,
@@ -105,7 +132,7 @@ impl TryFrom<Fields> for AskedAccuracy {
             friction_cone,
         } = fields;
         let usual = Accuracy::default();
-        let settings = Accuracy {
+        Ok(Self::Settings(Accuracy {
             step: step.unwrap_or(usual.step),
             step_tolerance: step_tolerance.or(usual.step_tolerance),
             integrator: integrator.unwrap_or(usual.integrator),
@@ -113,12 +140,7 @@ impl TryFrom<Fields> for AskedAccuracy {
             coordinates: coordinates.unwrap_or(usual.coordinates),
             joint_bias: joint_bias.unwrap_or(usual.joint_bias),
             friction_cone: friction_cone.unwrap_or(usual.friction_cone),
-        };
-        match tolerance {
-            None => Ok(Self::Settings(settings)),
-            Some(tolerance) if settings == usual => Ok(Self::Tolerance(tolerance)),
-            Some(_) => Err("a tolerance chooses the settings: give either the tolerance or the settings"),
-        }
+        }))
     }
 }
 

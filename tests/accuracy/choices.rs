@@ -40,6 +40,7 @@ fn faults_are_named_with_their_place() {
         (json!({ "step": "small" }), "/accuracy/step", "invalid type"),
         (json!({ "tolerance": "small" }), "/accuracy/tolerance", "invalid type"),
         (json!({ "tolerance": 1e-3, "step": 0.001 }), "/accuracy", "either"),
+        (json!({ "tolerance": 1e-3, "step": Accuracy::default().step }), "/accuracy", "`step`"),
         (json!({ "tolerance": 0 }), "/accuracy/tolerance", "positive"),
         (json!({ "step": 7 }), "/accuracy/step", "between"),
     ] {
