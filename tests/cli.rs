@@ -269,6 +269,29 @@ fn the_gait_of_a_motion_is_that_of_its_training() {
     assert!(message.contains("paddler"), "{message}");
 }
 
+/// The one line on standard error of a command that has to fail at work.
+fn failure(output: &Output) -> String {
+    let message = String::from_utf8(output.stderr.clone()).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert_eq!(message.trim_end().lines().count(), 1, "one line: {message}");
+    message
+}
+
+#[test]
+fn a_scene_that_cannot_be_simulated_is_a_failure_at_work_everywhere() {
+    let folder = TempDir::new().unwrap();
+    let mut document = json!({ "character": PADDLER, "duration": 0.5,
+        "drive": { "kind": "torque", "joints": { "left_hinge": 1e200 } } });
+    let path = write(folder.path(), "scenario.json", &document.to_string());
+    assert!(failure(&run(&["simulate", &path])).contains("could not go on"));
+    let study = run(&["accuracy", &path, "--out", folder.path().to_str().unwrap()]);
+    assert_eq!(study.status.code(), Some(1));
+    assert!(String::from_utf8(study.stderr).unwrap().contains("broke off"));
+    document["accuracy"] = json!({ "tolerance": 1e-3 });
+    let message = failure(&run_with(&["simulate", "-"], document.to_string().as_bytes()));
+    assert!(message.contains("broke off"), "{message}");
+}
+
 #[test]
 fn a_step_does_not_go_with_a_tolerance() {
     let document = json!({ "character": PADDLER, "accuracy": { "tolerance": 0.1 } }).to_string();

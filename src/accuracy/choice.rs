@@ -6,6 +6,7 @@
 
 use std::sync::Arc;
 
+use super::fault::StudyError;
 use super::reference::{Pieces, reference};
 use super::sweep::Point;
 use super::table::{Engine, Truth};
@@ -41,7 +42,7 @@ pub fn settle(
     setup: &Setup,
     asked: &AskedAccuracy,
     stop: &dyn Fn() -> bool,
-) -> Result<Option<(Accuracy, Option<AccuracyChoice>)>, InputError> {
+) -> Result<Option<(Accuracy, Option<AccuracyChoice>)>, StudyError> {
     let tolerance = match *asked {
         AskedAccuracy::Settings(accuracy) => return Ok(Some((accuracy, None))),
         AskedAccuracy::Tolerance(tolerance) => tolerance,
@@ -64,7 +65,7 @@ pub fn settle(
             let because = because(&truth, work);
             Ok(Some((accuracy, Some(AccuracyChoice { tolerance, error, because }))))
         }
-        None => Err(out_of_reach(most_exact, &truth)),
+        None => Err(out_of_reach(most_exact, &truth).into()),
     }
 }
 
@@ -100,11 +101,11 @@ fn out_of_reach(most_exact: f64, truth: &Truth) -> InputError {
 ///
 /// # Errors
 /// Those of [`Scenario::set_up`] and of [`settle`].
-pub fn prepare(scenario: &Scenario, files: &impl Files) -> Result<Prepared, InputError> {
+pub fn prepare(scenario: &Scenario, files: &impl Files) -> Result<Prepared, StudyError> {
     let setup = scenario.set_up(files)?;
     let settled = settle(&setup, &scenario.accuracy, &|| false)?;
     let (accuracy, choice) = settled.unwrap_or_default();
-    Prepared::new(setup, &accuracy, choice, scenario.sample_every)
+    Ok(Prepared::new(setup, &accuracy, choice, scenario.sample_every)?)
 }
 
 /// A character that stands in `scene` and sways in every joint: what there is to try settings on before it has

@@ -10,6 +10,7 @@
 pub mod catalogue;
 mod choice;
 mod engine;
+mod fault;
 mod front;
 mod measure;
 mod problem;
@@ -21,6 +22,7 @@ mod table;
 mod trial;
 
 pub use choice::{prepare, settle, swaying};
+pub use fault::StudyError;
 pub use front::Recommendation;
 pub use measure::{Measure, displacement};
 pub use problem::{Piece, Problem};

@@ -8,13 +8,14 @@
 
 use std::sync::Arc;
 
+use super::fault::StudyError;
 use super::measure::Measure;
 use super::problem::{Piece, Problem};
 use super::table::Truth;
 use crate::fault::InputError;
 use crate::scenario::Setup;
 use crate::scene::{Accuracy, Integrator, SolverChoice, SolverKind};
-use crate::sim::{Failure, Simulator};
+use crate::sim::Simulator;
 
 /// How a scenario is cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,7 +52,7 @@ pub fn reference(
     setup: &Setup,
     pieces: &Pieces,
     stop: &dyn Fn() -> bool,
-) -> Result<Option<(Problem, Truth)>, InputError> {
+) -> Result<Option<(Problem, Truth)>, StudyError> {
     let span = setup.duration.min(pieces.span);
     let interval = pieces.length.min(span);
     let count = ((span / interval) as usize).clamp(1, pieces.count.max(1));
@@ -107,13 +108,6 @@ fn finely(step: f64) -> Accuracy {
     }
 }
 
-fn broken_off(failure: Failure) -> InputError {
-    InputError::impossible(
-        "",
-        format!("the finest simulation, which others are compared with, broke off: {failure}"),
-    )
-}
-
 /// A simulation on its way through a scenario.
 struct Run<'a> {
     setup: &'a Setup,
@@ -132,13 +126,13 @@ impl<'a> Run<'a> {
     }
 
     /// Takes `steps` steps from where the simulation is; whether it got there before `stop` said so.
-    fn advance(&mut self, steps: usize, stop: &dyn Fn() -> bool) -> Result<bool, InputError> {
+    fn advance(&mut self, steps: usize, stop: &dyn Fn() -> bool) -> Result<bool, StudyError> {
         let (script, start) = (&self.setup.script, self.simulator.state().time);
         script.targets(start, &mut self.next);
         for index in 1..=steps {
             std::mem::swap(&mut self.now, &mut self.next);
             script.targets(start + index as f64 * self.step, &mut self.next);
-            self.simulator.step(script.command(&self.now, &self.next)).map_err(broken_off)?;
+            self.simulator.step(script.command(&self.now, &self.next)).map_err(StudyError::BrokenOff)?;
             if index % STEPS_UNASKED == 0 && stop() {
                 return Ok(false);
             }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::fault::StudyError;
 use super::problem::Problem;
 use super::reference::{Pieces, reference};
 use super::scenes::ClosedForm;
@@ -30,7 +31,7 @@ pub fn study(
     pieces: &Pieces,
     sweep: &Sweep,
     watcher: &mut dyn Watcher,
-) -> Result<Option<Table>, InputError> {
+) -> Result<Option<Table>, StudyError> {
     watcher.progress(0, 1, "computing the reference");
     let Some((problem, truth)) = reference(setup, pieces, &|| watcher.stop())? else { return Ok(None) };
     let mut study = Study::new(name, problem, truth, sweep, watcher);

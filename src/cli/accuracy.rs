@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use gaitwright::accuracy::catalogue;
 use gaitwright::accuracy::scenes::{ClosedForm, SCENES};
-use gaitwright::accuracy::{Pieces, Recommendation, Sweep, Table, Watcher, study};
+use gaitwright::accuracy::{Pieces, Recommendation, StudyError, Sweep, Table, Watcher, study};
 use gaitwright::export::front_diagram;
 use gaitwright::fault::InputError;
 use gaitwright::scenario::Scenario;
@@ -112,14 +112,14 @@ fn of_scene(name: &str) -> Result<Table, Failure> {
         let error = InputError::impossible("", format!("there is no scene of this name; there are {names}"));
         return Err(Failure::input(name)(error));
     };
-    table(scene.study(&Sweep::default(), &mut Progress::new()), name)
+    table(scene.study(&Sweep::default(), &mut Progress::new()).map_err(StudyError::from), name)
 }
 
-fn table(studied: Result<Option<Table>, InputError>, name: &str) -> Result<Table, Failure> {
+fn table(studied: Result<Option<Table>, StudyError>, name: &str) -> Result<Table, Failure> {
     match studied {
         Ok(Some(table)) => Ok(table),
         Ok(None) => Err(Failure::Work(anyhow!("{name}: the study was ended before it was done"))),
-        Err(error) => Err(Failure::input(name)(error)),
+        Err(error) => Err(Failure::study(name)(error)),
     }
 }
 
@@ -131,7 +131,7 @@ fn hard_cases(out: &Path) -> Result<(), Failure> {
     for (index, case) in cases.iter().enumerate() {
         progress.progress(index, cases.len(), &case.name);
         for factor in if case.own_step { &[1.0][..] } else { &[1.0, 4.0] } {
-            verdicts.push(catalogue::judge(case, *factor).map_err(Failure::input(case.name.clone()))?);
+            verdicts.push(catalogue::judge(case, *factor).map_err(Failure::study(case.name.clone()))?);
         }
     }
     leave(out, "hard_cases.csv", catalogue::to_csv(&verdicts).as_bytes())?;

@@ -3,6 +3,8 @@
 use std::io;
 use std::process::ExitCode;
 
+use anyhow::anyhow;
+use gaitwright::accuracy::StudyError;
 use gaitwright::fault::{InputError, one_line};
 
 /// Why a command did not succeed.
@@ -26,6 +28,15 @@ impl Failure {
     pub fn input(name: impl Into<String>) -> impl FnOnce(InputError) -> Self {
         let name = name.into();
         move |error| Self::Input { name, error }
+    }
+
+    /// A study about the input called `name` that was not to be.
+    pub fn study(name: impl Into<String>) -> impl FnOnce(StudyError) -> Self {
+        let name = name.into();
+        move |error| match error {
+            StudyError::Input(error) => Self::Input { name, error },
+            error => Self::Work(anyhow!("{name}: {error}")),
+        }
     }
 
     /// Tells why, and gives the exit status.

@@ -52,7 +52,7 @@ impl Simulate {
                 return Err(Failure::input(name)(InputError::impossible("/accuracy", reason)));
             }
         }
-        let prepared = prepare(&scenario, &Beside(&path)).map_err(Failure::input(name.clone()))?;
+        let prepared = prepare(&scenario, &Beside(&path)).map_err(Failure::study(name.clone()))?;
         let mut out = BufWriter::new(io::stdout().lock());
         let mut written = Ok(());
         let ended = prepared.run(|line| {

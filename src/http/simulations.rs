@@ -15,7 +15,7 @@ use tokio_stream::wrappers::ReceiverStream;
 use super::App;
 use super::extract::JsonBody;
 use super::problem::Problem;
-use crate::accuracy;
+use crate::accuracy::{self, StudyError};
 use crate::fault::InputError;
 use crate::scenario::{Line, NoFiles, Prepared, Scenario};
 
@@ -56,7 +56,10 @@ pub(super) async fn simulate(State(app): State<App>, JsonBody(body): JsonBody) -
 
 fn prepare(body: &[u8]) -> Result<Prepared, InputError> {
     let scenario = Scenario::parse(body)?;
-    let prepared = accuracy::prepare(&scenario, &NoFiles)?;
+    let prepared = accuracy::prepare(&scenario, &NoFiles).map_err(|error| match error {
+        StudyError::Input(error) => error,
+        error => InputError::impossible("/accuracy/tolerance", error.to_string()),
+    })?;
     if prepared.steps() > MOST_STEPS {
         let reason =
             format!("{} steps are more than the {MOST_STEPS} that are simulated here", prepared.steps());

@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use gaitwright::accuracy::scenes::ClosedForm;
-use gaitwright::accuracy::{Engine, Outcome, Pieces, Point, prepare, reference, settle};
+use gaitwright::accuracy::{Engine, Outcome, Pieces, Point, StudyError, prepare, reference, settle};
 use gaitwright::scenario::{Ended, Line, NoFiles, Scenario};
 use gaitwright::scene::{Accuracy, AskedAccuracy, Integrator};
 use serde_json::{Value, json};
@@ -90,7 +90,8 @@ fn the_settings_chosen_keep_the_tolerance_and_no_more() {
 #[test]
 fn a_tolerance_out_of_reach_is_refused() {
     let setup = ClosedForm::named("double-pendulum").unwrap().problem().unwrap().setup;
-    let refused = settle(&setup, &AskedAccuracy::Tolerance(1e-16), &|| false).unwrap_err();
+    let refused = settle(&setup, &AskedAccuracy::Tolerance(1e-16), &|| false);
+    let Err(StudyError::Input(refused)) = refused else { panic!("{refused:?}") };
     assert_eq!(refused.faults()[0].pointer, "/accuracy/tolerance");
     assert!(refused.to_string().contains("most exact"), "{refused}");
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Case, Quantity, Run};
-use crate::accuracy::prepare;
+use crate::accuracy::{StudyError, prepare};
 use crate::fault::InputError;
 use crate::scenario::{Ended, Line, NoFiles};
 use crate::scene::Accuracy;
@@ -80,7 +80,7 @@ pub fn to_csv(verdicts: &[Verdict]) -> String {
 ///
 /// # Errors
 /// What the scene asks for and the simulator does not do.
-pub fn judge(case: &Case, factor: f64) -> Result<Verdict, InputError> {
+pub fn judge(case: &Case, factor: f64) -> Result<Verdict, StudyError> {
     let scenario = case.at(factor);
     let mut samples = Vec::new();
     let mut end = None;
@@ -92,7 +92,7 @@ pub fn judge(case: &Case, factor: f64) -> Result<Verdict, InputError> {
         true
     });
     let Some(summary) = end else {
-        return Err(InputError::impossible("", "the simulation ended without a summary"));
+        return Err(InputError::impossible("", "the simulation ended without a summary").into());
     };
     let run = Run { scenario: &scenario, samples: &samples, summary: &summary };
     let row = |quantity: &Quantity, bound: f64| {

@@ -13,7 +13,7 @@ use std::time::Instant;
 use super::job::Stage;
 use super::request::Settings;
 use super::store::StoreError;
-use crate::accuracy::{settle, swaying};
+use crate::accuracy::{StudyError, settle, swaying};
 use crate::character::{self, JointKind, Link, Options, Reading, Source};
 use crate::export::{DiagramError, RecordingError};
 use crate::fault::{Fault, InputError};
@@ -38,6 +38,9 @@ pub enum RunError {
     /// The character, or what is wanted of it, is impossible.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// The simulation that settings are compared with broke off.
+    #[error(transparent)]
+    Study(StudyError),
     /// A file could not be written.
     #[error("a file could not be written: {0}")]
     File(#[from] std::io::Error),
@@ -53,6 +56,15 @@ pub enum RunError {
     /// The store failed.
     #[error(transparent)]
     Store(#[from] StoreError),
+}
+
+impl From<StudyError> for RunError {
+    fn from(error: StudyError) -> Self {
+        match error {
+            StudyError::Input(error) => Self::Input(error),
+            error => Self::Study(error),
+        }
+    }
 }
 
 impl From<LearnError> for RunError {
