@@ -261,6 +261,10 @@ fn the_gait_of_a_motion_is_that_of_its_training() {
     assert_eq!(report, json(&out.join("gait.json")));
     assert!(std::fs::read_to_string(svg).unwrap().contains("<svg"));
     let alone: Value = serde_json::from_str(&stdout(&run(&["gait", motion]))).unwrap();
+    assert_eq!(
+        (&report["format"], &alone["format"]),
+        (&json!("gaitwright/gait@1"), &json!("gaitwright/metrics@1"))
+    );
     assert_eq!(alone["speed"], report["speed"]);
 
     let other = std::fs::read_to_string(PADDLER).unwrap().replace("\"2\"", "\"2.5\"");
@@ -269,12 +273,45 @@ fn the_gait_of_a_motion_is_that_of_its_training() {
     assert!(message.contains("paddler"), "{message}");
 }
 
+/// The bundled walk, changed, played with the bundled quadruped.
+fn gait_of_changed_walk(change: impl FnOnce(&mut Value)) -> Output {
+    let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/examples");
+    let mut motion = json(&Path::new(examples).join("quadruped-walk.motion.json"));
+    change(&mut motion);
+    let quadruped = format!("{examples}/quadruped.urdf");
+    run_with(&["gait", "-", "--character", &quadruped], motion.to_string().as_bytes())
+}
+
 /// The one line on standard error of a command that has to fail at work.
 fn failure(output: &Output) -> String {
     let message = String::from_utf8(output.stderr.clone()).unwrap();
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert_eq!(message.trim_end().lines().count(), 1, "one line: {message}");
     message
+}
+
+#[test]
+fn the_gait_of_a_motion_that_breaks_off_is_not_told() {
+    let broken = gait_of_changed_walk(|motion| motion["keyframes"][1]["angles"][0] = json!(1e308));
+    let message = failure(&broken);
+    assert!(message.starts_with("standard input: ") && message.contains("broke off"), "{message}");
+    assert!(message.contains(" s (") && broken.stdout.is_empty(), "{message}");
+}
+
+#[test]
+fn the_gait_of_a_motion_that_ends_in_a_fall_says_so() {
+    // The ground tilted against gravity: by little, and by more than it can stand on.
+    let fallen = gait_of_changed_walk(|motion| motion["scene"]["gravity"] = json!([0, 9, -9]));
+    let report: Value = serde_json::from_str(&stdout(&fallen)).unwrap();
+    let (fell, seen) = (report["fell_at"].as_f64().unwrap(), report["span"][1].as_f64().unwrap());
+    assert!(seen <= fell && fell < seen + 0.01 && fell < 20.0, "{fell} {seen}");
+    assert!(String::from_utf8(fallen.stderr).unwrap().contains("fell after"));
+
+    let at_once = gait_of_changed_walk(|motion| motion["scene"]["gravity"] = json!([0, 20, -9]));
+    assert!(failure(&at_once).contains("fell after") && at_once.stdout.is_empty());
+
+    let upright: Value = serde_json::from_str(&stdout(&gait_of_changed_walk(|_| ()))).unwrap();
+    assert!(upright.get("fell_at").is_none());
 }
 
 #[test]

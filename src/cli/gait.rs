@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use gaitwright::export::gait_diagram;
 use gaitwright::fault::InputError;
-use gaitwright::jobs::replay;
-use gaitwright::motion::Motion;
+use gaitwright::jobs::{ReplayError, replay};
+use gaitwright::motion::{Metrics, Motion};
+use serde::Serialize;
 
 use super::failure::Failure;
 use super::input::{name, print, read, read_character};
@@ -25,11 +26,19 @@ pub struct Gait {
     svg: Option<PathBuf>,
 }
 
+/// What is printed of a motion without its character.
+#[derive(Serialize)]
+struct Told<'a> {
+    format: &'static str,
+    #[serde(flatten)]
+    metrics: &'a Metrics,
+}
+
 impl Gait {
     pub fn run(self) -> Result<(), Failure> {
         let motion = Motion::parse(&read(&self.motion)?).map_err(Failure::input(name(&self.motion)))?;
         let Some(path) = &self.character else {
-            return print(&motion.metrics);
+            return print(&Told { format: "gaitwright/metrics@1", metrics: &motion.metrics });
         };
         let reading = read_character(path, false)?;
         if reading.character.digest != motion.character.digest {
@@ -39,7 +48,16 @@ impl Gait {
             );
             return Err(Failure::input(name(path))(InputError::impossible("", reason)));
         }
-        let report = replay(&motion, &reading).map_err(Failure::input(name(&self.motion)))?;
+        let file = name(&self.motion);
+        let report = replay(&motion, &reading).map_err(|error| match error {
+            ReplayError::Input(error) => Failure::Input { name: file.clone(), error },
+            error => Failure::Work(anyhow!("{file}: {error}")),
+        })?;
+        if let Some(time) = report.fell_at {
+            eprintln!(
+                "{file}: the character fell after {time:.3} s; the gait is that of the time until then"
+            );
+        }
         if let Some(svg) = &self.svg {
             std::fs::write(svg, gait_diagram(&report)?)
                 .with_context(|| format!("{} cannot be written", svg.display()))?;

@@ -102,6 +102,7 @@ pub fn measure(trace: &Trace, setting: &Setting<'_>) -> GaitReport {
         positive_cost_of_transport: cost(trace.positive_work),
         stance_slip: stance_slip(trace),
         hip_height,
+        fell_at: trace.fell_at,
         span: [times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(0.0)],
         feet,
     }

@@ -44,6 +44,9 @@ pub struct GaitReport {
     pub hip_height: Option<f64>,
     /// First and last moment of what was looked at, s.
     pub span: [f64; 2],
+    /// When the character fell, s, which ended what was looked at; left out where it stayed upright.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fell_at: Option<f64>,
 }
 
 /// The document's kind and version.

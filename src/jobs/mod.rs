@@ -20,7 +20,9 @@ pub use files::Artefact;
 pub use job::{CharacterName, Job, Progress, Stage, State, Timings, fraction};
 pub use live::{Live, Moment};
 pub use request::{CharacterChoice, JobRequest, Settings};
-pub use run::{Order, Outcome, Prepared, Report, RunError, Watcher, read_character, replay, run};
+pub use run::{
+    Order, Outcome, Prepared, ReplayError, Report, RunError, Watcher, read_character, replay, run,
+};
 pub use service::{Jobs, ServiceError, Setting};
 pub use store::{Store, StoreError};
 pub use study::StudyRequest;

@@ -25,10 +25,11 @@ use crate::learn::{
 use crate::model::Model;
 use crate::motion::{Metrics, Motion, Player};
 use crate::scene::{AccuracyChoice, Effect, Scene, StepPlan, Switch};
+use crate::sim::Failure;
 use crate::stance::Stance;
 
 use observe::Recorder;
-use perform::Act;
+use perform::{Act, Checked};
 pub use publish::Report;
 use publish::publish;
 
@@ -74,6 +75,20 @@ impl From<LearnError> for RunError {
             LearnError::Threads(error) => Self::Threads(error.to_string()),
         }
     }
+}
+
+/// Why a motion that was played has no gait to tell.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The motion is not of this character, or its scene cannot be simulated.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// The simulation could not go on.
+    #[error("the simulation of the motion broke off: {0}")]
+    BrokenOff(Failure),
+    /// The character fell too early, s.
+    #[error("the character fell after {0:.3} s, before it had gone round its loop once")]
+    Fallen(f64),
 }
 
 /// A job that is known to be possible as far as this can be told without simulating.
@@ -207,12 +222,14 @@ impl Prepared {
     }
 }
 
-/// Plays a motion document with its character for a long stretch, and tells its gait.
+/// Plays a motion document with its character for a long stretch, and tells its gait. Of a character that falls
+/// it is the gait until then.
 ///
 /// # Errors
 ///
-/// When the motion is not of this character, or its scene cannot be simulated.
-pub fn replay(motion: &Motion, reading: &Reading) -> Result<GaitReport, InputError> {
+/// When the motion is not of this character, when its scene cannot be simulated, or not to the end, and when the
+/// character falls before it has gone round its loop.
+pub fn replay(motion: &Motion, reading: &Reading) -> Result<GaitReport, ReplayError> {
     let model = Arc::new(Model::new(Arc::new(reading.character.clone()), false));
     let player = Player::new(motion, &model.joint_names)?;
     let stance = Stance::find(&model, &motion.scene);
@@ -227,7 +244,13 @@ pub fn replay(motion: &Motion, reading: &Reading) -> Result<GaitReport, InputErr
         direction: task.direction,
     };
     // A report needs no trials.
-    Ok(act.check(&|| true)?.gait)
+    let Checked { trace, gait, .. } = act.check(&|| true)?;
+    let once = player.lead() + player.period();
+    match (trace.failure, trace.fell_at) {
+        (Some(failure), _) => Err(ReplayError::BrokenOff(failure)),
+        (None, Some(time)) if time < once => Err(ReplayError::Fallen(time)),
+        (None, _) => Ok(gait),
+    }
 }
 
 /// Reads a character; without a `source` its form is told from the bytes.
