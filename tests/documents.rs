@@ -1,6 +1,9 @@
 //! Documents that say what cannot be meant: refused, with the place of the fault and on one line.
 
+use std::fs;
+
 use gaitwright::fault::InputError;
+use gaitwright::motion::Motion;
 use gaitwright::scenario::{NoFiles, Scenario};
 use serde_json::{Value, json};
 
@@ -167,4 +170,11 @@ fn names_are_escaped_in_places_and_stay_on_one_line() {
         assert!(error.to_string().contains("a~1b~0\\nc: the character has no movable joint"), "{error}");
         assert_eq!(error.to_string().lines().count(), 1, "{error}");
     }
+}
+
+#[test]
+fn the_bundled_motion_gives_a_reason_for_what_it_was_learned_without() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/quadruped-walk.motion.json");
+    let motion = Motion::parse(&fs::read(path).unwrap()).unwrap();
+    assert!(motion.provenance.effects.values().all(|decision| !decision.because.contains("version")));
 }
