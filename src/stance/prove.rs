@@ -8,10 +8,18 @@ use super::Stance;
 use super::anatomy::Posed;
 use crate::model::Model;
 use crate::scene::{Accuracy, Effect, Gains, Scene, StepPlan, Switch, Terrain};
+use crate::sim::contact::Touch;
 use crate::sim::{Command, Simulator, State};
 
 /// How long a pose is held, s.
 const SECONDS: f64 = 3.0;
+
+/// Sum over the steps of the cubes of their rows after which a pose counts as not proven: about ten seconds of computing. A
+/// quadruped takes a thousandth of it; a chain of hundreds of boxes that lie on the ground would take hours.
+const WORK: f64 = 2e10;
+
+/// A surface point no farther from the ground than this touches it, m.
+const TOUCHING: f64 = 1e-3;
 
 /// Greatest tilt of the root against its first orientation, rad, and greatest loss of height, as a
 /// share of it, of a character that stands.
@@ -33,8 +41,12 @@ pub fn settle(model: &Arc<Model>, scene: &Scene, angles: Vec<f64>, given: bool, 
         stance.stable = model.fixed_base;
         return stance;
     };
-    stance.state.root.position.z = posed.resting_height(&ground);
-    if let Some(settled) = hold(model, scene, &stance) {
+    let height = posed.resting_height(&ground);
+    stance.state.root.position.z = height;
+    let touches = |touch: &&Touch| height + touch.at.z - ground.height(touch.at.x, touch.at.y) < TOUCHING;
+    let rows = 3 * posed.surface.iter().filter(touches).count();
+    let settled = if work_of(rows) > WORK { None } else { hold(model, scene, &stance) };
+    if let Some(settled) = settled {
         stance.state = settled;
         stance.stable = true;
     }
@@ -44,7 +56,12 @@ pub fn settle(model: &Arc<Model>, scene: &Scene, angles: Vec<f64>, given: bool, 
     stance
 }
 
-/// The settled state, or `None` if the character falls or does not come to rest.
+/// How much a step of `rows` rows adds to [`WORK`].
+fn work_of(rows: usize) -> f64 {
+    (rows as f64).powi(3)
+}
+
+/// The settled state, or `None` if the character falls, does not come to rest or takes too long.
 fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance) -> Option<State> {
     let mut scene = scene.clone();
     scene.effects.insert(Effect::TrunkRotationLock, Switch::Off);
@@ -52,8 +69,13 @@ fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance) -> Option<State> {
     let plan = StepPlan::compile(&scene, &accuracy, Some(&stance.gains), model).ok()?;
     let mut simulator = Simulator::new(model.clone(), Arc::new(plan), stance.state.clone());
     let targets = Command::Track { now: &stance.angles, next: &stance.angles };
+    let mut work = 0.0;
     for _ in 0..(SECONDS / accuracy.step).round() as usize {
         simulator.step(targets).ok()?;
+        work += work_of(simulator.rows().len());
+        if work > WORK {
+            return None;
+        }
     }
     let mut state = simulator.state().clone();
     let height = posed_height(model, &stance.state);
