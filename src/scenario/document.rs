@@ -120,7 +120,8 @@ pub struct Start {
     /// The root link; standing where left out. A bolted one is then upright at the world's origin, whatever the
     /// ground there: what is bolted need not stand.
     pub root: Option<RootMotion>,
-    /// Joints by name; as in the standing pose, at rest, where left out.
+    /// Joints by name; as in the standing pose, at rest, where left out, or where a loop moves them along. A loop that is
+    /// open with all of its joints given is pulled together.
     pub joints: BTreeMap<String, JointStart>,
 }
 

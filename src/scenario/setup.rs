@@ -121,6 +121,11 @@ impl Scenario {
                 None => faults.push(unknown_joint("/start/joints", name)),
             }
         }
+        if !self.start.joints.is_empty() {
+            let start = |joint: usize| self.start.joints.get(&model.joint_names[joint]);
+            let given = |joint: usize| start(joint).is_some_and(|start| start.angle.is_some());
+            stance::close_loops(model, &mut state.angles, given);
+        }
         match (&self.start.root, &self.scene.ground) {
             (Some(root), _) => state.root = root.into(),
             (None, Some(ground)) if !(self.fixed_base || self.start.joints.is_empty()) => {

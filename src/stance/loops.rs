@@ -21,9 +21,14 @@ pub fn opening(model: &Model, posed: &Posed) -> f64 {
     loops.map(|index| Coupling::of_loop(model, &posed.bodies, index).separation()).fold(0.0, f64::max)
 }
 
-/// Moves `angles` to the nearest at which the loops are closed, as far as the limits let them: steps of
-/// Gauss and Newton, each the shortest that closes the loops to first order (Levenberg-damped).
+/// Moves `angles` to the nearest at which the loops are closed, as far as the limits let them.
 pub fn close(model: &Model, angles: &mut [f64]) {
+    close_with(model, angles, |_| false);
+}
+
+/// Moves `angles`, but for those that are `given`, to the nearest at which the loops are closed, as far as the limits let
+/// them: steps of Gauss and Newton, each the shortest that closes the loops to first order (Levenberg-damped).
+pub fn close_with(model: &Model, angles: &mut [f64], given: impl Fn(usize) -> bool) {
     if model.loops.is_empty() {
         return;
     }
@@ -38,6 +43,9 @@ pub fn close(model: &Model, angles: &mut [f64]) {
             coupling.each(|wrench, error| {
                 errors.push(error);
                 slopes.extend((1..model.bodies.len()).map(|body| {
+                    if given(body - 1) {
+                        return 0.0;
+                    }
                     let carries = |end: usize| f64::from(u8::from(model.carries(body, end)));
                     let share = carries(coupling.child) - carries(coupling.parent);
                     share * posed.bodies[body].freedom.dot(wrench)
@@ -52,10 +60,10 @@ pub fn close(model: &Model, angles: &mut [f64]) {
         }
         let Some(factor) = square.cholesky() else { return };
         let change = jacobian.tr_mul(&factor.solve(&DVector::from_vec(errors)));
-        for ((angle, change), limit) in angles.iter_mut().zip(&change).zip(&model.limits) {
-            *angle -= change;
-            if let Some([lower, upper]) = limit {
-                *angle = angle.max(*lower).min(*upper);
+        for (joint, angle) in angles.iter_mut().enumerate().filter(|(joint, _)| !given(*joint)) {
+            *angle -= change[joint];
+            if let Some([lower, upper]) = model.limits[joint] {
+                *angle = angle.max(lower).min(upper);
             }
         }
     }

@@ -44,6 +44,11 @@ pub fn resting_height(model: &Model, angles: &[f64], ground: &Terrain) -> f64 {
     anatomy::Posed::new(model, angles).resting_height(ground)
 }
 
+/// Moves those of `angles` that are not `given` to where the loops of `model` are closed, as far as they can be.
+pub fn close_loops(model: &Model, angles: &mut [f64], given: impl Fn(usize) -> bool) {
+    loops::close_with(model, angles, given);
+}
+
 impl Stance {
     /// Finds the standing pose of `model` on the ground of `scene`, or proves the one its author gave.
     ///

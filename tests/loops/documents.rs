@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use gaitwright::character::{self, Character, Options, Source};
 use gaitwright::model::Model;
+use gaitwright::scenario::{NoFiles, Scenario};
 use gaitwright::scene::{Accuracy, Scene};
 use gaitwright::sim::{Command, Simulator};
 use gaitwright::stance::Stance;
@@ -130,4 +131,25 @@ fn every_fault_of_a_loop_is_named() {
     turned["loops"][0]["kind"] = json!("ball");
     turned["loops"][0]["origin_in_b"]["rpy"] = json!([0.5, 0.5, 0.5]);
     assert!(read(&turned).is_ok());
+}
+
+/// What a start leaves out follows the loop; what it gives in full is taken as it is, and pulled together.
+#[test]
+fn a_start_closes_the_loops_that_it_leaves_free() {
+    let start = |joints: Value| {
+        let document = json!({"character": {"json": serde_json::from_str::<Value>(
+            &std::fs::read_to_string("examples/fourbar.json").unwrap()).unwrap()},
+            "scene": {"ground": null, "gravity": [0, 0, 0]}, "start": {"joints": joints}, "duration": 0.01});
+        Scenario::parse(document.to_string().as_bytes()).unwrap().set_up(&NoFiles)
+    };
+    let model = common::example("fourbar.json");
+    let given = model.joint("left_shoulder").unwrap();
+    let setup = start(json!({"left_shoulder": {"angle": 0.3}})).unwrap();
+    assert_eq!(setup.start.angles[given], 0.3);
+    let plan = common::plan(&setup.model, &setup.scene, &Accuracy::default(), None);
+    assert!(Simulator::new(setup.model.clone(), plan, setup.start).joint_separation() < 1e-9);
+    let angles = |joint: &String| json!({"angle": if joint == "left_shoulder" { 0.3 } else { 0.0 }});
+    let all = model.joint_names.iter().map(|joint| (joint.clone(), angles(joint))).collect();
+    let setup = start(Value::Object(all)).unwrap();
+    assert_eq!(setup.start.angles.iter().filter(|angle| **angle == 0.0).count(), model.joint_count() - 1);
 }

@@ -25,7 +25,7 @@ const CORNERS_KEPT_WHOLE: usize = 8;
 /// Adds all touches of `ground` to `touches`, in the order of the model's slots. `origin` is the common
 /// point in the world. `close` receives the indices of the shapes that can touch within the outlook with other points than
 /// those that are looked at: those that are round, or have so many corners that only some are kept.
-#[allow(clippy::too_many_arguments)] // one call a step
+#[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
 #[multiversion(targets("x86_64+avx2"), attrs(allow(clippy::too_many_arguments)))]
 pub fn detect(
     model: &Model,

@@ -105,6 +105,7 @@ impl Solids {
 
     /// Adds all touches to `touches`, those of each pair together, in ascending order of the pairs.
     /// `angles` are those of the joints if `bodies` follow from them, `origin` is the common point in the world.
+    #[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
     pub fn detect(
         &mut self,
         model: &Model,
@@ -215,6 +216,7 @@ impl Solids {
 
     /// Adds the points of pairs that are close which the step would drive into each other at the bodies' velocities `new`, as
     /// [`super::ground::follow`] does; whether there were any.
+    #[allow(clippy::too_many_arguments)] // as of `detect`
     pub fn follow(
         &self,
         model: &Model,
