@@ -41,9 +41,6 @@ impl Default for Pieces {
 /// Shortest step of a reference, s: below it rounding gains on what is left of the method's error.
 const SHORTEST: f64 = 2e-7;
 
-/// Steps of the reference between two looks at whether to stop.
-const STEPS_UNASKED: usize = 4096;
-
 /// Cuts `setup` into pieces and computes their true ends; `None` when `stop` says so before it is done.
 ///
 /// # Errors
@@ -133,7 +130,7 @@ impl<'a> Run<'a> {
             std::mem::swap(&mut self.now, &mut self.next);
             script.targets(start + index as f64 * self.step, &mut self.next);
             self.simulator.step(script.command(&self.now, &self.next)).map_err(StudyError::BrokenOff)?;
-            if index % STEPS_UNASKED == 0 && stop() {
+            if stop() {
                 return Ok(false);
             }
         }

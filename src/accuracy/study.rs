@@ -17,7 +17,7 @@ use crate::scene::Feedforward;
 pub trait Watcher {
     /// The study is about to do `what`, after `done` of `all` settings.
     fn progress(&mut self, done: usize, all: usize, what: &str);
-    /// Whether to end it; asked at least once in a fraction of a second.
+    /// Whether to end it; asked at every step, so that it has to answer at once.
     fn stop(&self) -> bool;
 }
 

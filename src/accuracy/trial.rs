@@ -74,20 +74,17 @@ impl Problem {
         let mut computing = Duration::ZERO;
         for piece in &self.pieces {
             trial.rehearse(piece);
-            if let Err(outcome) = trial.measure(piece, &mut sum) {
-                return Some(outcome);
-            }
-            if stop() {
-                return None;
+            match trial.measure(piece, &mut sum, stop) {
+                Ok(true) => {}
+                Ok(false) => return None,
+                Err(outcome) => return Some(outcome),
             }
             let mut shortest = None;
             for _ in 0..repeats {
-                match trial.time(piece) {
-                    Ok(time) => shortest = Some(shortest.map_or(time, |own: Duration| own.min(time))),
+                match trial.time(piece, stop) {
+                    Ok(None) => return None,
+                    Ok(Some(time)) => shortest = Some(shortest.map_or(time, |own: Duration| own.min(time))),
                     Err(reason) => return Some(Outcome::Diverged(reason)),
-                }
-                if stop() {
-                    return None;
                 }
             }
             computing += shortest.unwrap_or_default();
@@ -133,17 +130,21 @@ impl<'a> Trial<'a> {
         self.stepper.step(self.problem.setup.script.command(now, next))
     }
 
-    /// Goes through a piece and compares every mark with the truth.
+    /// Goes through a piece and compares every mark with the truth; whether it got to the end before `stop`
+    /// said so.
     ///
     /// # Errors
     /// What became of the setting instead.
-    fn measure(&mut self, piece: &Piece, sum: &mut Sum) -> Result<(), Outcome> {
+    fn measure(&mut self, piece: &Piece, sum: &mut Sum, stop: &dyn Fn() -> bool) -> Result<bool, Outcome> {
         self.stepper.restart(&piece.start).map_err(Outcome::Diverged)?;
         let seconds = self.problem.interval * piece.marks.len() as f64;
         let allowed = (MOST_EVALUATIONS as f64 * seconds) as u64;
         let Problem { setup, measure, .. } = self.problem;
         for (number, truth) in piece.marks.iter().enumerate() {
             for index in number * self.steps..(number + 1) * self.steps {
+                if stop() {
+                    return Ok(false);
+                }
                 self.step(index).map_err(Outcome::Diverged)?;
                 sum.watch(&self.stepper, &setup.model.limits);
                 if self.stepper.evaluations().is_some_and(|count| count > allowed) {
@@ -169,18 +170,22 @@ impl<'a> Trial<'a> {
             sum.momentum += (linear(state) - linear(truth)).norm();
         }
         sum.evaluations = sum.evaluations.zip(self.stepper.evaluations()).map(|(sum, own)| sum + own);
-        Ok(())
+        Ok(true)
     }
 
-    /// Computing time of the steps of a piece.
-    fn time(&mut self, piece: &Piece) -> Result<Duration, String> {
+    /// Computing time of the steps of a piece; `None` when `stop` says so before its end.
+    fn time(&mut self, piece: &Piece, stop: &dyn Fn() -> bool) -> Result<Option<Duration>, String> {
         self.stepper.restart(&piece.start)?;
         let steps = self.steps * piece.marks.len();
         let started = Instant::now();
         for index in 0..steps {
+            // A look at a flag: nothing beside a step.
+            if stop() {
+                return Ok(None);
+            }
             self.step(index)?;
         }
-        Ok(started.elapsed())
+        Ok(Some(started.elapsed()))
     }
 }
 

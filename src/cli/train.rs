@@ -58,8 +58,8 @@ impl Train {
             .max(1);
         let cancel = Cancel::default();
         cancel_on_interrupt(cancel.clone())?;
-        let outcome =
-            run(&order, threads, out, &cancel, None, &mut Progress::new()).map_err(|error| match error {
+        let outcome = run(&order, threads, out, (&cancel, Duration::MAX), None, &mut Progress::new())
+            .map_err(|error| match error {
                 RunError::Input(error) => Failure::Input { name: name(&self.character), error },
                 error => Failure::from(error),
             })?;

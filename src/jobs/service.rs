@@ -87,7 +87,7 @@ pub(super) struct Shared {
 
 impl Jobs {
     /// Opens the data folder, made if there is none. Jobs that were running when it was last left
-    /// are queued again. Everything ends when `shutdown` is cancelled.
+    /// are queued again, but for those that were to be cancelled. Everything ends when `shutdown` is cancelled.
     ///
     /// # Errors
     ///
@@ -103,8 +103,12 @@ impl Jobs {
         })?;
         let store = Store::open(&setting.data).await?;
         for mut job in store.jobs(Some(State::Running), None, u32::MAX).await? {
-            job.state = State::Queued;
-            job.stage = None;
+            if store.is_abandoned(job.id).await? {
+                job.end(State::Cancelled);
+            } else {
+                job.state = State::Queued;
+                job.stage = None;
+            }
             store.update(&job, &[]).await?;
         }
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -271,7 +275,8 @@ impl Jobs {
     }
 
     /// Cancels a job that waits or runs, and gives it as it then is; deletes one that has ended, and
-    /// gives nothing. A running job ends within a second of this.
+    /// gives nothing. A running job ends within a second of this, and is not taken up again even if the
+    /// process ends first.
     ///
     /// # Errors
     ///
@@ -297,6 +302,7 @@ impl Jobs {
                     _ => return Ok(None),
                 }
             }
+                    self.shared.store.abandon(id).await?;
         }
         Ok(Some(job))
     }

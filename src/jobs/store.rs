@@ -185,6 +185,33 @@ impl Store {
         Ok(count.unsigned_abs())
     }
 
+    /// Keeps in mind that the end of a job was asked for while it runs.
+    ///
+    /// # Errors
+    ///
+    /// When the database refuses.
+    pub async fn abandon(&self, id: Uuid) -> Result<(), StoreError> {
+        sqlx::query("UPDATE jobs SET unwanted = 1 WHERE id = ?")
+            .bind(id.to_string())
+            .execute(&self.pool)
+            .await?;
+        Ok(())
+    }
+
+    /// Whether the end of a job was asked for while it ran.
+    ///
+    /// # Errors
+    ///
+    /// When the database refuses, or there is no such job.
+    pub async fn is_abandoned(&self, id: Uuid) -> Result<bool, StoreError> {
+        let row = sqlx::query("SELECT unwanted FROM jobs WHERE id = ?")
+            .bind(id.to_string())
+            .fetch_one(&self.pool)
+            .await?;
+        let unwanted: i64 = row.try_get("unwanted")?;
+        Ok(unwanted != 0)
+    }
+
     /// Removes a job and its curve.
     ///
     /// # Errors

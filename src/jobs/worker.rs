@@ -31,6 +31,9 @@ const RECORD_EVERY: Duration = Duration::from_millis(500);
 /// Shortest time between two writings of a running job's checkpoint.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(2);
 
+/// How long a run that was called off may go on checking what it found.
+const FAREWELL: Duration = Duration::from_millis(400);
+
 /// How long a worker waits after the store failed before it asks again.
 const STORE_PAUSE: Duration = Duration::from_secs(1);
 
@@ -126,17 +129,22 @@ impl Worker {
             Ok(Err(error)) => fail(&mut job, error.to_string()),
             Err(panic) => fail(&mut job, format!("the program broke off: {}", message(&*panic))),
         }
-        tracing::info!(state = job.state.name(), error = job.error, "left");
-        if job.state.is_final() {
-            metrics::counter!("gaitwright_jobs_ended_total", "state" => job.state.name()).increment(1);
-        }
         self.runtime.block_on(async {
             let mut running = self.shared.running.lock().await;
+            // Whoever asked for the end was told that it would come, however far the job was.
+            if live.is_abandoned() && job.state != State::Cancelled {
+                job.error = None;
+                job.end(State::Cancelled);
+            }
             if let Err(error) = self.shared.store.update(&job, &[]).await {
                 tracing::error!(%error, "the end of the job could not be recorded");
             }
             running.remove(&job.id);
         });
+        tracing::info!(state = job.state.name(), error = job.error, "left");
+        if job.state.is_final() {
+            metrics::counter!("gaitwright_jobs_ended_total", "state" => job.state.name()).increment(1);
+        }
         live.finish();
         self.shared.changes.send_replace(());
     }
@@ -155,7 +163,7 @@ impl Worker {
         let order = Order::read(&bytes, None, "", settings)?;
         let cancel = live.cancel().clone();
         let mut reporter = Reporter::new(self, job, live, folder.clone());
-        let outcome = run(&order, self.threads, &folder, &cancel, checkpoint, &mut reporter);
+        let outcome = run(&order, self.threads, &folder, (&cancel, FAREWELL), checkpoint, &mut reporter);
         reporter.flush();
         conclude(job, live, outcome?);
         Ok(())

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
+use super::observer::{Interrupted, Stop};
 use super::parameters::{Parameters, Trunk};
 use super::task::{STANDARD_GRAVITY, Terms};
 use crate::fault::InputError;
@@ -17,6 +18,8 @@ use crate::stance::{Stance, Upright};
 const CELL_TILT: f64 = 0.2;
 /// Speed of the pushes that a behaviour has to survive, as a share of √(g h) (Froude number 1).
 const PUSH: f64 = 0.03;
+/// Steps between two looks at whether to go on: a step of the largest characters takes milliseconds.
+const STEPS_UNASKED: u64 = 16;
 
 /// What tracking targets did to the character.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,8 +46,16 @@ pub trait World: Clone + Send + Sync {
     fn disturbed(&self) -> &[Self::State];
     /// Goes on from `state`, tracking `targets` over the given steps of the simulation, counted from
     /// time 0 of the targets. The outcome depends on the arguments alone.
-    fn track(&mut self, state: &Self::State, targets: Targets<'_>, steps: Range<u64>)
-    -> Outcome<Self::State>;
+    ///
+    /// # Errors
+    /// The reason of `stop` to break off.
+    fn track(
+        &mut self,
+        state: &Self::State,
+        targets: Targets<'_>,
+        steps: Range<u64>,
+        stop: &Stop,
+    ) -> Result<Outcome<Self::State>, Interrupted>;
     /// Number of cells of the trunk's state; 1 for none.
     fn cells(&self) -> usize;
     /// Cell of the trunk in `state`, below [`World::cells`].
@@ -123,7 +134,13 @@ impl World for SimulatedWorld {
         &self.disturbed
     }
 
-    fn track(&mut self, state: &State, targets: Targets<'_>, steps: Range<u64>) -> Outcome<State> {
+    fn track(
+        &mut self,
+        state: &State,
+        targets: Targets<'_>,
+        steps: Range<u64>,
+        stop: &Stop,
+    ) -> Result<Outcome<State>, Interrupted> {
         self.simulator.set_state(state);
         let step = self.simulator.plan().step();
         let start = self.simulator.center_of_mass();
@@ -132,6 +149,9 @@ impl World for SimulatedWorld {
         let mut done = steps.start;
         targets(done as f64 * step, &mut self.next);
         while upright && done < steps.end {
+            if done.is_multiple_of(STEPS_UNASKED) {
+                stop.check()?;
+            }
             done += 1;
             std::mem::swap(&mut self.now, &mut self.next);
             targets(done as f64 * step, &mut self.next);
@@ -150,7 +170,7 @@ impl World for SimulatedWorld {
             terms.displacement = [travel.x, travel.y];
         }
         let after = upright.then(|| self.simulator.state().clone());
-        Outcome { terms, seconds: (done - steps.start) as f64 * step, after }
+        Ok(Outcome { terms, seconds: (done - steps.start) as f64 * step, after })
     }
 
     fn cells(&self) -> usize {

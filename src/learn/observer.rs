@@ -90,7 +90,7 @@ impl Stop {
         }
     }
 
-    /// Says whether to go on; asked between transitions, a few milliseconds apart.
+    /// Says whether to go on; asked every few milliseconds, whatever the learner is about.
     ///
     /// # Errors
     /// The reason to stop.

@@ -67,9 +67,12 @@ impl<W: World> Search<W> {
             if self.parameters.learning.generations.is_some_and(|most| progress.generations >= most) {
                 break Ended::Generations;
             }
-            let candidates = self.ask(&progress);
-            match self.evaluate(pool, &progress, &candidates, stop) {
-                Ok(verdicts) => self.tell(&mut progress, candidates, verdicts, observer),
+            let judged = self.ask(&progress, stop).and_then(|candidates| {
+                let verdicts = self.evaluate(pool, &progress, &candidates, stop)?;
+                Ok((candidates, verdicts))
+            });
+            match judged {
+                Ok((candidates, verdicts)) => self.tell(&mut progress, candidates, verdicts, observer),
                 Err(Interrupted(reason)) => break reason,
             }
             if progress.generations.is_multiple_of(self.parameters.learning.cache_generations) {
@@ -106,14 +109,15 @@ impl<W: World> Search<W> {
     }
 
     /// The genomes of the next generation.
-    fn ask(&self, progress: &Progress<W::State>) -> Vec<Candidate> {
-        let islands = progress.islands.iter().enumerate();
-        let asked = islands.flat_map(|(index, island)| {
-            let (learning, generation) = (&self.parameters.learning, progress.generations);
+    fn ask(&self, progress: &Progress<W::State>, stop: &Stop) -> Result<Vec<Candidate>, Interrupted> {
+        let (learning, generation) = (&self.parameters.learning, progress.generations);
+        let mut asked = Vec::new();
+        for (index, island) in progress.islands.iter().enumerate() {
+            stop.check()?;
             let genomes = island.ask(&self.grid, learning, self.seed, generation, index);
-            genomes.into_iter().enumerate().map(move |(place, genome)| (index, place, genome))
-        });
-        asked.collect()
+            asked.extend(genomes.into_iter().enumerate().map(|(place, genome)| (index, place, genome)));
+        }
+        Ok(asked)
     }
 
     /// Judges all candidates, each for itself; the verdicts stand in the candidates' order.

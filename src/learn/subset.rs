@@ -14,6 +14,10 @@ use super::qlearning::{Environment, Step};
 use super::task::Objective;
 use super::transition::Transition;
 
+/// Actions between two looks at whether to go on: one that is known takes a microsecond, but a learner may be
+/// given ten thousand million of them.
+const ACTIONS_UNASKED: u64 = 1024;
+
 /// What stays the same from individual to individual.
 #[derive(Debug, Clone, Copy)]
 pub struct Rules<'a> {
@@ -133,14 +137,14 @@ impl<'a, W: World> Subset<'a, W> {
             return Ok(tracked.clone());
         }
         self.rules.stop.check()?;
-        let tracked = Arc::new(self.simulate(state, action));
+        let tracked = Arc::new(self.simulate(state, action)?);
         self.account.simulated += 1;
         self.account.seconds += tracked.seconds;
         self.additions.push((key, tracked.clone()));
         Ok(tracked)
     }
 
-    fn simulate(&mut self, state: usize, action: usize) -> Tracked<W::State> {
+    fn simulate(&mut self, state: usize, action: usize) -> Result<Tracked<W::State>, Interrupted> {
         let transition = Transition {
             from: self.postures.get(state).unwrap_or(&self.standing),
             to: &self.postures[action],
@@ -150,17 +154,17 @@ impl<'a, W: World> Subset<'a, W> {
         let steps = 0..self.rules.parameters.transition_steps;
         let before = self.last.as_ref().and_then(|tracked| tracked.after.as_ref());
         let outcome = match before {
-            Some((before, _)) => self.world.track(before, &targets, steps),
+            Some((before, _)) => self.world.track(before, &targets, steps, self.rules.stop)?,
             None => {
                 let standing = self.world.standing().clone();
-                self.world.track(&standing, &targets, steps)
+                self.world.track(&standing, &targets, steps, self.rules.stop)?
             }
         };
         let after = outcome.after.map(|after| {
             let cell = self.world.cell(&after);
             (after, cell)
         });
-        Tracked { terms: outcome.terms, seconds: outcome.seconds, after }
+        Ok(Tracked { terms: outcome.terms, seconds: outcome.seconds, after })
     }
 }
 
@@ -187,6 +191,9 @@ impl<W: World> Environment for Subset<'_, W> {
 
     fn act(&mut self, action: usize) -> Result<Step, Interrupted> {
         self.account.asked += 1;
+        if self.account.asked.is_multiple_of(ACTIONS_UNASKED) {
+            self.rules.stop.check()?;
+        }
         let slot = self.situation * self.postures.len() + action;
         let tracked = match &self.known[slot] {
             Some(tracked) => tracked.clone(),

@@ -151,7 +151,7 @@ fn play<W: World>(
     let mut done = 0;
     loop {
         rules.stop.check()?;
-        let outcome = world.track(&state, &targets, done * length..(done + 1) * length);
+        let outcome = world.track(&state, &targets, done * length..(done + 1) * length, rules.stop)?;
         terms += outcome.terms;
         let Some(after) = outcome.after else {
             let seconds = done as f64 * duration + outcome.seconds;

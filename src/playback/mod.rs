@@ -68,7 +68,7 @@ pub struct Playback<'a> {
 }
 
 impl Playback<'_> {
-    /// Plays to the end, to a fall, to a failure, or until `stop` says so (it is asked at every sample).
+    /// Plays to the end, to a fall, to a failure, or until `stop` says so (it is asked at every step).
     pub fn run(&self, stop: impl Fn() -> bool) -> Trace {
         let step = self.plan.step();
         let steps = (self.seconds / step).round() as usize;
@@ -93,9 +93,9 @@ impl Playback<'_> {
             }
             if index % stride == 0 {
                 trace.samples.push(sample(&simulator, time, &now));
-                if stop() {
-                    break;
-                }
+            }
+            if stop() {
+                break;
             }
             if !self.upright.holds(simulator.state()) {
                 trace.fell_at = Some(time);

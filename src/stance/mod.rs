@@ -55,9 +55,14 @@ impl Stance {
     /// A character that is bolted to the world, or that has no ground or nothing to touch it with, is
     /// not proven: its root stays at the world's origin.
     pub fn find(model: &Arc<Model>, scene: &Scene) -> Self {
+        Self::find_until(model, scene, &|| false)
+    }
+
+    /// The same until `stop` says so: what is found by then does not stand.
+    pub fn find_until(model: &Arc<Model>, scene: &Scene, stop: &dyn Fn() -> bool) -> Self {
         let given = pose::given(model);
         let angles = given.clone().unwrap_or_else(|| pose::search(model));
         let gains = gains::suited(model, scene, &angles);
-        prove::settle(model, scene, angles, given.is_some(), gains)
+        prove::settle(model, scene, angles, given.is_some(), gains, stop)
     }
 }

@@ -29,8 +29,16 @@ const GREATEST_SINKING: f64 = 0.35;
 /// A standing character moves no faster than this many heights of its root a second at the end.
 const REST: f64 = 0.05;
 
-/// Holds `angles` with `gains` in `scene` and tells how the character stands.
-pub fn settle(model: &Arc<Model>, scene: &Scene, angles: Vec<f64>, given: bool, gains: Gains) -> Stance {
+/// Holds `angles` with `gains` in `scene` and tells how the character stands; it does not where `stop` says so
+/// before it has settled.
+pub fn settle(
+    model: &Arc<Model>,
+    scene: &Scene,
+    angles: Vec<f64>,
+    given: bool,
+    gains: Gains,
+    stop: &dyn Fn() -> bool,
+) -> Stance {
     let posed = Posed::new(model, &angles);
     let ground = scene.ground.as_ref().map(Terrain::new);
     let mut state = State::new(model);
@@ -45,7 +53,7 @@ pub fn settle(model: &Arc<Model>, scene: &Scene, angles: Vec<f64>, given: bool, 
     stance.state.root.position.z = height;
     let touches = |touch: &&Touch| height + touch.at.z - ground.height(touch.at.x, touch.at.y) < TOUCHING;
     let rows = 3 * posed.surface.iter().filter(touches).count();
-    let settled = if work_of(rows) > WORK { None } else { hold(model, scene, &stance) };
+    let settled = if work_of(rows) > WORK { None } else { hold(model, scene, &stance, stop) };
     if let Some(settled) = settled {
         stance.state = settled;
         stance.stable = true;
@@ -61,8 +69,9 @@ fn work_of(rows: usize) -> f64 {
     (rows as f64).powi(3)
 }
 
-/// The settled state, or `None` if the character falls, does not come to rest or takes too long.
-fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance) -> Option<State> {
+/// The settled state, or `None` if the character falls, does not come to rest, takes too long or is not
+/// waited for.
+fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> bool) -> Option<State> {
     let mut scene = scene.clone();
     scene.effects.insert(Effect::TrunkRotationLock, Switch::Off);
     let accuracy = Accuracy::default();
@@ -71,6 +80,9 @@ fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance) -> Option<State> {
     let targets = Command::Track { now: &stance.angles, next: &stance.angles };
     let mut work = 0.0;
     for _ in 0..(SECONDS / accuracy.step).round() as usize {
+        if stop() {
+            return None;
+        }
         simulator.step(targets).ok()?;
         work += work_of(simulator.rows().len());
         if work > WORK {

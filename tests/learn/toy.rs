@@ -14,7 +14,8 @@ use gaitwright::learn::search::Search;
 use gaitwright::learn::subset::{Rules, Subset};
 use gaitwright::learn::trial::race;
 use gaitwright::learn::{
-    Behaviour, Cancel, Checkpoint, Ended, Learned, Learning, Objective, Parameters, Posture, Stop, Terms,
+    Behaviour, Cancel, Checkpoint, Ended, Interrupted, Learned, Learning, Objective, Parameters, Posture,
+    Stop, Terms,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -49,14 +50,20 @@ impl World for Sledge {
         &self.disturbed
     }
 
-    fn track(&mut self, state: &f64, targets: Targets<'_>, steps: Range<u64>) -> Outcome<f64> {
+    fn track(
+        &mut self,
+        state: &f64,
+        targets: Targets<'_>,
+        steps: Range<u64>,
+        _: &Stop,
+    ) -> Result<Outcome<f64>, Interrupted> {
         self.calls.fetch_add(1, Ordering::Relaxed);
         let mut angles = [0.0; 2];
         targets(steps.end as f64 * self.step, &mut angles);
         let fell = angles[1] > self.tip;
         let terms = Terms { displacement: [(angles[0] - state).max(0.0), 0.0], ..Terms::default() };
         let seconds = (steps.end - steps.start) as f64 * self.step;
-        Outcome { terms, seconds, after: (!fell).then_some(angles[0]) }
+        Ok(Outcome { terms, seconds, after: (!fell).then_some(angles[0]) })
     }
 
     fn cells(&self) -> usize {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use gaitwright::learn::evaluation::{SimulatedWorld, World};
 use gaitwright::learn::grid::Grid;
 use gaitwright::learn::{Behaviour, Checkpoint};
-use gaitwright::learn::{Cancel, Generation, Learning, Observer, Posture, Setup, Task, learn};
+use gaitwright::learn::{Cancel, Generation, Learning, Observer, Posture, Setup, Stop, Task, learn};
 use gaitwright::motion::Player;
 use gaitwright::scene::{Accuracy, Scene};
 use gaitwright::sim::Simulator;
@@ -85,9 +85,10 @@ fn only_driven_joints_are_learned() {
     let mut state = setup.stance.state.clone();
     let plan = common::plan(&setup.model, &setup.scene, &setup.accuracy, Some(&setup.stance.gains));
     let mut observer = Simulator::new(setup.model.clone(), plan, state.clone());
+    let never = Stop::new(&Cancel::default(), None);
     for part in 0..20 {
-        let outcome =
-            world.track(&state, &|time, angles| player.targets(time, angles), part * 50..(part + 1) * 50);
+        let targets = |time: f64, angles: &mut [f64]| player.targets(time, angles);
+        let outcome = world.track(&state, &targets, part * 50..(part + 1) * 50, &never).unwrap();
         state = outcome.after.expect("it stays upright");
         observer.set_state(&state);
         assert!(observer.joint_separation() <= 1e-3, "{:e}", observer.joint_separation());

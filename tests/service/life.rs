@@ -1,6 +1,7 @@
 //! A job from its posting to its deletion.
 
 use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
@@ -184,6 +185,65 @@ fn jobs_are_listed_page_by_page() {
         seen.extend(jobs.iter().map(|job| job["links"]["self"].as_str().unwrap().to_owned()));
         next = page["next"].as_str().map(str::to_owned);
     }
+/// Learning that would take hours for its first individual, nearly all of it with transitions that are known.
+fn tireless() -> Value {
+    json!({ "generations": 5, "episodes": 100_000, "episode_length": 100_000 })
+}
+
+#[test]
+fn a_job_keeps_to_its_time_whatever_it_is_about() {
+    let service = Service::start();
+    let mut learning = tireless();
+    learning["seconds"] = json!(1.0);
+    let path = service.post_job(&learning);
+    service.wait(&path, "learning", |job| job["stage"] == "learning");
+    let since = Instant::now();
+    let job = service.wait_for_end(&path);
+    assert!(since.elapsed() < Duration::from_secs(5), "{:?}", since.elapsed());
+    assert_eq!(job["ended_by"], "seconds");
+}
+
+#[test]
+fn a_job_is_cancelled_within_a_second_whatever_it_is_about() {
+    let service = Service::start();
+    let chain = json!({ "accuracy": { "tolerance": 1e-4 } });
+    for (character, learning, settings, stage) in [
+        (PADDLER.to_owned(), tireless(), json!({}), "learning"),
+        (chain_urdf(50), json!({}), chain, "standing"),
+    ] {
+        let mut document = json!({ "character": { "urdf": character }, "learning": learning });
+        document.as_object_mut().unwrap().extend(settings.as_object().unwrap().clone());
+        let answer = service.post_json("/v1/jobs", &document);
+        assert_eq!(answer.status, 202, "{}", answer.text());
+        let path = &answer.headers["location"];
+        service.wait(path, stage, |job| job["stage"] == stage);
+        std::thread::sleep(Duration::from_millis(300));
+        let since = Instant::now();
+        assert_eq!(service.curl(path, &["-X", "DELETE"]).status, 202);
+        assert_eq!(service.wait_for_end(path)["state"], "cancelled", "{stage}");
+        // A second, and as much again for a busy machine.
+        assert!(since.elapsed() < Duration::from_secs(2), "{stage}: {:?}", since.elapsed());
+    }
+}
+
+/// A chain of `links` balls on hinges.
+fn chain_urdf(links: usize) -> String {
+    let ball = "<inertial><mass value=\"0.1\"/><inertia ixx=\"1e-4\" ixy=\"0\" ixz=\"0\" iyy=\"1e-4\" iyz=\"0\" \
+        izz=\"1e-4\"/></inertial><collision><geometry><sphere radius=\"0.02\"/></geometry></collision>";
+    let link = |index: usize| format!("<link name=\"l{index}\">{ball}</link>");
+    let joint = |index: usize| {
+        let parent = index - 1;
+        format!(
+            "<joint name=\"j{index}\" type=\"revolute\"><parent link=\"l{parent}\"/><child link=\"l{index}\"/>\
+             <origin xyz=\"0.06 0 0\"/><axis xyz=\"0 0 1\"/>\
+             <limit lower=\"-1\" upper=\"1\" effort=\"5\" velocity=\"5\"/></joint>"
+        )
+    };
+    let links_text: String = (0..links).map(link).collect();
+    let joints: String = (1..links).map(joint).collect();
+    format!("<robot name=\"chain\">{links_text}{joints}</robot>")
+}
+
     assert!(seen.iter().eq(posted.iter().rev()), "the newest first, each once: {seen:?}");
 
     let states = |state: &str| -> BTreeSet<String> {

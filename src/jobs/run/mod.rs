@@ -8,7 +8,7 @@ mod publish;
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::job::Stage;
 use super::request::Settings;
@@ -31,7 +31,7 @@ use crate::stance::Stance;
 use observe::Recorder;
 use perform::{Act, Checked};
 pub use publish::Report;
-use publish::publish;
+use publish::{Farewell, publish};
 
 /// Why a run could not be brought to its end.
 #[derive(Debug, thiserror::Error)]
@@ -183,7 +183,10 @@ impl Order {
         let start = Instant::now();
         let Settings { scene, task, learning, accuracy, seed } = self.settings.clone();
         let model = Arc::new(Model::new(Arc::new(self.reading.character.clone()), false));
-        let stance = Arc::new(Stance::find(&model, &scene));
+        let stance = Arc::new(Stance::find_until(&model, &scene, &|| cancel.is_cancelled()));
+        if cancel.is_cancelled() {
+            return Ok(None);
+        }
         let swaying = swaying(&model, &stance, &simulated(&scene, &learning));
         let settled = settle(&swaying, &accuracy, &|| cancel.is_cancelled())?;
         let Some((accuracy, accuracy_choice)) = settled else { return Ok(None) };
@@ -243,8 +246,7 @@ pub fn replay(motion: &Motion, reading: &Reading) -> Result<GaitReport, ReplayEr
         player: &player,
         direction: task.direction,
     };
-    // A report needs no trials.
-    let Checked { trace, gait, .. } = act.check(&|| true)?;
+    let Checked { trace, gait, .. } = act.check(&|| false)?;
     let once = player.lead() + player.period();
     match (trace.failure, trace.fell_at) {
         (Some(failure), _) => Err(ReplayError::BrokenOff(failure)),
@@ -270,7 +272,8 @@ pub fn read_character(bytes: &[u8], source: Option<Source>, options: Options) ->
 
 /// Goes the whole way with `order` on `threads` threads, on from `checkpoint` when there is one, and
 /// leaves what comes of it in `folder`: the recording grows while it runs, everything else appears
-/// whole at the end. A run that is cancelled writes what was found by then.
+/// whole at the end. A run that is cancelled writes what was found by then, if it takes no longer than
+/// the given time to check it.
 ///
 /// # Errors
 ///
@@ -279,7 +282,7 @@ pub fn run(
     order: &Order,
     threads: usize,
     folder: &Path,
-    cancel: &Cancel,
+    (cancel, farewell): (&Cancel, Duration),
     checkpoint: Option<Checkpoint>,
     watcher: &mut dyn Watcher,
 ) -> Result<Outcome, RunError> {
@@ -297,7 +300,7 @@ pub fn run(
     let recording = recorder.finish()?;
 
     watcher.stage(Stage::Checking);
-    publish(order, &prepared, &learned, recording, folder, cancel)
+    publish(order, &prepared, &learned, recording, folder, &Farewell::new(cancel, farewell))
 }
 
 /// The scene that the learner acts in, and that what it learned is checked in.

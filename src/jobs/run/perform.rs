@@ -69,17 +69,17 @@ impl Act<'_> {
         self.vary(self.scene, self.stance, seconds, sample_every, stop)
     }
 
-    /// Plays for a long stretch and judges it; `stop` leaves out the trials under changed conditions.
+    /// Plays for a long stretch, or until `stop` says so, and judges it but for the trials under changed
+    /// conditions.
     ///
     /// # Errors
     ///
     /// Every fault of scene, accuracy and gains.
     pub(super) fn check(&self, stop: &dyn Fn() -> bool) -> Result<Checked, InputError> {
-        let go_on = || false;
         let every = self.sample_every();
-        let trace = self.play(CHECKED, every, &go_on)?;
+        let trace = self.play(CHECKED, every, stop)?;
         // The same once more up to the loop, for the work that is not the loop's.
-        let entry = self.play(self.player.lead(), every, &go_on)?;
+        let entry = self.play(self.player.lead(), every, stop)?;
         let looping = Trace {
             samples: trace
                 .samples
@@ -111,27 +111,34 @@ impl Act<'_> {
             },
         );
         let period = self.player.period();
-        let mut validity = validity(&looping, &self.model.limits, &self.gains.max_torque, period);
-        if !stop() {
-            validity.trials = self.trials(every, stop)?;
-        }
+        let validity = validity(&looping, &self.model.limits, &self.gains.max_torque, period);
         Ok(Checked { trace, gait, validity })
     }
 
-    /// Plays with less and more friction, and after a push to the left.
-    fn trials(&self, every: f64, stop: &dyn Fn() -> bool) -> Result<Vec<Trial>, InputError> {
+    /// Plays with less and more friction, and after a push to the left; without what `stop` cuts short.
+    ///
+    /// # Errors
+    ///
+    /// Every fault of scene, accuracy and gains.
+    pub(super) fn trials(&self, stop: &dyn Fn() -> bool) -> Result<Vec<Trial>, InputError> {
+        let every = self.sample_every();
         let mut trials = Vec::new();
         for factor in FRICTION_TRIALS {
             let friction = factor * self.scene.friction;
             let scene = Scene { friction, ..self.scene.clone() };
             let trace = self.vary(&scene, self.stance, TRIED, every, stop)?;
+            if stop() {
+                return Ok(trials);
+            }
             trials.push(trial(format!("friction {friction:.2}"), &trace));
         }
         let mut pushed = self.stance.clone();
         pushed.state.root.linear_velocity.y += PUSH;
         let trace = self.vary(self.scene, &pushed, TRIED, every, stop)?;
-        trials
-            .push(trial(format!("sideways push of {:.2} N s at the start", PUSH * self.model.mass), &trace));
+        if !stop() {
+            let change = format!("sideways push of {:.2} N s at the start", PUSH * self.model.mass);
+            trials.push(trial(change, &trace));
+        }
         Ok(trials)
     }
 

@@ -1,8 +1,9 @@
 //! What a run leaves behind when it has learned: motion, gait, curve, report, the end of the recording.
 
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -70,6 +71,31 @@ pub struct Report {
     pub unsuccessful: Option<String>,
 }
 
+/// The end of a run that is called off: what it found is still checked, but not for ever.
+pub(super) struct Farewell<'a> {
+    cancel: &'a Cancel,
+    longest: Duration,
+    /// When the call was first noticed.
+    since: OnceCell<Instant>,
+}
+
+impl<'a> Farewell<'a> {
+    /// On `cancel`, and at most `longest`.
+    pub(super) fn new(cancel: &'a Cancel, longest: Duration) -> Self {
+        Self { cancel, longest, since: OnceCell::new() }
+    }
+
+    /// Whether the run was called off.
+    fn has_begun(&self) -> bool {
+        self.cancel.is_cancelled()
+    }
+
+    /// Whether that was too long ago.
+    fn is_over(&self) -> bool {
+        self.has_begun() && self.since.get_or_init(Instant::now).elapsed() >= self.longest
+    }
+}
+
 /// Checks what was learned, and writes everything that is to be left in `folder`.
 pub(super) fn publish(
     order: &Order,
@@ -77,7 +103,7 @@ pub(super) fn publish(
     learned: &Learned,
     mut recording: Recording,
     folder: &Path,
-    cancel: &Cancel,
+    farewell: &Farewell<'_>,
 ) -> Result<Outcome, RunError> {
     let start = Instant::now();
     Artefact::Curve.publish(folder, Curve::new(&learned.curve).to_csv().as_bytes())?;
@@ -86,12 +112,21 @@ pub(super) fn publish(
             Err("nothing was learned that keeps the character upright; more time or generations may help")
         }
         Some(behaviour) => {
-            let checked = prepared.act(&prepared.player(behaviour)).check(&|| cancel.is_cancelled())?;
-            recording.motion(behaviour.generation, &thinned(&checked.trace))?;
-            let motion = document(order, prepared, behaviour, &checked);
-            motion
-                .map(|motion| (motion, checked.gait))
-                .ok_or("the character fell before it had gone round its loop once")
+            let player = prepared.player(behaviour);
+            let act = prepared.act(&player);
+            let mut checked = act.check(&|| farewell.is_over())?;
+            if farewell.is_over() {
+                Err("called off before it was checked what was learned")
+            } else {
+                if !farewell.has_begun() {
+                    checked.validity.trials = act.trials(&|| farewell.has_begun())?;
+                }
+                recording.motion(behaviour.generation, &thinned(&checked.trace))?;
+                let motion = document(order, prepared, behaviour, &checked);
+                motion
+                    .map(|motion| (motion, checked.gait))
+                    .ok_or("the character fell before it had gone round its loop once")
+            }
         }
     };
     if let Ok((motion, gait)) = &found {
