@@ -102,8 +102,20 @@ fn out_of_reach(most_exact: f64, truth: &Truth) -> InputError {
 /// # Errors
 /// Those of [`Scenario::set_up`] and of [`settle`].
 pub fn prepare(scenario: &Scenario, files: &impl Files) -> Result<Prepared, StudyError> {
+    prepare_until(scenario, files, &|| false)
+}
+
+/// The same until `stop` says so: what has not been chosen by then has its default.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_until(
+    scenario: &Scenario,
+    files: &impl Files,
+    stop: &dyn Fn() -> bool,
+) -> Result<Prepared, StudyError> {
     let setup = scenario.set_up(files)?;
-    let settled = settle(&setup, &scenario.accuracy, &|| false)?;
+    let settled = settle(&setup, &scenario.accuracy, stop)?;
     let (accuracy, choice) = settled.unwrap_or_default();
     Ok(Prepared::new(setup, &accuracy, choice, scenario.sample_every)?)
 }

@@ -21,7 +21,7 @@ mod sweep;
 mod table;
 mod trial;
 
-pub use choice::{prepare, settle, swaying};
+pub use choice::{prepare, prepare_until, settle, swaying};
 pub use fault::StudyError;
 pub use front::Recommendation;
 pub use measure::{Measure, displacement};

@@ -38,7 +38,7 @@ pub(super) struct CharacterBody {
     responses(
         (status = 201, description = "Kept", body = ref("#/components/schemas/Character"),
             headers(("Location" = String, description = "Where the character is"))),
-        (status = "4XX", description = "Refused: 400, 413, 415 or 422",
+        (status = "4XX", description = "Refused: 400, 413, 415, 422, or 429 when too much is computed",
             content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
 pub(super) async fn add(State(app): State<App>, upload: Upload) -> Result<Response, Problem> {
     let (bytes, source) = match upload {

@@ -144,7 +144,7 @@ pub(super) struct Selection {
 pub(super) async fn submit(State(app): State<App>, upload: Upload) -> Result<Response, Problem> {
     let job = match upload {
         Upload::Json(body) => {
-            let request = app.jobs.compute(move || Ok(JobRequest::parse(&body)?)).await?;
+            let request = app.jobs.compute(move |_| Ok(JobRequest::parse(&body)?)).await?;
             app.jobs.submit(request.character, request.settings).await?
         }
         Upload::Urdf(body) => submit_bytes(&app, body, Settings::default()).await?,

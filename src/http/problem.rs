@@ -144,7 +144,8 @@ impl From<ServiceError> for Problem {
         match error {
             ServiceError::Input(error) => error.into(),
             ServiceError::Unknown(_) => Self::not_found(error.to_string()),
-            ServiceError::Full(_) => Self::busy(error.to_string()),
+            ServiceError::Full(_) | ServiceError::Busy => Self::busy(error.to_string()),
+            ServiceError::GivenUp => Self::new(StatusCode::REQUEST_TIMEOUT, error.to_string()),
             ServiceError::ShuttingDown => {
                 Self::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string()).retry_after(RESTART_PAUSE)
             }

@@ -43,20 +43,22 @@ const PATIENCE: Duration = Duration::from_secs(30);
 pub(super) async fn simulate(State(app): State<App>, JsonBody(body): JsonBody) -> Result<Response, Problem> {
     let permit = Arc::clone(&app.simulations).try_acquire_owned();
     let permit = permit.map_err(|_| Problem::busy("as many simulations run as may run at once"))?;
-    let prepared = app.jobs.compute(move || Ok(prepare(&body)?)).await?;
+    let prepared = app.jobs.compute(move |given_up| Ok(prepare(&body, given_up)?)).await?;
     let (sender, receiver) = mpsc::channel(WAITING);
     let (shutdown, runtime) = (app.jobs.shutdown().clone(), Handle::current());
     tokio::task::spawn_blocking(move || {
         let _permit = permit;
-        prepared.run(|line| !shutdown.is_cancelled() && send(&runtime, &sender, &line))
+        // Between two samples nothing is sent, and so nothing would tell that the reader has left.
+        let wanted = || !sender.is_closed() && !shutdown.is_cancelled();
+        prepared.run_while(wanted, |line| send(&runtime, &sender, &line))
     });
     let lines = Body::from_stream(ReceiverStream::new(receiver));
     Ok(([(CONTENT_TYPE, "application/jsonl")], lines).into_response())
 }
 
-fn prepare(body: &[u8]) -> Result<Prepared, InputError> {
+fn prepare(body: &[u8], given_up: &dyn Fn() -> bool) -> Result<Prepared, InputError> {
     let scenario = Scenario::parse(body)?;
-    let prepared = accuracy::prepare(&scenario, &NoFiles).map_err(|error| match error {
+    let prepared = accuracy::prepare_until(&scenario, &NoFiles, given_up).map_err(|error| match error {
         StudyError::Input(error) => error,
         error => InputError::impossible("/accuracy/tolerance", error.to_string()),
     })?;

@@ -100,9 +100,14 @@ pub struct Standing {
 
 /// Finds how the character stands on the ground of `scene`, and tells what was understood of it.
 pub fn check(reading: &Reading, scene: &Scene) -> Findings {
+    check_until(reading, scene, &|| false)
+}
+
+/// The same until `stop` says so: what is found by then does not stand.
+pub(super) fn check_until(reading: &Reading, scene: &Scene, stop: &dyn Fn() -> bool) -> Findings {
     let character = &reading.character;
     let model = Arc::new(Model::new(Arc::new(character.clone()), false));
-    let stance = Stance::find(&model, scene);
+    let stance = Stance::find_until(&model, scene, stop);
     Findings {
         format: FORMAT.to_owned(),
         name: character.name.clone(),

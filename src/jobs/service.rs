@@ -5,12 +5,13 @@ use std::fs::File;
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 use tokio::sync::{Mutex, Notify, Semaphore, watch};
 use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 
-use super::check::{Findings, check};
+use super::check::{Findings, check_until};
 use super::files::{self, Artefact};
 use super::job::{CharacterName, Job, State};
 use super::live::Live;
@@ -22,6 +23,9 @@ use crate::character::{Options, Source};
 use crate::fault::InputError;
 use crate::learn::Generation;
 use crate::scene::Scene;
+
+/// How long a short computation may wait for its turn.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Why a question could not be answered.
 #[derive(Debug, thiserror::Error)]
@@ -35,6 +39,12 @@ pub enum ServiceError {
     /// As many jobs wait as may wait.
     #[error("{0} jobs are waiting already")]
     Full(u64),
+    /// As much is computed as may be at once.
+    #[error("as much is being computed as may be at once")]
+    Busy,
+    /// Nobody waits for the answer any more.
+    #[error("the answer was given up")]
+    GivenUp,
     /// The service is about to end.
     #[error("the service is shutting down")]
     ShuttingDown,
@@ -196,7 +206,7 @@ impl Jobs {
         let bytes = Arc::new(bytes);
         let name = {
             let (bytes, settings) = (Arc::clone(&bytes), settings.clone());
-            self.compute(move || {
+            self.compute(move |_| {
                 let order = Order::read(&bytes, source, place, settings)?;
                 let character = &order.reading.character;
                 Ok(CharacterName { name: character.name.clone(), digest: character.digest.clone() })
@@ -217,7 +227,7 @@ impl Jobs {
         let bytes = Arc::new(bytes);
         let (name, request) = {
             let bytes = Arc::clone(&bytes);
-            self.compute(move || {
+            self.compute(move |_| {
                 let (request, setup) = StudyRequest::parse(&bytes)?;
                 let character = &setup.model.character;
                 let name = CharacterName { name: character.name.clone(), digest: character.digest.clone() };
@@ -292,6 +302,7 @@ impl Jobs {
             }
             State::Running => {
                 if let Some(live) = running.get(&id) {
+                    self.shared.store.abandon(id).await?;
                     live.abandon();
                 }
             }
@@ -302,7 +313,6 @@ impl Jobs {
                     _ => return Ok(None),
                 }
             }
-                    self.shared.store.abandon(id).await?;
         }
         Ok(Some(job))
     }
@@ -343,9 +353,10 @@ impl Jobs {
         let bytes = Arc::new(bytes);
         let findings = {
             let bytes = Arc::clone(&bytes);
-            self.compute(move || {
+            self.compute(move |given_up| {
                 let reading = read_character(&bytes, source, Options::default())?;
-                Ok(check(&reading, &Scene::default()))
+                let findings = check_until(&reading, &Scene::default(), given_up);
+                if given_up() { Err(ServiceError::GivenUp) } else { Ok(findings) }
             })
             .await?
         };
@@ -362,22 +373,28 @@ impl Jobs {
         self.shared.store.findings(id).await?.ok_or_else(|| ServiceError::Unknown(format!("character {id}")))
     }
 
-    /// Runs a short computation off the asynchronous threads, as many at once as there are cores.
+    /// Runs a short computation off the asynchronous threads, as many at once as there are cores. It can
+    /// ask whether nobody waits for it any more, to make room for others.
     ///
     /// # Errors
     ///
-    /// That of the computation; [`ServiceError::Broken`] when it panics.
+    /// That of the computation; [`ServiceError::Busy`] when its turn does not come soon;
+    /// [`ServiceError::Broken`] when it panics.
     pub async fn compute<T: Send + 'static>(
         &self,
-        computation: impl FnOnce() -> Result<T, ServiceError> + Send + 'static,
+        computation: impl FnOnce(&dyn Fn() -> bool) -> Result<T, ServiceError> + Send + 'static,
     ) -> Result<T, ServiceError> {
-        let permit = Arc::clone(&self.shared.computations)
-            .acquire_owned()
+        let turn = Arc::clone(&self.shared.computations).acquire_owned();
+        let permit = tokio::time::timeout(PATIENCE, turn)
             .await
+            .map_err(|_| ServiceError::Busy)?
             .map_err(|_| ServiceError::ShuttingDown)?;
+        let given_up = CancellationToken::new();
+        // Dropped with this future, which a client that hangs up takes with it.
+        let _guard = given_up.clone().drop_guard();
         tokio::task::spawn_blocking(move || {
             let _permit = permit;
-            computation()
+            computation(&|| given_up.is_cancelled())
         })
         .await?
     }

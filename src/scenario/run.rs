@@ -67,7 +67,12 @@ impl Prepared {
     }
 
     /// Runs the simulation and gives every line to `sink`, which answers whether it wants more.
-    pub fn run(mut self, mut sink: impl FnMut(Line) -> bool) -> Ended {
+    pub fn run(self, sink: impl FnMut(Line) -> bool) -> Ended {
+        self.run_while(|| true, sink)
+    }
+
+    /// The same as long as it is `wanted`, which is asked at every step.
+    pub fn run_while(mut self, wanted: impl Fn() -> bool, mut sink: impl FnMut(Line) -> bool) -> Ended {
         let plan = self.simulator.plan().clone();
         let mut computing = Duration::ZERO;
         let mut penetration: f64 = 0.0;
@@ -78,6 +83,9 @@ impl Prepared {
             return Ended::Stopped;
         }
         while done < self.steps {
+            if !wanted() {
+                return Ended::Stopped;
+            }
             let result = self.step(done, &mut computing);
             if let Err(failed) = result {
                 failure = Some(failed);

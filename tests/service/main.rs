@@ -7,3 +7,4 @@ mod life;
 mod refusals;
 mod studies;
 mod survival;
+mod turns;
