@@ -6,7 +6,10 @@ const form = element("job");
 /** The character that jobs are posted for: its check document, with its id. */
 let character = null;
 /** The job that is watched, and the stream of its events. */
-let watched = { id: null, events: null, curve: [] };
+let watched = { id: null, events: null, curve: [], look: null };
+
+/** How often a job that runs is looked at, ms: studies and the search for a pose have no events of their own. */
+const LOOK_EVERY = 1000;
 
 /** An element with text and children; text is never taken for markup. */
 function make(tag, properties = {}, ...children) {
@@ -114,10 +117,13 @@ form.addEventListener("submit", async (event) => {
 
 function watch(job) {
   watched.events?.close();
+  clearInterval(watched.look);
   const events = new EventSource(job.links.events);
-  watched = { id: job.id, events, curve: [] };
+  const look = setInterval(() => lookAt(job.links.self, look), LOOK_EVERY);
+  watched = { id: job.id, events, curve: [], look };
   element("watch").hidden = false;
   element("diagram").hidden = true;
+  delete element("actions").dataset.job;
   showJob(job);
   drawCurve();
   events.addEventListener("state", (event) => showJob(JSON.parse(event.data)));
@@ -127,14 +133,27 @@ function watch(job) {
   });
   events.addEventListener("end", (event) => {
     events.close();
+    clearInterval(look);
+    if (watched.look === look) watched.look = null;
     showJob(JSON.parse(event.data));
     listJobs();
   });
 }
 
+/** Shows how far the watched job is; what comes after the end of `look` is old. */
+async function lookAt(path, look) {
+  try {
+    const job = await call(path);
+    if (watched.look === look) showJob(job);
+  } catch {
+    // The events tell of the end, and the next look may succeed.
+  }
+}
+
 function showJob(job) {
   if (job.id !== watched.id) return;
-  const { metrics, links, state } = job;
+  const { metrics, state } = job;
+  showRow(job);
   const over = ["succeeded", "failed", "cancelled"].includes(state);
   element("status").replaceChildren(
     make("strong", { textContent: job.character.name }),
@@ -158,6 +177,14 @@ function showJob(job) {
       .filter(([, figure]) => figure != null && figure !== false)
       .map(([name, figure]) => make("div", {}, make("dt", { textContent: name }), make("dd", { textContent: figure }))),
   );
+  // Made anew only when something changes, or a button would vanish from under the pointer.
+  const key = `${job.id} ${state}`;
+  if (element("actions").dataset.job !== key) showActions(job, over);
+  element("actions").dataset.job = key;
+}
+
+function showActions(job, over) {
+  const { metrics, links, state } = job;
   const link = (text, href, className = "button plain") => make("a", { textContent: text, href, className });
   const actions = [];
   if (state !== "queued") {
@@ -237,19 +264,30 @@ function drawCurve() {
 
 // Jobs
 
+/** The cells of a job in the list. */
+function cells(job) {
+  const made = [
+    job.character.name,
+    job.kind,
+    job.state,
+    job.kind === "learning" ? job.progress.generations : "",
+    job.best_fitness?.toFixed(2) ?? "",
+    new Date(job.timings.created).toLocaleString(),
+  ].map((text) => make("td", { textContent: text }));
+  made[2].className = job.state;
+  return made;
+}
+
+/** Brings a job's row in the list up to date, where it has one. */
+function showRow(job) {
+  element("jobs").querySelector(`tr[data-job="${job.id}"]`)?.replaceChildren(...cells(job));
+}
+
 async function listJobs(path = "/v1/jobs?limit=10") {
   const page = await call(path);
   const rows = page.jobs.map((job) => {
-    const cells = [
-      job.character.name,
-      job.kind,
-      job.state,
-      job.kind === "learning" ? job.progress.generations : "",
-      job.best_fitness?.toFixed(2) ?? "",
-      new Date(job.timings.created).toLocaleString(),
-    ].map((text) => make("td", { textContent: text }));
-    cells[2].className = job.state;
-    const row = make("tr", { tabIndex: 0 }, ...cells);
+    const row = make("tr", { tabIndex: 0 }, ...cells(job));
+    row.dataset.job = job.id;
     row.addEventListener("click", () => watch(job));
     row.addEventListener("keydown", (event) => event.key === "Enter" && watch(job));
     return row;
