@@ -1,9 +1,16 @@
 //! Splines, players and the motion document.
 
+mod synthetic;
+
+use gaitwright::export::{self, Performance};
 use gaitwright::fault::InputError;
+use gaitwright::gait::{Setting, measure};
+use gaitwright::learn::{Behaviour, Posture};
 use gaitwright::motion::{Motion, Player, RootAdvance, RootMotion, hermite, hermite_range, hermite_rate};
+use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use serde_json::{Value, json};
+use synthetic::Gait;
 
 fn knot() -> impl Strategy<Value = (f64, f64)> {
     (-3.0..3.0_f64, -20.0..20.0_f64)
@@ -186,4 +193,99 @@ fn a_player_names_the_joints_that_do_not_match() {
     let motion = parse(&document()).unwrap();
     let message = Player::new(&motion, &["a".to_owned(), "c".to_owned()]).unwrap_err().to_string();
     assert!(message.contains("\"c\"") && message.contains("\"b\""), "{message}");
+}
+
+/// A trot whose root sinks, rolls over slowly and starts too high.
+fn sinking(heading: f64) -> gaitwright::playback::Trace {
+    let mut trace = Gait { heading, ..Gait::new([0.0, 0.5, 0.5, 0.0], 0.45) }.trace();
+    for sample in &mut trace.samples {
+        let (t, root) = (sample.time, &mut sample.root);
+        root.position.z += 0.08 * (-2.0 * t).exp() - 0.02 * t;
+        root.linear_velocity.z = -0.16 * (-2.0 * t).exp() - 0.02;
+        root.orientation = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 0.03 * t) * root.orientation;
+        root.angular_velocity.x = 0.03;
+    }
+    trace
+}
+
+fn assert_same(found: &RootMotion, wanted: &RootMotion) {
+    let numbers = |root: &RootMotion| {
+        let RootMotion { position, orientation, linear_velocity, angular_velocity } = *root;
+        let sign = orientation[0].signum();
+        [&position[..], &orientation.map(|q| q * sign), &linear_velocity, &angular_velocity].concat()
+    };
+    for (found, wanted) in numbers(found).into_iter().zip(numbers(wanted)) {
+        assert!((found - wanted).abs() < 1e-12, "{found} instead of {wanted}");
+    }
+}
+
+#[test]
+fn a_published_loop_closes_on_level_ground_and_the_entry_joins_it() {
+    let (plain, heading) = (parse(&document()).unwrap(), 0.3);
+    let (trace, character, joints) = (sinking(heading), synthetic::quadruped(), synthetic::joint_names());
+    let standing = vec![0.0; joints.len()];
+    let posture = |angle: f64| Posture { angles: vec![angle; 8], velocities: vec![1.0; 8] };
+    let behaviour = Behaviour {
+        fitness: 0.0,
+        generation: 0,
+        transition_time: 0.25,
+        entry: vec![posture(0.3)],
+        cycle: vec![posture(0.1), posture(0.2)],
+    };
+    let setting = Setting {
+        character: &character,
+        support: &[2, 4, 6, 8],
+        standing: &trace.samples[0].link_poses,
+        ground: 0.0,
+        mass: synthetic::mass(),
+        gravity: synthetic::GRAVITY,
+        direction: [1.0, 0.0, 0.0],
+    };
+    let made = |scene: &gaitwright::scene::Scene| {
+        export::motion(&Performance {
+            character: &character,
+            joints: &joints,
+            standing: &standing,
+            behaviour: &behaviour,
+            trace: &trace,
+            gait: &measure(&trace, &setting),
+            validity: &plain.metrics.validity,
+            scene,
+            drive: &gaitwright::scene::Gains {
+                stiffness: vec![1.0; 8],
+                damping: vec![1.0; 8],
+                max_torque: vec![None; 8],
+                ..plain.drive.clone()
+            },
+            provenance: &plain.provenance,
+        })
+        .unwrap()
+    };
+    let motion = made(&plain.scene);
+    motion.to_json().unwrap();
+    let advance = motion.cycle.root_advance;
+    assert_eq!(advance.translation[2], 0.0);
+    assert!((advance.translation[0] - 0.4).abs() < 1e-4, "0.8 m/s for half a second: {advance:?}");
+    let (first, last) = (&motion.keyframes[0], motion.keyframes.last().unwrap());
+    assert_same(&last.root, &advance.apply(&first.root));
+    assert_same(&motion.entry.last().unwrap().root, &first.root);
+    assert_same(&motion.entry[0].root, &RootMotion::from(&trace.samples[0].root));
+
+    // The dense poses close as well, and go evenly.
+    let poses = motion.poses.as_ref().unwrap();
+    let end = advance.apply(&first.root).position;
+    assert!((0..3).all(|axis| (poses.last().unwrap().root.position[axis] - end[axis]).abs() < 1e-9));
+    let steps = poses.windows(2).map(|pair| (pair[1].root.position[2] - pair[0].root.position[2]).abs());
+    assert!(steps.fold(0.0, f64::max) < 1e-3);
+
+    // Half a second of sinking and rolling over had to be made up for, and the height that the entry had lost.
+    let adjusted = motion.metrics.validity.root_adjustment;
+    assert!((0.02..0.2).contains(&adjusted.translation), "{adjusted:?}");
+    assert!((0.015..0.4).contains(&adjusted.rotation), "{adjusted:?}");
+    let targets: Vec<f64> = motion.keyframes.iter().map(|keyframe| keyframe.angles[0]).collect();
+    assert_eq!(targets, [0.1, 0.2, 0.1]);
+
+    // Where something may lead down, it does.
+    let free = made(&gaitwright::scene::Scene { ground: None, ..plain.scene.clone() });
+    assert!((free.cycle.root_advance.translation[2] + 0.01).abs() < 2e-3, "{:?}", free.cycle.root_advance);
 }

@@ -1,5 +1,6 @@
 //! What is handed back: the motion document, recordings, learning curves, diagrams.
 
+mod bend;
 mod curve;
 mod diagram;
 mod front;

@@ -2,15 +2,16 @@
 
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
+use super::bend::Bend;
 use crate::character::Character;
 use crate::gait::GaitReport;
 use crate::learn::{Behaviour, Posture};
 use crate::motion::{
-    CharacterRef, Format, Interpolation, Keyframe, Loop, Metrics, Motion, Pose, Provenance, RootAdvance,
-    RootMotion, RootPose, Validity,
+    CharacterRef, Format, Interpolation, Keyframe, Loop, Metrics, Motion, Pose, Provenance, RootAdjustment,
+    RootAdvance, RootMotion, RootPose, Validity,
 };
 use crate::playback::{Sample, Trace};
-use crate::scene::{Gains, Scene};
+use crate::scene::{Gains, Ground, Scene};
 use crate::sim::Root;
 
 /// A behaviour and what was seen of it in a continuous simulation.
@@ -42,34 +43,46 @@ pub struct Performance<'a> {
 /// Writes the motion document of a performance; `None` where the behaviour has no cycle or its
 /// character fell before it had gone round it once.
 ///
-/// The root of the keyframes is that of the most typical turn of the loop, the one whose travel is
-/// nearest to the mean, moved along the ground and turned about z so that it starts where the entry
-/// ends.
+/// The root of the keyframes is that of one turn of the loop, moved along the ground and turned about z so that
+/// it starts where the entry ends: of the turn whose travel is typical and that comes closest to repeating itself
+/// ([`best_turn`]). No simulated turn repeats itself exactly, and none starts quite as the entry ends, so the paths
+/// of both are bent to meet, by a cubic that grows from nothing at their start ([`Bend`]): the turn's to end where
+/// its travel leads from its start, which on level ground is neither up nor down, and the entry's to end where
+/// the turn starts. The most that is added anywhere stands in the document as `root_adjustment`. Angles and
+/// velocities of the joints are as they were learned, and the other metrics are those of the simulation.
 pub fn motion(performance: &Performance<'_>) -> Option<Motion> {
     let Performance { behaviour, trace, .. } = performance;
     let step = behaviour.transition_time;
     let period = step * behaviour.cycle.len() as f64;
     let lead = step * (behaviour.entry.len() + 1) as f64;
-    let turn = typical_turn(trace, lead, period)?;
+    let level = is_level(performance.scene);
+    let turn = best_turn(trace, lead, period, level)?;
 
     let entry_end = root_motion(&at(trace, lead)?.root);
     let moved = ground_frame(&entry_end) * ground_frame(&root_motion(&at(trace, turn)?.root)).inverse();
     let rest = vec![0.0; performance.standing.len()];
     let first = behaviour.cycle.first()?;
 
+    let start = transformed(&moved, &at(trace, turn)?.root);
+    let end = transformed(&moved, &at(trace, turn + period)?.root);
+    let root_advance = travel(&start, &end, level);
+    let closing = Bend::new(period, &end, &root_advance.apply(&start));
+    let joining = Bend::new(lead, &entry_end, &start);
+
     let mut entry = vec![keyframe(0.0, performance.standing, &rest, root_motion(&at(trace, 0.0)?.root))];
     for (index, posture) in behaviour.entry.iter().chain([first]).enumerate() {
         let time = step * (index + 1) as f64;
-        entry.push(of_posture(time, posture, root_motion(&at(trace, time)?.root)));
+        entry.push(of_posture(time, posture, joining.at(time, &root_motion(&at(trace, time)?.root))));
     }
+    // Rounding must not keep the entry from ending where the loop starts.
+    entry.last_mut()?.root = start;
     let mut keyframes = Vec::with_capacity(behaviour.cycle.len() + 1);
     for (index, posture) in behaviour.cycle.iter().enumerate() {
         let time = step * index as f64;
-        keyframes.push(of_posture(time, posture, transformed(&moved, &at(trace, turn + time)?.root)));
+        let root = transformed(&moved, &at(trace, turn + time)?.root);
+        keyframes.push(of_posture(time, posture, closing.at(time, &root)));
     }
-    let root = keyframes.first()?.root;
-    let root_advance = RootAdvance::between(&root, &transformed(&moved, &at(trace, turn + period)?.root));
-    keyframes.push(of_posture(period, first, root_advance.apply(&root)));
+    keyframes.push(of_posture(period, first, root_advance.apply(&start)));
 
     Some(Motion {
         format: Format::V1,
@@ -83,14 +96,14 @@ pub fn motion(performance: &Performance<'_>) -> Option<Motion> {
         cycle: Loop { start: 0.0, end: period, root_advance },
         entry,
         drive: performance.drive.clone(),
-        metrics: metrics(performance),
+        metrics: metrics(performance, closing.greatest().max(joining.greatest())),
         scene: performance.scene.clone(),
         provenance: performance.provenance.clone(),
-        poses: poses(trace, turn, period, &moved),
+        poses: poses(trace, turn, (&moved, &closing), period),
     })
 }
 
-fn metrics(performance: &Performance<'_>) -> Metrics {
+fn metrics(performance: &Performance<'_>, root_adjustment: RootAdjustment) -> Metrics {
     let (gait, trace) = (performance.gait, performance.trace);
     let end = trace.samples.last().map_or(0.0, |sample| sample.time);
     Metrics {
@@ -100,47 +113,79 @@ fn metrics(performance: &Performance<'_>) -> Metrics {
         froude: gait.froude,
         gait: gait.gait.clone(),
         duty_factors: gait.feet.iter().map(|foot| (foot.link.clone(), foot.duty_factor)).collect(),
-        validity: performance.validity.clone(),
+        validity: Validity { root_adjustment, ..performance.validity.clone() },
     }
 }
 
-/// When the turn starts whose travel is nearest to the mean of all whole upright turns, s. The first
-/// turn, which still has something of the entry, counts only where there is no other.
-fn typical_turn(trace: &Trace, lead: f64, period: f64) -> Option<f64> {
+/// Whether nothing can lead up or down for good.
+fn is_level(scene: &Scene) -> bool {
+    matches!(scene.ground, Some(Ground::Plane { .. })) && scene.obstacles.is_empty()
+}
+
+/// The travel from `start` to `end` of a turn, along the ground alone where that is `level`.
+fn travel(start: &RootMotion, end: &RootMotion, level: bool) -> RootAdvance {
+    let mut advance = RootAdvance::between(start, end);
+    if level {
+        advance.translation[2] = 0.0;
+    }
+    advance
+}
+
+/// A whole upright turn of the loop.
+struct Turn {
+    /// When it starts, s.
+    start: f64,
+    /// Its travel, m and rad.
+    travel: [f64; 4],
+    /// How far its end is from where its travel leads from its start: squares of metres and of radians.
+    open: f64,
+}
+
+/// When the turn starts whose travel is nearest to the mean of all whole upright turns and whose end is nearest
+/// to a repetition of its start, s. The first turn, which still has something of the entry, counts only where
+/// there is no other.
+fn best_turn(trace: &Trace, lead: f64, period: f64, level: bool) -> Option<f64> {
     let end = trace.samples.last()?.time;
     let end = trace.fell_at.map_or(end, |fell| fell.min(end)) + 1e-9;
     if !(period > 0.0 && lead + period <= end) {
         return None;
     }
-    let turns = ((end - lead) / period).floor() as usize;
-    let starts: Vec<f64> = (usize::from(turns > 1)..turns).map(|turn| lead + turn as f64 * period).collect();
-    let travels: Vec<[f64; 4]> = starts
-        .iter()
-        .filter_map(|&start| {
-            let ends =
-                [at(trace, start)?, at(trace, start + period)?].map(|sample| root_motion(&sample.root));
-            let advance = RootAdvance::between(&ends[0], &ends[1]);
-            let [x, y, z] = advance.translation;
-            Some([x, y, z, advance.yaw])
-        })
-        .collect();
-    let mean = |axis: usize| travels.iter().map(|travel| travel[axis]).sum::<f64>() / travels.len() as f64;
+    let count = ((end - lead) / period).floor() as usize;
+    let starts = (usize::from(count > 1)..count).map(|turn| lead + turn as f64 * period);
+    let turns: Vec<Turn> = starts.filter_map(|start| turn(trace, start, period, level)).collect();
+    let mean = |axis: usize| turns.iter().map(|turn| turn.travel[axis]).sum::<f64>() / turns.len() as f64;
     let means = [mean(0), mean(1), mean(2), mean(3)];
-    let off = |travel: &[f64; 4]| {
-        travel.iter().zip(&means).map(|(value, mean)| (value - mean).powi(2)).sum::<f64>()
+    let off = |turn: &Turn| {
+        let odd = turn.travel.iter().zip(&means).map(|(value, mean)| (value - mean).powi(2)).sum::<f64>();
+        odd + turn.open
     };
-    starts.iter().zip(&travels).min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b))).map(|(&start, _)| start)
+    turns.iter().min_by(|a, b| off(a).total_cmp(&off(b))).map(|turn| turn.start)
 }
 
-/// The simulated poses of one turn, as dense as the trace.
-fn poses(trace: &Trace, turn: f64, period: f64, moved: &Isometry3<f64>) -> Option<Vec<Pose>> {
+fn turn(trace: &Trace, start: f64, period: f64, level: bool) -> Option<Turn> {
+    let [from, to] = [at(trace, start)?, at(trace, start + period)?].map(|sample| root_motion(&sample.root));
+    let advance = travel(&from, &to, level);
+    let (found, wanted) = (Root::from(&to), Root::from(&advance.apply(&from)));
+    let open = (wanted.position - found.position).norm_squared()
+        + wanted.orientation.angle_to(&found.orientation).powi(2);
+    let [x, y, z] = advance.translation;
+    Some(Turn { start, travel: [x, y, z, advance.yaw], open })
+}
+
+/// The poses of one turn, as dense as the trace.
+fn poses(
+    trace: &Trace,
+    turn: f64,
+    (moved, closing): (&Isometry3<f64>, &Bend),
+    period: f64,
+) -> Option<Vec<Pose>> {
     let interval = trace.samples.get(1)?.time - trace.samples.first()?.time;
     let count = (period / interval).round().max(1.0) as usize;
     (0..=count)
         .map(|index| {
             let time = period * index as f64 / count as f64;
             let sample = at(trace, turn + time)?;
-            let root = transformed(moved, &sample.root);
+            let root = closing.at(time, &transformed(moved, &sample.root));
             let root = RootPose { position: root.position, orientation: root.orientation };
             Some(Pose { time, angles: sample.angles, root })
         })

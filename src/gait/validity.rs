@@ -1,7 +1,7 @@
 //! Whether a simulated motion keeps to what is physically possible.
 
 use super::measure::stance_slip;
-use crate::motion::Validity;
+use crate::motion::{RootAdjustment, Validity};
 use crate::playback::Trace;
 
 /// A torque counts as saturated from this share of its greatest on.
@@ -11,7 +11,7 @@ const SATURATED: f64 = 1.0 - 1e-6;
 ///
 /// `limits` are the ranges of motion and `max_torque` the greatest torques of the joints, in the order
 /// of the trace (rad or m, N m or N; `None` is unlimited). The trials of [`Validity`] are other
-/// simulations and are left empty.
+/// simulations and are left empty, and nothing is adjusted here.
 pub fn validity(
     trace: &Trace,
     limits: &[Option<[f64; 2]>],
@@ -45,6 +45,7 @@ pub fn validity(
         foot_slip: stance_slip(trace),
         tracking_error: (errors.iter().sum::<f64>() / errors.len().max(1) as f64).sqrt(),
         upright_cycles: if period > 0.0 { (upright / period + 1e-9).floor() as u32 } else { 0 },
+        root_adjustment: RootAdjustment::default(),
         trials: Vec::new(),
     }
 }

@@ -121,6 +121,8 @@ impl Motion {
             ("validity/greatest_penetration", validity.greatest_penetration),
             ("validity/foot_slip", validity.foot_slip),
             ("validity/tracking_error", validity.tracking_error),
+            ("validity/root_adjustment/translation", validity.root_adjustment.translation),
+            ("validity/root_adjustment/rotation", validity.root_adjustment.rotation),
         ];
         let duties = metrics.duty_factors.iter().map(|(link, duty)| (member("duty_factors", link), *duty));
         let trials = validity.trials.iter().enumerate().flat_map(|(index, trial)| {

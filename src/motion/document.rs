@@ -33,8 +33,8 @@ pub struct Motion {
     /// Which part of `keyframes` is played over and over.
     #[serde(rename = "loop")]
     pub cycle: Loop,
-    /// From the standing pose, at rest at time 0, into `keyframes`: its last keyframe has the angles
-    /// and velocities of the first of `keyframes`, where the motion goes on. Empty when the motion
+    /// From the standing pose, at rest at time 0, into `keyframes`: its last keyframe has the angles,
+    /// velocities and root of the first of `keyframes`, where the motion goes on. Empty when the motion
     /// simply starts at its first keyframe.
     #[serde(default)]
     pub entry: Vec<Keyframe>,
@@ -46,8 +46,8 @@ pub struct Motion {
     pub scene: Scene,
     /// How the motion came about.
     pub provenance: Provenance,
-    /// The poses that the simulated character really took over one turn of the loop, densely
-    /// sampled, for players without physics.
+    /// The poses that the simulated character took over one turn of the loop, densely sampled, for
+    /// players without physics; the root as in `keyframes`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poses: Option<Vec<Pose>>,
 }
@@ -90,7 +90,8 @@ pub struct Keyframe {
     pub angles: Vec<f64>,
     /// Rate of every target, rad/s (m/s).
     pub velocities: Vec<f64>,
-    /// Motion of the root link as it came out of the simulation; it is not a target.
+    /// Motion of the root link as it came out of the simulation, up to `root_adjustment` of the metrics; it is
+    /// not a target.
     pub root: RootMotion,
 }
 
@@ -201,11 +202,35 @@ pub struct Validity {
     pub foot_slip: f64,
     /// Root mean square of actual less target angle over all joints and samples, rad or m.
     pub tracking_error: f64,
+    /// The most by which the root of the keyframes and poses differs from the simulated one, so that the loop
+    /// closes and the entry ends where it starts. All other figures are those of the simulation.
+    #[serde(default)]
+    pub root_adjustment: RootAdjustment,
     /// Whole turns of the loop for which the character stayed upright.
     pub upright_cycles: u32,
     /// How long it stayed upright when something was changed.
     #[serde(default)]
     pub trials: Vec<Trial>,
+}
+
+/// By how much the path of a root was bent.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RootAdjustment {
+    /// m.
+    pub translation: f64,
+    /// rad.
+    pub rotation: f64,
+}
+
+impl RootAdjustment {
+    /// The greater of both in either.
+    pub fn max(self, other: Self) -> Self {
+        Self {
+            translation: self.translation.max(other.translation),
+            rotation: self.rotation.max(other.rotation),
+        }
+    }
 }
 
 /// The same motion under a changed condition.
