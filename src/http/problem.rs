@@ -42,6 +42,7 @@ pub struct Problem {
     pointer: Option<String>,
     /// Every fault of an input.
     #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[schemars(default)]
     errors: Vec<FaultBody>,
     /// s.
     #[serde(skip)]

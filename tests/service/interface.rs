@@ -54,6 +54,13 @@ fn every_schema_that_is_referred_to_is_there() {
 }
 
 #[test]
+fn a_problem_may_have_no_faults() {
+    let description = Service::start().json("/openapi.json");
+    let required = description.pointer("/components/schemas/Problem/required").unwrap();
+    assert_eq!(*required, json!(["type", "title", "status", "detail"]));
+}
+
+#[test]
 fn the_page_and_the_viewer_come_from_the_program() {
     let service = Service::start();
     for (path, media_type) in [
