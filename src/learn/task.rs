@@ -11,6 +11,13 @@ use crate::stance::Stance;
 /// stay comparable.
 pub(super) const STANDARD_GRAVITY: f64 = 9.81;
 
+/// Greatest component of a direction; only its ratio to the others counts.
+const GREATEST_COMPONENT: f64 = 1e6;
+/// Greatest speed that can be asked for, m/s.
+const GREATEST_SPEED: f64 = 1e3;
+/// Greatest weight of a cost.
+const GREATEST_WEIGHT: f64 = 1e6;
+
 /// What the motion is for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -34,20 +41,23 @@ impl Task {
     /// Everything impossible in the task, with JSON pointers into it.
     pub fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
-        let [x, y, z] = self.direction;
+        let [x, y, _] = self.direction;
         let length = x.hypot(y);
-        if !(x.is_finite() && y.is_finite() && z.is_finite()) {
-            faults.push(Fault::new("/direction", "the direction must be three finite numbers"));
-        } else if !(length.is_normal() && length.is_finite()) {
+        if !self.direction.iter().all(|part| part.abs() <= GREATEST_COMPONENT) {
+            let reason =
+                format!("the direction must be three numbers of at most {GREATEST_COMPONENT:e} either way");
+            faults.push(Fault::new("/direction", reason));
+        } else if !length.is_normal() {
             faults.push(Fault::new("/direction", "the direction must have a horizontal part"));
         }
-        if self.speed.is_some_and(|speed| !(speed.is_finite() && speed > 0.0)) {
-            faults.push(Fault::new("/speed", "the speed must be a positive finite number"));
+        if self.speed.is_some_and(|speed| !(speed > 0.0 && speed <= GREATEST_SPEED)) {
+            let reason = format!("the speed must be a positive number of at most {GREATEST_SPEED} m/s");
+            faults.push(Fault::new("/speed", reason));
         }
         let Weights { energy, drift, turn, slip } = self.weights;
         for (name, weight) in [("energy", energy), ("drift", drift), ("turn", turn), ("slip", slip)] {
-            if !(weight.is_finite() && weight >= 0.0) {
-                let reason = "a weight must be a finite number of at least 0";
+            if !(0.0..=GREATEST_WEIGHT).contains(&weight) {
+                let reason = format!("a weight must lie between 0 and {GREATEST_WEIGHT:e}");
                 faults.push(Fault::new(format!("/weights/{name}"), reason));
             }
         }
