@@ -141,6 +141,16 @@ fn job_documents() {
         (json!({ "character": character, "format": "gaitwright/job@9" }), vec!["/format"]),
         (json!({ "character": character, "seed": -1 }), vec!["/seed"]),
         (json!({ "seed": 1 }), vec!["/character"]),
+        (
+            json!({ "character": character, "scene": { "effects": { "trunk_rotation_lock": "off" } },
+                "learning": { "trunk": "locked" } }),
+            vec!["/scene/effects/trunk_rotation_lock", "/learning/trunk"],
+        ),
+        (
+            json!({ "character": character, "task": { "direction": [1e308, 1e308, 0], "speed": 1e308,
+                "weights": { "energy": 1e308 } } }),
+            vec!["/task/direction", "/task/speed", "/task/weights/energy"],
+        ),
         (json!({ "character": { "id": "01890000-0000-7000-8000-000000000000" } }), vec!["/character/id"]),
         (
             json!({ "character": { "json": { "format": "gaitwright/character@1", "legs": 4 } } }),
