@@ -4,6 +4,7 @@ use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Multipart, Request};
 
 use super::problem::{Problem, media_type};
+use crate::character::Source;
 use crate::fault::{Fault, InputError};
 
 /// [`axum::extract::Path`] with problem documents.
@@ -42,12 +43,14 @@ impl<S: Send + Sync> FromRequest<S> for Upload {
     type Rejection = Problem;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
-        match media_type(request.headers()) {
+        match media_type(request.headers()).as_deref() {
             Some("application/json") => Ok(Self::Json(Bytes::from_request(request, state).await?)),
             Some("application/xml" | "text/xml") => {
-                Ok(Self::Urdf(Bytes::from_request(request, state).await?))
+                Ok(Self::Urdf(declared(Bytes::from_request(request, state).await?, Source::Urdf)?))
             }
-            Some("application/zip") => Ok(Self::Zip(Bytes::from_request(request, state).await?)),
+            Some("application/zip") => {
+                Ok(Self::Zip(declared(Bytes::from_request(request, state).await?, Source::Zip)?))
+            }
             Some("multipart/form-data") => {
                 Ok(Self::Form(Form::read(Multipart::from_request(request, state).await?).await?))
             }
@@ -60,6 +63,23 @@ impl<S: Send + Sync> FromRequest<S> for Upload {
     }
 }
 
+/// A body that was declared to be of a kind, unless it plainly is of another.
+fn declared(body: Bytes, kind: Source) -> Result<Bytes, Problem> {
+    let name = |kind| match kind {
+        Source::Urdf => "XML",
+        Source::Json => "JSON",
+        Source::Zip => "a zip archive",
+    };
+    match Source::detect(&body) {
+        Some(found) if found != kind => Err(Problem::unsupported(format!(
+            "the body is {}, but the header Content-Type says that it is {}",
+            name(found),
+            name(kind)
+        ))),
+        _ => Ok(body),
+    }
+}
+
 /// A JSON body.
 #[derive(Debug)]
 pub(super) struct JsonBody(pub(super) Bytes);
@@ -68,7 +88,7 @@ impl<S: Send + Sync> FromRequest<S> for JsonBody {
     type Rejection = Problem;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
-        match media_type(request.headers()) {
+        match media_type(request.headers()).as_deref() {
             Some("application/json") => Ok(Self(Bytes::from_request(request, state).await?)),
             other => Err(Problem::unsupported(format!(
                 "the body is {}; application/json is expected",

@@ -1,5 +1,6 @@
 //! The REST service: routes, and what every request and answer goes through.
 
+mod accept;
 mod accuracy;
 mod characters;
 mod events;
@@ -8,6 +9,7 @@ mod jobs;
 mod openapi;
 mod page;
 mod problem;
+mod ranges;
 mod results;
 mod simulations;
 mod status;

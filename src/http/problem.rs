@@ -195,7 +195,7 @@ pub(super) async fn everywhere(request: Request, next: Next) -> Response {
     let response = next.run(request).await;
     let status = response.status();
     let is_error = status.is_client_error() || status.is_server_error();
-    if !is_error || media_type(response.headers()) == Some(PROBLEM_JSON) {
+    if !is_error || media_type(response.headers()).as_deref() == Some(PROBLEM_JSON) {
         return response;
     }
     let detail = match status {
@@ -221,7 +221,7 @@ pub(super) fn of_panic(panic: Box<dyn std::any::Any + Send>) -> Response<Body> {
     Problem::internal(&text).into_response()
 }
 
-/// The media type of a message, without its parameters.
-pub(super) fn media_type(headers: &HeaderMap) -> Option<&str> {
-    Some(headers.get(CONTENT_TYPE)?.to_str().ok()?.split(';').next()?.trim())
+/// The media type of a message in lower case, without its parameters.
+pub(super) fn media_type(headers: &HeaderMap) -> Option<String> {
+    Some(headers.get(CONTENT_TYPE)?.to_str().ok()?.split(';').next()?.trim().to_ascii_lowercase())
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use axum::Json;
 use axum::body::{Body, Bytes};
 use axum::extract::{Request, State};
-use axum::http::header::{ACCEPT, ACCEPT_RANGES, CACHE_CONTROL, CONTENT_TYPE};
+use axum::http::header::{ACCEPT_RANGES, CACHE_CONTROL, CONTENT_TYPE};
 use axum::http::{HeaderMap, HeaderValue, Method};
 use axum::response::{IntoResponse, Response};
 use tokio::fs::File;
@@ -16,13 +16,13 @@ use tokio::io::{AsyncReadExt, AsyncSeekExt};
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
-use tower::ServiceExt;
-use tower_http::services::ServeFile;
 use uuid::Uuid;
 
 use super::App;
+use super::accept::prefers_csv;
 use super::extract::Path;
 use super::problem::Problem;
+use super::ranges;
 use crate::export::Curve;
 use crate::jobs::{Artefact, Job, Live, State as JobState};
 
@@ -60,13 +60,9 @@ pub(super) async fn recording(
     if !tokio::fs::try_exists(&path).await.unwrap_or(false) {
         return Err(not_ready(&job, "recording"));
     }
-    match ServeFile::new(path).oneshot(request).await {
-        Ok(mut response) => {
-            response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
-            Ok(response.into_response())
-        }
-        Err(never) => match never {},
-    }
+    let mut response = ranges::serve(&path, request).await;
+    response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    Ok(response)
 }
 
 /// The motion document.
@@ -198,18 +194,11 @@ fn not_ready(job: &Job, what: &str) -> Problem {
     Problem::conflict(format!("the job is {}{why}; there is no {what}", job.state.name()))
 }
 
-/// Whether `text/csv` stands in Accept before anything that JSON satisfies.
-fn prefers_csv(headers: &HeaderMap) -> bool {
-    let accepted = headers.get(ACCEPT).and_then(|value| value.to_str().ok()).unwrap_or_default();
-    let mut kinds = accepted.split(',').filter_map(|kind| kind.split(';').next()).map(str::trim);
-    kinds.find(|kind| ["text/csv", "application/json", "application/*", "*/*"].contains(kind))
-        == Some("text/csv")
-}
-
 /// Answers with a file that grows until its job is over.
 fn growing(request: &Request, path: PathBuf, live: Arc<Live>, shutdown: CancellationToken) -> Response {
     let body = if request.method() == Method::HEAD {
-        Body::empty()
+        // An empty body would say that there is nothing; how much there will be is not known.
+        Body::from_stream(tokio_stream::empty::<std::io::Result<Bytes>>())
     } else {
         let (sender, receiver) = mpsc::channel(4);
         tokio::spawn(async move {

@@ -49,6 +49,16 @@ fn a_job_succeeds_and_leaves_everything() {
     let curve = service.json(link("curve"));
     let points = curve["points"].as_array().unwrap();
     assert_eq!(points.len(), 2);
+    for (accept, kind) in [
+        ("text/csv;q=0", "application/json"),
+        ("text/csv;q=0.5, application/json", "application/json"),
+        ("application/json;q=0.5, Text/CSV", "text/csv"),
+        ("text/*", "text/csv"),
+        ("*/*", "application/json"),
+    ] {
+        let answer = service.curl(link("curve"), &["-H", &format!("accept: {accept}")]);
+        assert!(answer.headers["content-type"].starts_with(kind), "{accept}");
+    }
     let table = service.curl(link("curve"), &["-H", "accept: text/csv"]);
     assert!(table.headers["content-type"].starts_with("text/csv"));
     let table = table.text();
@@ -93,6 +103,28 @@ fn a_finished_recording_is_served_in_ranges() {
     let tail = service.curl(&place, &["-H", "range: bytes=-10"]);
     assert_eq!(tail.body, whole.body[whole.body.len() - 10..]);
     service.curl(&place, &["-H", "range: bytes=999999999-"]).problem(416);
+    service.curl(&place, &["-H", "range: bytes=99999999999999999999-"]).problem(416);
+    assert_eq!(service.curl(&place, &["-H", "range: BYTES=0100-0199"]).body, whole.body[100..200]);
+    // What is not one range of bytes is passed over.
+    for range in ["items=0-5", "bytes=abc", "bytes=-", "bytes=9-5", "bytes=0-1,4-5", "bytes", "bytes=1-x"] {
+        let answer = service.curl(&place, &["-H", &format!("range: {range}")]);
+        assert_eq!((answer.status, answer.body.len()), (200, whole.body.len()), "{range}");
+    }
+
+    // A range of another version is of no use; one of this version is.
+    let other = "if-range: \"0-0\"";
+    assert_eq!(service.curl(&place, &["-H", "range: bytes=0-9", "-H", other]).status, 200);
+    let (tag, time) = (&whole.headers["etag"], &whole.headers["last-modified"]);
+    for (validator, status) in [
+        (tag.clone(), 206),
+        (time.clone(), 206),
+        (format!("W/{tag}"), 200),
+        ("Thu, 01 Jan 1970 00:00:00 GMT".to_owned(), 200),
+    ] {
+        let header = format!("if-range: {validator}");
+        let answer = service.curl(&place, &["-H", "range: bytes=0-9", "-H", &header]);
+        assert_eq!(answer.status, status, "{validator}");
+    }
 
     let tag = format!("if-none-match: {}", whole.headers["etag"]);
     assert_eq!(service.curl(&place, &["-H", &tag]).status, 304);
@@ -109,6 +141,7 @@ fn a_running_job_is_followed_and_cancelled() {
     service.curl(&format!("{path}/motion"), &[]).problem(409);
     let head = service.curl(&format!("{path}/recording.rrd"), &["-I"]);
     assert_eq!(head.headers["accept-ranges"], "none");
+    assert!(!head.headers.contains_key("content-length"), "nobody knows how much there will be");
     for _ in 0..10 {
         assert_eq!(service.curl("/healthz", &[]).status, 200);
         assert_eq!(service.curl("/v1/jobs", &[]).status, 200);
@@ -152,39 +185,6 @@ fn a_growing_recording_is_followed_to_its_end() {
     assert_eq!(followed, service.curl(&format!("{path}/recording.rrd"), &[]).body);
 }
 
-#[test]
-fn a_waiting_job_is_cancelled_at_once() {
-    let service = Service::start();
-    let first = service.post_job(&json!({ "generations": 100_000 }));
-    service.wait(&first, "running", |job| job["state"] == "running");
-    let second = service.post_job(&json!({ "generations": 1 }));
-    service.curl(&format!("{second}/recording.rrd"), &[]).problem(409);
-    let answer = service.curl(&second, &["-X", "DELETE"]);
-    assert_eq!(answer.status, 202);
-    assert_eq!(answer.json()["state"], "cancelled");
-    let told = events(&service.curl(&format!("{second}/events"), &[]).body);
-    assert_eq!(told.len(), 1);
-    assert_eq!(told[0].0, "end");
-}
-
-#[test]
-fn jobs_are_listed_page_by_page() {
-    let service = Service::start();
-    let first = service.post_job(&json!({ "generations": 100_000 }));
-    service.wait(&first, "running", |job| job["state"] == "running");
-    let mut posted = vec![first];
-    posted.extend((0..4).map(|_| service.post_job(&json!({ "generations": 1 }))));
-    service.curl(&posted[4], &["-X", "DELETE"]);
-
-    let mut seen = Vec::new();
-    let mut next = Some("/v1/jobs?limit=2".to_owned());
-    while let Some(page) = next {
-        let page = service.json(&page);
-        let jobs = page["jobs"].as_array().unwrap();
-        assert!((1..=2).contains(&jobs.len()));
-        seen.extend(jobs.iter().map(|job| job["links"]["self"].as_str().unwrap().to_owned()));
-        next = page["next"].as_str().map(str::to_owned);
-    }
 /// Learning that would take hours for its first individual, nearly all of it with transitions that are known.
 fn tireless() -> Value {
     json!({ "generations": 5, "episodes": 100_000, "episode_length": 100_000 })
@@ -244,6 +244,39 @@ fn chain_urdf(links: usize) -> String {
     format!("<robot name=\"chain\">{links_text}{joints}</robot>")
 }
 
+#[test]
+fn a_waiting_job_is_cancelled_at_once() {
+    let service = Service::start();
+    let first = service.post_job(&json!({ "generations": 100_000 }));
+    service.wait(&first, "running", |job| job["state"] == "running");
+    let second = service.post_job(&json!({ "generations": 1 }));
+    service.curl(&format!("{second}/recording.rrd"), &[]).problem(409);
+    let answer = service.curl(&second, &["-X", "DELETE"]);
+    assert_eq!(answer.status, 202);
+    assert_eq!(answer.json()["state"], "cancelled");
+    let told = events(&service.curl(&format!("{second}/events"), &[]).body);
+    assert_eq!(told.len(), 1);
+    assert_eq!(told[0].0, "end");
+}
+
+#[test]
+fn jobs_are_listed_page_by_page() {
+    let service = Service::start();
+    let first = service.post_job(&json!({ "generations": 100_000 }));
+    service.wait(&first, "running", |job| job["state"] == "running");
+    let mut posted = vec![first];
+    posted.extend((0..4).map(|_| service.post_job(&json!({ "generations": 1 }))));
+    service.curl(&posted[4], &["-X", "DELETE"]);
+
+    let mut seen = Vec::new();
+    let mut next = Some("/v1/jobs?limit=2".to_owned());
+    while let Some(page) = next {
+        let page = service.json(&page);
+        let jobs = page["jobs"].as_array().unwrap();
+        assert!((1..=2).contains(&jobs.len()));
+        seen.extend(jobs.iter().map(|job| job["links"]["self"].as_str().unwrap().to_owned()));
+        next = page["next"].as_str().map(str::to_owned);
+    }
     assert!(seen.iter().eq(posted.iter().rev()), "the newest first, each once: {seen:?}");
 
     let states = |state: &str| -> BTreeSet<String> {

@@ -197,6 +197,18 @@ fn values_of_the_wrong_type() {
 }
 
 #[test]
+fn bodies_that_are_not_what_they_are_said_to_be() {
+    let service = Service::start();
+    for path in ["/v1/jobs", "/v1/characters"] {
+        service.post(path, "application/xml", b" {\"links\": []}").problem(415);
+        service.post(path, "text/xml", b"PK\x03\x04").problem(415);
+        service.post(path, "application/zip", PADDLER.as_bytes()).problem(415);
+    }
+    assert_eq!(service.post("/v1/characters", "Application/XML", PADDLER.as_bytes()).status, 201);
+    assert_goes_on(&service);
+}
+
+#[test]
 fn forms() {
     let service = Service::start();
     let post = |parts: &[&str]| {
