@@ -5,7 +5,9 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
+use gaitwright::fault::InputError;
 use gaitwright::jobs::Setting;
+use gaitwright::learn::Learning;
 use indicatif::{ProgressBar, ProgressStyle};
 use reqwest::{Client, Response};
 use serde_json::{Value, json};
@@ -41,6 +43,7 @@ pub struct Demo {
 
 impl Demo {
     pub fn run(self) -> Result<(), Failure> {
+        self.check().map_err(Failure::input("the command line"))?;
         let runtime = Runtime::new().context("the runtime cannot be started")?;
         let done = runtime.block_on(async {
             let listen = self.listen.unwrap_or_else(|| (Ipv4Addr::LOCALHOST, 0).into());
@@ -61,6 +64,15 @@ impl Demo {
         });
         runtime.shutdown_timeout(std::time::Duration::from_millis(100));
         done.map_err(Failure::from)
+    }
+
+    /// Whether the budget is one that a job may have: JSON has no words for some of the numbers that a
+    /// command line can name.
+    fn check(&self) -> Result<(), InputError> {
+        let learning =
+            Learning { seconds: self.seconds, generations: self.generations, ..Learning::default() };
+        let faults = learning.faults();
+        if faults.is_empty() { Ok(()) } else { Err(InputError::Impossible(faults).under("/learning")) }
     }
 
     /// Posts the job, watches it, and brings home what came of it.

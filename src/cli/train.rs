@@ -41,8 +41,8 @@ pub struct Train {
     #[arg(long)]
     seconds: Option<f64>,
     /// Threads; the result does not depend on their number [default: all cores]
-    #[arg(long)]
-    threads: Option<usize>,
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
 }
 
 impl Train {
@@ -52,10 +52,8 @@ impl Train {
         let order = Order::new(reading, settings).map_err(Failure::input(place))?;
         let out = &self.out;
         std::fs::create_dir_all(out).with_context(|| format!("{} cannot be made", out.display()))?;
-        let threads = self
-            .threads
-            .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
-            .max(1);
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = self.threads.map_or_else(cores, usize::from);
         let cancel = Cancel::default();
         cancel_on_interrupt(cancel.clone())?;
         let outcome = run(&order, threads, out, (&cancel, Duration::MAX), None, &mut Progress::new())
