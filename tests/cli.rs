@@ -2,11 +2,13 @@
 
 mod common;
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Cursor, Write};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use re_sdk::StoreKind;
+use re_sdk::external::re_log_encoding::DecoderApp;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -245,6 +247,39 @@ fn train_leaves_everything_and_does_not_depend_on_threads() {
     assert_eq!(json(&one.join("report.json"))["reproducible"], true);
     let curve = std::fs::read_to_string(one.join("curve.csv")).unwrap();
     assert_eq!(curve.lines().count(), 4);
+}
+
+#[test]
+fn recordings_of_different_jobs_have_different_names() {
+    let folder = TempDir::new().unwrap();
+    let name = |out: &str, job: &str| {
+        let job = write(folder.path(), "job.json", job);
+        let out = folder.path().join(out);
+        stdout(&run(&["train", PADDLER, "--out", out.to_str().unwrap(), "--job", &job]));
+        let bytes = std::fs::read(out.join("recording.rrd")).unwrap();
+        let messages = DecoderApp::decode_lazy(Cursor::new(bytes)).map(Result::unwrap);
+        let names = messages.filter(|message| message.store_id().kind() == StoreKind::Recording);
+        names.map(|message| message.store_id().recording_id().to_string()).next().unwrap()
+    };
+    let sideways = QUICK.replacen('{', r#"{"task": {"direction": [0, 1, 0]}, "#, 1);
+    let plain = name("one", QUICK);
+    assert_ne!(plain, name("two", &sideways));
+    assert_eq!(plain, name("three", QUICK));
+}
+
+#[test]
+fn budgets_that_make_no_sense_are_refused() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("out");
+    let out = out.to_str().unwrap();
+    let demo = |option: &str, value: &str| refusal(&run(&["demo", "--exit", "--out", out, option, value]));
+    assert!(demo("--seconds", "nan").contains("/learning/seconds"));
+    assert!(demo("--seconds", "0").contains("/learning/seconds"));
+    assert!(demo("--generations", "0").contains("/learning/generations"));
+    let output = run(&["train", PADDLER, "--out", out, "--threads", "100000"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("--threads"));
+    assert!(!Path::new(out).exists(), "nothing was begun");
 }
 
 #[test]

@@ -2,10 +2,13 @@
 
 use std::path::Path;
 
+use sha2::{Digest, Sha256};
+
 use super::publish::{RECORDED, describe};
 use super::{Order, Prepared, RunError, Watcher};
-use crate::export::{Recording, RecordingError, Subject};
+use crate::export::{Recording, Subject};
 use crate::jobs::files::Artefact;
+use crate::jobs::request::Settings;
 use crate::learn::{Behaviour, Cancel, Checkpoint, Generation, Observer};
 
 /// How long each new best behaviour is recorded after it has entered its loop, s.
@@ -30,10 +33,11 @@ impl<'a> Recorder<'a> {
         past: &[Generation],
         cancel: &'a Cancel,
         watcher: &'a mut dyn Watcher,
-    ) -> Result<Self, RecordingError> {
+    ) -> Result<Self, RunError> {
         let character = &order.reading.character;
         let subject = Subject {
-            id: &format!("{}/{}", character.digest, prepared.setup.seed),
+        let id = identity(order, prepared)?;
+            id: &id,
             title: &character.name,
             character,
             joints: &prepared.setup.model.joint_names,
@@ -83,4 +87,22 @@ impl Observer for Recorder<'_> {
     fn checkpoint(&mut self, checkpoint: &Checkpoint) {
         self.watcher.checkpoint(checkpoint);
     }
+}
+
+/// A name for the recording that no other job's has: made of the character and of everything that was decided
+/// about the job, it is the same whenever the same job runs.
+fn identity(order: &Order, prepared: &Prepared) -> Result<String, RunError> {
+    let setup = &prepared.setup;
+    let decided = Settings {
+        scene: setup.scene.clone(),
+        task: setup.task.clone(),
+        learning: setup.learning.clone(),
+        accuracy: setup.accuracy.into(),
+        seed: setup.seed,
+    };
+    let mut digest = Sha256::new();
+    digest.update(&order.reading.character.digest);
+    digest.update(serde_json::to_vec(&decided).map_err(std::io::Error::from)?);
+    let digits: String = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok(format!("sha256:{digits}"))
 }
