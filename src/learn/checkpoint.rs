@@ -26,6 +26,9 @@ pub struct Checkpoint {
     pub islands: Vec<Island>,
     /// The best behaviour so far.
     pub best: Option<Behaviour>,
+    /// Every best behaviour so far, that one included, in the order in which they were found.
+    #[serde(default)]
+    pub improved: Vec<Behaviour>,
     /// The learning curve so far.
     pub curve: Vec<Generation>,
     /// What was simulated so far.

@@ -41,6 +41,8 @@ struct Progress<S> {
     generations: u32,
     islands: Vec<Island>,
     best: Option<Behaviour>,
+    /// Every best behaviour so far, in the order in which they were found.
+    improved: Vec<Behaviour>,
     curve: Vec<Generation>,
     account: Account,
     cache: Cache<S>,
@@ -91,6 +93,7 @@ impl<W: World> Search<W> {
             generations: 0,
             islands,
             best: None,
+            improved: Vec::new(),
             curve: Vec::new(),
             account: Account::default(),
             cache: Cache::new(learning.cache_transitions),
@@ -101,6 +104,7 @@ impl<W: World> Search<W> {
             progress.generations = checkpoint.generations;
             progress.islands = checkpoint.islands;
             progress.best = checkpoint.best;
+            progress.improved = checkpoint.improved;
             progress.curve = checkpoint.curve;
             progress.account = checkpoint.account;
             progress.spent = checkpoint.elapsed;
@@ -175,6 +179,7 @@ impl<W: World> Search<W> {
         }
         if let Some(champion) = champion {
             observer.improved(&champion);
+            progress.improved.push(champion.clone());
             progress.best = Some(champion);
         }
         let figures = self.figures(progress);
@@ -211,6 +216,7 @@ impl<W: World> Search<W> {
             generations: progress.generations,
             islands: progress.islands.clone(),
             best: progress.best.clone(),
+            improved: progress.improved.clone(),
             curve: progress.curve.clone(),
             account: progress.account,
             elapsed: progress.spent + progress.started.elapsed().as_secs_f64(),

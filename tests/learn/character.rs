@@ -58,6 +58,8 @@ fn a_character_learns_the_same_with_any_threads_and_after_resuming() {
     assert_eq!(timeless(together), alone);
     let checkpoint = notes.checkpoints[0].clone();
     assert_eq!(checkpoint.generations, 2);
+    let before = notes.improved.iter().filter(|best| best.generation < 2);
+    assert!(checkpoint.improved.iter().eq(before), "every best behaviour is known after resuming");
     let resumed =
         learn(&setup(brief(), 2), &mut Notes::default(), &Cancel::default(), Some(checkpoint.clone()));
     assert_eq!(timeless(resumed.unwrap()), alone);

@@ -1,5 +1,10 @@
 //! Jobs outlive the process that works at them.
 
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use re_sdk::external::re_log_encoding::DecoderApp;
+use re_sdk::log::{Chunk, LogMsg};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -19,12 +24,25 @@ fn figures(service: &Service, path: &str) -> Vec<Value> {
     curve["points"].as_array().unwrap().clone()
 }
 
-/// Curve and motion of the job as it comes out undisturbed.
-fn undisturbed() -> (Vec<Value>, Value) {
+/// How many rows the recording of a job holds of every entity.
+fn rows(service: &Service, path: &str) -> BTreeMap<String, usize> {
+    let bytes = service.curl(&format!("{path}/recording.rrd"), &[]).body;
+    let mut rows = BTreeMap::new();
+    for message in DecoderApp::decode_lazy(Cursor::new(bytes)).map(Result::unwrap) {
+        if let LogMsg::ArrowMsg(_, arrow) = message {
+            let chunk = Chunk::from_arrow_msg(&arrow).unwrap();
+            *rows.entry(chunk.entity_path().to_string()).or_default() += chunk.num_rows();
+        }
+    }
+    rows
+}
+
+/// Curve, motion and rows of the recording of the job as it comes out undisturbed.
+fn undisturbed() -> (Vec<Value>, Value, BTreeMap<String, usize>) {
     let service = Service::start();
     let path = service.post_job(&learning());
     assert_eq!(service.wait_for_end(&path)["state"], "succeeded");
-    (figures(&service, &path), service.json(&format!("{path}/motion")))
+    (figures(&service, &path), service.json(&format!("{path}/motion")), rows(&service, &path))
 }
 
 #[test]
@@ -41,7 +59,7 @@ fn a_killed_service_goes_on_to_the_same_result() {
     let job = service.wait_for_end(&path);
     assert_eq!(job["state"], "succeeded", "{job}");
     assert_eq!(job["progress"]["generations"], 40);
-    let (curve, motion) = undisturbed();
+    let (curve, motion, _) = undisturbed();
     assert_eq!(figures(&service, &path), curve);
     assert_eq!(service.json(&format!("{path}/motion")), motion);
     assert_ne!(service.wait_for_end(&waiting)["state"], "cancelled");
@@ -62,9 +80,24 @@ fn a_service_shut_down_puts_its_job_back() {
     let service = Service::on(data.path(), &[]);
     let job = service.wait_for_end(&path);
     assert_eq!(job["state"], "succeeded", "{job}");
-    let (curve, motion) = undisturbed();
+    let (curve, motion, recorded) = undisturbed();
     assert_eq!(figures(&service, &path), curve);
     assert_eq!(service.json(&format!("{path}/motion")), motion);
+    assert!(recorded["/world/path"] > 1, "there is more than one motion to be missed: {recorded:?}");
+    assert_eq!(rows(&service, &path), recorded, "nothing is missing from the recording");
+}
+
+#[test]
+fn an_acknowledged_cancellation_outlives_the_process() {
+    let data = TempDir::new().unwrap();
+    let mut service = Service::on(data.path(), &[]);
+    let path = service.post_job(&learning());
+    service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 1);
+    assert_eq!(service.curl(&path, &["-X", "DELETE"]).status, 202);
+    service.signal("KILL");
+    assert!(!service.wait_for_exit());
+    let service = Service::on(data.path(), &[]);
+    assert_eq!(service.json(&path)["state"], "cancelled");
 }
 
 #[test]

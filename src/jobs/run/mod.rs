@@ -294,8 +294,7 @@ pub fn run(
     watcher.prepared(&prepared);
 
     watcher.stage(Stage::Learning);
-    let past = checkpoint.as_ref().map(|checkpoint| checkpoint.curve.as_slice()).unwrap_or_default();
-    let mut recorder = Recorder::create(folder, order, &prepared, past, cancel, watcher)?;
+    let mut recorder = Recorder::create(folder, order, &prepared, checkpoint.as_ref(), cancel, watcher)?;
     let learned = learn(&prepared.setup, &mut recorder, cancel, checkpoint)?;
     let recording = recorder.finish()?;
 

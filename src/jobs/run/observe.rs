@@ -25,18 +25,19 @@ pub(super) struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// Starts the recording in `folder` with the learning curve of an earlier run of the same job.
+    /// Starts the recording in `folder` with what an earlier run of the same job would have recorded up to
+    /// `checkpoint`.
     pub(super) fn create(
         folder: &Path,
         order: &Order,
         prepared: &'a Prepared,
-        past: &[Generation],
+        checkpoint: Option<&Checkpoint>,
         cancel: &'a Cancel,
         watcher: &'a mut dyn Watcher,
     ) -> Result<Self, RunError> {
         let character = &order.reading.character;
-        let subject = Subject {
         let id = identity(order, prepared)?;
+        let subject = Subject {
             id: &id,
             title: &character.name,
             character,
@@ -45,10 +46,32 @@ impl<'a> Recorder<'a> {
         };
         let mut recording = Recording::create(&Artefact::Recording.path(folder), subject)?;
         recording.job(&describe(order, prepared, None))?;
-        for figures in past {
-            recording.generation(figures)?;
+        let mut recorder = Self { recording, prepared, cancel, watcher, failure: None };
+        if let Some(checkpoint) = checkpoint {
+            recorder.relive(checkpoint)?;
         }
-        Ok(Self { recording, prepared, cancel, watcher, failure: None })
+        Ok(recorder)
+    }
+
+    /// Records every point of the learning curve up to `checkpoint`, and every best behaviour anew: a motion is
+    /// the same whenever it is played.
+    fn relive(&mut self, checkpoint: &Checkpoint) -> Result<(), RunError> {
+        let mut improved = checkpoint.improved.iter().peekable();
+        for figures in &checkpoint.curve {
+            while let Some(best) = improved.next_if(|best| best.generation <= figures.generation) {
+                self.play(best)?;
+            }
+            self.recording.generation(figures)?;
+        }
+        Ok(())
+    }
+
+    /// Records a behaviour.
+    fn play(&mut self, behaviour: &Behaviour) -> Result<(), RunError> {
+        let player = self.prepared.player(behaviour);
+        let seconds = player.lead() + SHOWN;
+        let trace = self.prepared.act(&player).play(seconds, RECORDED, &|| self.cancel.is_cancelled())?;
+        Ok(self.recording.motion(behaviour.generation, &trace)?)
     }
 
     /// The recording, to which more may be added.
@@ -75,12 +98,7 @@ impl Observer for Recorder<'_> {
     }
 
     fn improved(&mut self, best: &Behaviour) {
-        let player = self.prepared.player(best);
-        let seconds = player.lead() + SHOWN;
-        let played = self.prepared.act(&player).play(seconds, RECORDED, &|| self.cancel.is_cancelled());
-        let recorded = played
-            .map_err(RunError::from)
-            .and_then(|trace| Ok(self.recording.motion(best.generation, &trace)?));
+        let recorded = self.play(best);
         self.keep(recorded);
     }
 
