@@ -1,4 +1,4 @@
-"""A robot in MuJoCo as gaitwright simulates it: free root, servos, contact with the ground alone."""
+"""A robot in MuJoCo as gaitwright simulates it: free root, servos, contact with the ground, and with itself if so asked."""
 
 import re
 import xml.etree.ElementTree as ElementTree
@@ -7,11 +7,12 @@ import mujoco
 import numpy as np
 
 
-def load(path, gains, ground=True, friction=0.8):
+def load(path, gains, ground=True, friction=0.8, itself=False):
     """Compiles the URDF at `path`.
 
     `gains` are the servos' stiffness, damping and greatest torque, each a number or {joint: number}, the last `None`
-    or with `None` where the torque is not bounded; `gains` of `None` leave the joints passive.
+    or with `None` where the torque is not bounded; `gains` of `None` leave the joints passive. With `itself` the robot can
+    touch itself, in all pairs but those that MuJoCo leaves out by itself.
     """
     text = re.sub(r"<visual>.*?</visual>", "", open(path).read(), flags=re.S)
     root = ElementTree.fromstring(text)
@@ -23,7 +24,7 @@ def load(path, gains, ground=True, friction=0.8):
     spec.worldbody.first_body().add_freejoint()
     # Bits keep the robot's shapes from touching each other: they meet the ground alone.
     for geom in spec.geoms:
-        geom.contype, geom.conaffinity = (1, 2) if ground else (0, 0)
+        geom.contype, geom.conaffinity = (1, 3 if itself else 2) if ground else (0, 0)
     if ground:
         spec.worldbody.add_geom(
             type=mujoco.mjtGeom.mjGEOM_PLANE,

@@ -1,12 +1,12 @@
 """The scene of `benches/step.rs` in MuJoCo and in gaitwright: steps a second on one core, default solvers.
 
     pip install mujoco
-    python benches/peers/step.py path/to/a1.urdf [--check check.json]
+    python benches/peers/step.py path/to/a1.urdf [--check check.json] [--self-collision]
 
 A free root is added, the robot stands on a plane with friction 0.8, position servos sway by 0.05 rad at 1 Hz
-about the pose. Only contacts with the ground are computed. The engines are measured in turns; timings are the best of
-several rounds, without what a call from Python takes. Contacts, residual and penetration come from a round that is not
-timed.
+about the pose. Only contacts with the ground are computed, or with `--self-collision` the robot's with itself too. The
+engines are measured in turns; timings are the best of several rounds, without what a call from Python takes. Contacts,
+residual and penetration come from a round that is not timed.
 """
 
 import argparse
@@ -27,13 +27,13 @@ STEPS = 1000
 STEP = 0.002
 
 
-def ours(urdf):
-    """Steps a second of `cargo bench --bench step`, and the line that says it."""
-    command = ["cargo", "bench", "--bench", "step", "--", "newton"]
+def ours(urdf, way):
+    """Steps a second of `cargo bench --bench step`, solved in this `way`, and the line that says it."""
+    command = ["cargo", "bench", "--bench", "step", "--", way]
     root = pathlib.Path(__file__).resolve().parents[2]
     environment = os.environ | {"ROBOT": os.path.abspath(urdf)}
     bench = subprocess.run(command, cwd=root, env=environment, check=True, stdout=subprocess.PIPE, text=True)
-    line = re.search(r"^newton: (\d+) steps/s.*$", bench.stdout, re.MULTILINE)
+    line = re.search(rf"^{way}: (\d+) steps/s.*$", bench.stdout, re.MULTILINE)
     return int(line[1]), line[0]
 
 
@@ -63,8 +63,9 @@ def main():
     parser.add_argument("--damping", type=float, default=2.0)
     parser.add_argument("--rounds", type=int, default=300, help="rounds of MuJoCo in each turn")
     parser.add_argument("--turns", type=int, default=4)
+    parser.add_argument("--self-collision", action="store_true", help="let the robot touch itself, in both engines")
     options = parser.parse_args()
-    model = robot.load(options.urdf, (options.stiffness, options.damping, None))
+    model = robot.load(options.urdf, (options.stiffness, options.damping, None), itself=options.self_collision)
     model.opt.timestep = STEP
     data = mujoco.MjData(model)
     pose, height = {}, 0.35
@@ -78,7 +79,7 @@ def main():
     best, fastest, line = math.inf, 0, ""
     for _ in range(options.turns):
         best = min([best, *(theirs(model, data, targets, (pose, height)) for _ in range(options.rounds))])
-        steps, said = ours(options.urdf)
+        steps, said = ours(options.urdf, "self-collision" if options.self_collision else "newton")
         if steps > fastest:
             fastest, line = steps, said
 
