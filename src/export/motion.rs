@@ -45,8 +45,8 @@ pub struct Performance<'a> {
 ///
 /// The root of the keyframes is that of one turn of the loop, moved along the ground and turned about z so that
 /// it starts where the entry ends: of the turn whose travel is typical and that comes closest to repeating itself
-/// ([`best_turn`]). No simulated turn repeats itself exactly, and none starts quite as the entry ends, so the paths
-/// of both are bent to meet, by a cubic that grows from nothing at their start ([`Bend`]): the turn's to end where
+/// (`best_turn`). No simulated turn repeats itself exactly, and none starts quite as the entry ends, so the paths
+/// of both are bent to meet, by a cubic that grows from nothing at their start (`Bend`): the turn's to end where
 /// its travel leads from its start, which on level ground is neither up nor down, and the entry's to end where
 /// the turn starts. The most that is added anywhere stands in the document as `root_adjustment`. Angles and
 /// velocities of the joints are as they were learned, and the other metrics are those of the simulation.
