@@ -27,6 +27,9 @@ const ORDER: Vector3<f64> = Vector3::new(0.48, 0.62, 0.6208);
 /// Pairs count as near up to this share of the mean reach of the shapes.
 const NEAR: f64 = 0.5;
 
+/// A pair is looked at closely up to this share of what counts as near, beyond what it needs.
+const AHEAD: f64 = 0.25;
+
 /// Distances are told apart down to this share of what counts as near.
 const ROUNDING: f64 = 1e-6;
 
@@ -40,11 +43,9 @@ pub struct Solids {
     itself: bool,
     /// How far the character has moved.
     travel: Travel,
-    /// By how much shapes can have come nearer to each other since the pairs were found, m.
-    travelled: f64,
-    /// Until it reaches this, only the pairs that were found can touch.
+    /// Until shapes have come nearer to each other by this since the pairs were found, only those can touch, m.
     valid: f64,
-    /// Until it reaches this, nothing touches.
+    /// Until they have come nearer by this, nothing touches.
     quiet: f64,
     /// Up to this distance pairs are near, m.
     reach: f64,
@@ -73,7 +74,7 @@ struct Ball {
 #[derive(Debug, Clone, Copy)]
 struct Near {
     pair: [usize; 2],
-    /// Until the character has travelled this far, they do not touch, m.
+    /// Until they have come nearer to each other by this since the pairs were found, they do not touch, m.
     apart: f64,
     /// The axis along which they were apart when last looked at closely, in the frame of the first's core.
     axis: Option<Vector>,
@@ -89,7 +90,6 @@ impl Solids {
         Self {
             itself,
             travel: Travel::new(model, obstacles > 0),
-            travelled: 0.0,
             valid: 0.0,
             quiet: 0.0,
             reach: NEAR * mean_reach,
@@ -116,17 +116,17 @@ impl Solids {
         outlook: &Outlook,
         touches: &mut Vec<Touch>,
     ) {
-        self.travelled += self.travel.since_last(model, bodies, origin, angles);
-        let within = self.travel.within(bodies, outlook);
+        let nearer = 2.0 * self.travel.follow(model, bodies, origin, angles);
+        let within = self.travel.hasten(bodies, outlook);
         self.close.clear();
         // A step with velocities beyond all bounds fails for them.
-        if self.travelled + within < self.quiet || !within.is_finite() {
+        if nearer + within < self.quiet || !within.is_finite() {
             return;
         }
-        // Where the next look cannot know how far things have moved, there is no use in looking far.
-        let far = within + if angles.is_some() { self.reach } else { 0.0 };
-        if self.travelled + within >= self.valid {
-            self.find(model, bodies, obstacles, origin, far + within);
+        if nearer + within >= self.valid {
+            // Where the next look cannot know how far things have moved, there is no use in looking far.
+            let far = if angles.is_some() { self.reach } else { 0.0 };
+            self.find(model, bodies, obstacles, origin, far + 2.0 * within);
         }
         self.quiet = self.valid;
         self.used.fill(0);
@@ -134,13 +134,17 @@ impl Solids {
         let upright = Matrix3::identity();
         let world = (&upright, -origin);
         for near in &mut self.near {
-            if self.travelled + within < near.apart {
+            let [first, second] = near.pair;
+            let shape = &model.ground_shapes[first];
+            let facing = model.ground_shapes.get(second);
+            let bound = facing.map(|other| other.body);
+            let (nearer, within) =
+                (self.travel.nearer(shape.body, bound), self.travel.within(shape.body, bound, outlook));
+            if nearer + within < near.apart {
                 self.quiet = self.quiet.min(near.apart);
                 continue;
             }
-            let [first, second] = near.pair;
-            let shape = &model.ground_shapes[first];
-            let (other, against, others) = match model.ground_shapes.get(second) {
+            let (other, against, others) = match facing {
                 Some(other) => {
                     let body = &bodies[other.body];
                     let against = Against::Link { link: other.link, body: other.body };
@@ -151,15 +155,16 @@ impl Solids {
             let body = &bodies[shape.body];
             let own = (&body.rotation, body.origin);
             let solid = &model.solids[first];
-            let known = self.travelled - ROUNDING * self.reach;
+            let known = nearer - ROUNDING * self.reach;
             if let Some(axis) = near.axis {
                 let places = [solid.place(own.0, own.1), other.place(others.0, others.1)];
                 near.apart = known + solid.apart_along(other, places, axis);
-                if self.travelled + within < near.apart {
+                if nearer + within < near.apart {
                     self.quiet = self.quiet.min(near.apart);
                     continue;
                 }
             }
+            let far = within + AHEAD * self.reach;
             let place = solid.placed(&convex::frame(own.0, own.1));
             let pose: Pose = place.inverse() * other.placed(&convex::frame(others.0, others.1));
             let approach = match solid.approach(other, &pose, far) {
@@ -306,7 +311,6 @@ impl Solids {
         origin: Vector3<f64>,
         distance: f64,
     ) {
-        self.travel.measure(model, distance);
         self.balls.clear();
         for (shape, solid) in model.ground_shapes.iter().zip(&model.solids) {
             self.balls.push(Ball { center: bodies[shape.body].point(solid.center), radius: solid.reach });
@@ -320,10 +324,14 @@ impl Solids {
         for near in &mut self.near {
             while known.next_if(|other| other.pair < near.pair).is_some() {}
             if let Some(other) = known.next_if(|other| other.pair == near.pair) {
-                *near = Near { apart: other.apart - self.travelled, ..*other };
+                let [body, bound] =
+                    other.pair.map(|shape| model.ground_shapes.get(shape).map(|shape| shape.body));
+                let nearer = body.map_or(f64::INFINITY, |body| self.travel.nearer(body, bound));
+                *near = Near { apart: other.apart - nearer, ..*other };
             }
         }
-        (self.travelled, self.valid) = (0.0, distance);
+        self.valid = distance;
+        self.travel.measure(model, distance);
     }
 
     /// Fills `near` with the pairs whose balls are less than `distance` apart.

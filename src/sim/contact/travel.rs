@@ -28,8 +28,12 @@ pub struct Travel {
     farthest: Vec<f64>,
     /// The same of its shapes and those beyond.
     beyond: Vec<f64>,
-    /// How far any point of each body can have moved, m.
+    /// How far any point of each body can have moved since it was last seen, m.
     moved: Vec<f64>,
+    /// The same since [`Travel::measure`].
+    travelled: Vec<f64>,
+    /// Greatest speed of any point of each body's shapes, m/s.
+    speed: Vec<f64>,
 }
 
 impl Travel {
@@ -49,26 +53,34 @@ impl Travel {
             beyond: farthest.clone(),
             farthest,
             moved: vec![0.0; bodies],
+            travelled: vec![0.0; bodies],
+            speed: vec![0.0; bodies],
         }
     }
 
-    /// The most by which two shapes can have come nearer to each other since the last call, m; infinite if that is
-    /// not known. `angles` are those of the joints if `bodies` follow from them, `origin` is the common point in the world.
-    pub fn since_last(
+    /// Follows the character to where it is, and gives the farthest that a body has travelled since [`Travel::measure`], m;
+    /// infinite if that is not known. `angles` are those of the joints if `bodies` follow from them, `origin` is the common
+    /// point in the world.
+    pub fn follow(
         &mut self,
         model: &Model,
         bodies: &[BodyMotion],
         origin: Vector3<f64>,
         angles: Option<&[f64]>,
     ) -> f64 {
-        let Some(angles) = angles else { return f64::INFINITY };
+        let seen = std::mem::replace(&mut self.seen, angles.is_some());
+        let Some(angles) = angles else {
+            self.travelled.fill(f64::INFINITY);
+            return f64::INFINITY;
+        };
         let rotation = bodies[0].rotation;
         if self.world {
             // A turn by φ moves a point at distance r by 2 r sin(φ / 2), and the matrix by 2 √2 sin(φ / 2).
             let turned = (rotation - self.rotation).norm() * FRAC_1_SQRT_2;
             self.moved[0] = (origin - self.origin).norm() + turned * self.beyond[0];
         }
-        let mut farthest = self.moved[0];
+        self.travelled[0] += self.moved[0];
+        let mut farthest = self.travelled[0];
         for (joint, (angle, last)) in angles.iter().zip(&self.angles).enumerate() {
             let body = &model.bodies[joint + 1];
             let lever = match body.freedom {
@@ -77,16 +89,29 @@ impl Travel {
             };
             let moved = self.moved[body.parent] + (angle - last).abs() * lever;
             self.moved[joint + 1] = moved;
-            farthest = farthest.max(moved);
+            self.travelled[joint + 1] += moved;
+            farthest = farthest.max(self.travelled[joint + 1]);
         }
         self.angles.copy_from_slice(angles);
         (self.origin, self.rotation) = (origin, rotation);
-        if std::mem::replace(&mut self.seen, true) { 2.0 * farthest } else { f64::INFINITY }
+        if !seen {
+            self.travelled.fill(f64::INFINITY);
+            farthest = f64::INFINITY;
+        }
+        farthest
     }
 
-    /// Measures how far the character reaches. What [`Travel::since_last`] tells from then on holds until a sliding joint
-    /// has slid by `slide` m.
+    /// The most by which points of the two bodies can have come nearer to each other since [`Travel::measure`], m; what
+    /// is no body of the character stands still.
+    #[inline]
+    pub fn nearer(&self, body: usize, other: Option<usize>) -> f64 {
+        self.travelled[body] + other.map_or(0.0, |other| self.travelled[other])
+    }
+
+    /// Begins anew from here, and measures how far the character reaches. What is told from then on holds until a sliding
+    /// joint has slid by `slide` m.
     pub fn measure(&mut self, model: &Model, slide: f64) {
+        self.travelled.fill(0.0);
         self.beyond.copy_from_slice(&self.farthest);
         for index in (1..model.bodies.len()).rev() {
             let body = &model.bodies[index];
@@ -102,13 +127,22 @@ impl Travel {
         }
     }
 
-    /// The greatest gap of two shapes that is within `outlook`, m.
-    pub fn within(&self, bodies: &[BodyMotion], outlook: &Outlook) -> f64 {
+    /// Measures how fast the bodies move. The greatest gap of two shapes that is within `outlook`, m.
+    pub fn hasten(&mut self, bodies: &[BodyMotion], outlook: &Outlook) -> f64 {
         let frame = if self.world { Motion::ZERO } else { bodies[0].velocity };
-        let speed = |(body, farthest): (&BodyMotion, &f64)| {
+        let mut fastest = 0.0_f64;
+        for ((body, farthest), speed) in bodies.iter().zip(&self.farthest).zip(&mut self.speed) {
             let velocity = body.velocity.minus(frame);
-            velocity.at(body.origin).abs().sum() + velocity.angular.abs().sum() * farthest
-        };
-        outlook.margin(2.0 * bodies.iter().zip(&self.farthest).map(speed).fold(0.0, f64::max))
+            // Sums are no less than the norms and take no roots.
+            *speed = velocity.at(body.origin).abs().sum() + velocity.angular.abs().sum() * farthest;
+            fastest = fastest.max(*speed);
+        }
+        outlook.margin(2.0 * fastest)
+    }
+
+    /// The greatest gap of shapes of the two bodies that is within `outlook`, m.
+    #[inline]
+    pub fn within(&self, body: usize, other: Option<usize>, outlook: &Outlook) -> f64 {
+        outlook.margin(self.speed[body] + other.map_or(0.0, |other| self.speed[other]))
     }
 }
