@@ -5,11 +5,11 @@
 
 use std::path::{Path, PathBuf};
 
-use gaitwright::accuracy::scenes::ClosedForm;
-use gaitwright::accuracy::{Pieces, Status, Sweep, Table, Watcher, study};
-use gaitwright::character::{Options, Reading, read_file};
-use gaitwright::fault::InputError;
-use gaitwright::scenario::{Files, Scenario};
+use gaitwright_learning::accuracy::scenes::ClosedForm;
+use gaitwright_learning::accuracy::{Pieces, Status, Sweep, Table, Watcher, study};
+use gaitwright_learning::scenario::{Files, Scenario};
+use gaitwright_physics::character::{Options, Reading, read_file};
+use gaitwright_physics::fault::InputError;
 
 /// The scenes shown beside the gait.
 const SCENES: [&str; 2] = ["double-pendulum", "rolling-ball"];

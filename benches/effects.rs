@@ -7,10 +7,10 @@ mod common;
 
 use std::sync::Arc;
 
-use gaitwright::model::Model;
-use gaitwright::scene::{Accuracy, Effect, Feedforward, Gains, Ground, Scene, StepPlan, Switch};
-use gaitwright::sim::{Simulator, State};
-use gaitwright::stance::Stance;
+use gaitwright_physics::model::Model;
+use gaitwright_physics::scene::{Accuracy, Effect, Feedforward, Gains, Ground, Scene, StepPlan, Switch};
+use gaitwright_physics::sim::{Simulator, State};
+use gaitwright_physics::stance::Stance;
 
 /// A character, what it does and where.
 struct Case {

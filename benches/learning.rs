@@ -6,17 +6,17 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use gaitwright::character::{self, Options};
-use gaitwright::learn::evaluation::{SimulatedWorld, World};
-use gaitwright::learn::genome::Genome;
-use gaitwright::learn::grid::Grid;
-use gaitwright::learn::transition::Transition;
-use gaitwright::learn::{
+use gaitwright_learning::learn::evaluation::{SimulatedWorld, World};
+use gaitwright_learning::learn::genome::Genome;
+use gaitwright_learning::learn::grid::Grid;
+use gaitwright_learning::learn::transition::Transition;
+use gaitwright_learning::learn::{
     Behaviour, Cancel, Checkpoint, Generation, Learning, Observer, Setup, Stop, Task, learn,
 };
-use gaitwright::model::Model;
-use gaitwright::scene::{Accuracy, Scene};
-use gaitwright::stance::Stance;
+use gaitwright_physics::character::{self, Options};
+use gaitwright_physics::model::Model;
+use gaitwright_physics::scene::{Accuracy, Scene};
+use gaitwright_physics::stance::Stance;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

@@ -7,9 +7,9 @@ mod common;
 
 use std::sync::Arc;
 
-use gaitwright::model::Model;
-use gaitwright::scene::{Accuracy, Feedforward, Gains, Scene, StepPlan};
-use gaitwright::sim::{Command, Simulator, State};
+use gaitwright_physics::model::Model;
+use gaitwright_physics::scene::{Accuracy, Feedforward, Gains, Scene, StepPlan};
+use gaitwright_physics::sim::{Command, Simulator, State};
 
 const LINKS: [usize; 7] = [5, 10, 20, 50, 100, 200, 500];
 

@@ -5,7 +5,7 @@ mod contacts;
 
 use contacts::{Motion, Numbers, quadruped};
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
-use gaitwright::sim::lcp::{Lemke, Newton, Pgs, Solver};
+use gaitwright_physics::sim::lcp::{Lemke, Newton, Pgs, Solver};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 

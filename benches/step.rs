@@ -8,9 +8,11 @@ mod common;
 
 use std::sync::Arc;
 
-use gaitwright::scene::{Accuracy, Effect, Feedforward, Scene, SolverChoice, SolverKind, StepPlan, Switch};
-use gaitwright::sim::{Command, Simulator};
-use gaitwright::stance::Stance;
+use gaitwright_physics::scene::{
+    Accuracy, Effect, Feedforward, Scene, SolverChoice, SolverKind, StepPlan, Switch,
+};
+use gaitwright_physics::sim::{Command, Simulator};
+use gaitwright_physics::stance::Stance;
 
 /// Steps of one round, from the standing pose.
 const STEPS: usize = 1000;

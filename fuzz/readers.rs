@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use gaitwright::character::{self, Character, Options, Source};
 use gaitwright::jobs::JobRequest;
-use gaitwright::model::Model;
-use gaitwright::motion::Motion;
-use gaitwright::scenario::Scenario;
-use gaitwright::scene::{Accuracy, Scene, StepPlan};
-use gaitwright::sim::{Command, Simulator, State};
+use gaitwright_learning::scenario::Scenario;
+use gaitwright_physics::character::{self, Character, Options, Source};
+use gaitwright_physics::model::Model;
+use gaitwright_physics::motion::Motion;
+use gaitwright_physics::scene::{Accuracy, Scene, StepPlan};
+use gaitwright_physics::sim::{Command, Simulator, State};
 
 /// Most bodies of a character that is stepped as well.
 const BODIES: usize = 100;

@@ -7,9 +7,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use gaitwright::character::{self, Options, Source};
-use gaitwright::model::Model;
-use gaitwright::sim::{Command, Simulator};
+use gaitwright_physics::character::{self, Options, Source};
+use gaitwright_physics::model::Model;
+use gaitwright_physics::sim::{Command, Simulator};
 
 /// The robot that the variable `ROBOT` names, or the bundled quadruped.
 pub fn robot() -> Arc<Model> {

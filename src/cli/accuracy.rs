@@ -4,12 +4,12 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
-use gaitwright::accuracy::catalogue;
-use gaitwright::accuracy::scenes::{ClosedForm, SCENES};
-use gaitwright::accuracy::{Pieces, Recommendation, StudyError, Sweep, Table, Watcher, study};
 use gaitwright::export::front_diagram;
-use gaitwright::fault::InputError;
-use gaitwright::scenario::Scenario;
+use gaitwright_learning::accuracy::catalogue;
+use gaitwright_learning::accuracy::scenes::{ClosedForm, SCENES};
+use gaitwright_learning::accuracy::{Pieces, Recommendation, StudyError, Sweep, Table, Watcher, study};
+use gaitwright_learning::scenario::Scenario;
+use gaitwright_physics::fault::InputError;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use gaitwright::jobs::check;
-use gaitwright::scene::Scene;
+use gaitwright_physics::scene::Scene;
 
 use super::failure::Failure;
 use super::input::{print, read_character};

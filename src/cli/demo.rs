@@ -5,9 +5,9 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
-use gaitwright::fault::InputError;
 use gaitwright::jobs::Setting;
-use gaitwright::learn::Learning;
+use gaitwright_learning::learn::Learning;
+use gaitwright_physics::fault::InputError;
 use indicatif::{ProgressBar, ProgressStyle};
 use reqwest::{Client, Response};
 use serde_json::{Value, json};

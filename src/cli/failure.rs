@@ -4,8 +4,8 @@ use std::io;
 use std::process::ExitCode;
 
 use anyhow::anyhow;
-use gaitwright::accuracy::StudyError;
-use gaitwright::fault::{InputError, one_line};
+use gaitwright_learning::accuracy::StudyError;
+use gaitwright_physics::fault::{InputError, one_line};
 
 /// Why a command did not succeed.
 #[derive(Debug)]

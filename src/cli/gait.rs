@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::{Context, anyhow};
 use gaitwright::export::gait_diagram;
-use gaitwright::fault::InputError;
 use gaitwright::jobs::{ReplayError, replay};
-use gaitwright::motion::{Metrics, Motion};
+use gaitwright_physics::fault::InputError;
+use gaitwright_physics::motion::{Metrics, Motion};
 use serde::Serialize;
 
 use super::failure::Failure;

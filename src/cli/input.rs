@@ -3,9 +3,9 @@
 use std::io::{Read, Write};
 use std::path::Path;
 
-use gaitwright::character::{self, Options, Reading};
-use gaitwright::fault::{Fault, InputError};
 use gaitwright::jobs;
+use gaitwright_physics::character::{self, Options, Reading};
+use gaitwright_physics::fault::{Fault, InputError};
 use serde::Serialize;
 
 use super::failure::Failure;

@@ -4,5 +4,5 @@ use super::failure::Failure;
 use super::input::print;
 
 pub fn run() -> Result<(), Failure> {
-    print(&gaitwright::character::schema())
+    print(&gaitwright_physics::character::schema())
 }

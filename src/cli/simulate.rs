@@ -4,11 +4,11 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use gaitwright::accuracy::{catalogue, prepare};
-use gaitwright::character::{Options, Reading, read_file};
-use gaitwright::fault::InputError;
-use gaitwright::scenario::{Ended, Files, Line, Scenario};
-use gaitwright::scene::AskedAccuracy;
+use gaitwright_learning::accuracy::{catalogue, prepare};
+use gaitwright_learning::scenario::{Ended, Files, Line, Scenario};
+use gaitwright_physics::character::{Options, Reading, read_file};
+use gaitwright_physics::fault::InputError;
+use gaitwright_physics::scene::AskedAccuracy;
 
 use super::failure::Failure;
 use super::input::{name, read};

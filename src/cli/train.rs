@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use gaitwright::jobs::{Artefact, Order, Prepared, RunError, Settings, Stage, Watcher, fraction, run};
-use gaitwright::learn::{Cancel, Checkpoint, Generation, Learning};
+use gaitwright_learning::learn::{Cancel, Checkpoint, Generation, Learning};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::failure::Failure;

@@ -2,8 +2,8 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::motion::{RootAdjustment, RootMotion, hermite, hermite_rate};
-use crate::sim::Root;
+use gaitwright_physics::motion::{RootAdjustment, RootMotion, hermite, hermite_rate};
+use gaitwright_physics::sim::Root;
 
 /// Parts into which a bend is divided to find where it is greatest.
 const PARTS: u32 = 64;

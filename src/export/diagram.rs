@@ -4,7 +4,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use crate::gait::{Foot, GaitReport};
+use gaitwright_learning::gait::{Foot, GaitReport};
 
 /// Strides that are shown.
 const STRIDES: f64 = 5.0;

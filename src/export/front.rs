@@ -5,7 +5,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
 use super::diagram::{Area, DiagramError, Drawn, FAINT, INK, drawn, label};
-use crate::accuracy::{Engine, Figures, Row, Status, Table};
+use gaitwright_learning::accuracy::{Engine, Figures, Row, Status, Table};
 
 const WIDTH: u32 = 960;
 const HEIGHT: u32 = 580;

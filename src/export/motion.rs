@@ -3,16 +3,16 @@
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::bend::Bend;
-use crate::character::Character;
-use crate::gait::GaitReport;
-use crate::learn::{Behaviour, Posture};
-use crate::motion::{
+use gaitwright_learning::gait::GaitReport;
+use gaitwright_learning::learn::{Behaviour, Posture};
+use gaitwright_physics::character::Character;
+use gaitwright_physics::motion::{
     CharacterRef, Format, Interpolation, Keyframe, Loop, Metrics, Motion, Pose, Provenance, RootAdjustment,
     RootAdvance, RootMotion, RootPose, Validity,
 };
-use crate::playback::{Sample, Trace};
-use crate::scene::{Gains, Ground, Scene};
-use crate::sim::Root;
+use gaitwright_physics::playback::{Sample, Trace};
+use gaitwright_physics::scene::{Gains, Ground, Scene};
+use gaitwright_physics::sim::Root;
 
 /// A behaviour and what was seen of it in a continuous simulation.
 #[derive(Debug, Clone)]
@@ -25,7 +25,7 @@ pub struct Performance<'a> {
     pub standing: &'a [f64],
     /// The behaviour.
     pub behaviour: &'a Behaviour,
-    /// The behaviour played by [`crate::motion::Player::from_postures`] from the standing pose at time
+    /// The behaviour played by [`gaitwright_physics::motion::Player::from_postures`] from the standing pose at time
     /// 0, entry included.
     pub trace: &'a Trace,
     /// The gait of the looping part of the trace.

@@ -12,9 +12,9 @@ use uuid::Uuid;
 use super::App;
 use super::extract::{Path, Upload};
 use super::problem::Problem;
-use crate::character::{Source, schema};
-use crate::fault::{Fault, InputError};
 use crate::jobs::Findings;
+use gaitwright_physics::character::{Source, schema};
+use gaitwright_physics::fault::{Fault, InputError};
 
 /// A character as kept.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]

@@ -16,7 +16,7 @@ use super::extract::Path;
 use super::jobs::JobBody;
 use super::problem::Problem;
 use crate::jobs::{Job, Jobs, Live, State as JobState};
-use crate::learn::Generation;
+use gaitwright_learning::learn::Generation;
 
 /// Every generation's figures from the first on, then the end.
 ///

@@ -4,8 +4,8 @@ use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Multipart, Request};
 
 use super::problem::{Problem, media_type};
-use crate::character::Source;
-use crate::fault::{Fault, InputError};
+use gaitwright_physics::character::Source;
+use gaitwright_physics::fault::{Fault, InputError};
 
 /// [`axum::extract::Path`] with problem documents.
 #[derive(Debug, FromRequestParts)]

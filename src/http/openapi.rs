@@ -8,12 +8,12 @@ use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
 
 use super::{accuracy, characters, events, jobs, problem, results, simulations, status};
-use crate::accuracy::Table;
 use crate::export::Curve;
-use crate::gait::GaitReport;
 use crate::jobs::{JobRequest, Report, StudyRequest};
-use crate::motion::Motion;
-use crate::scenario::{Line, Scenario};
+use gaitwright_learning::accuracy::Table;
+use gaitwright_learning::gait::GaitReport;
+use gaitwright_learning::scenario::{Line, Scenario};
+use gaitwright_physics::motion::Motion;
 
 #[derive(OpenApi)]
 #[openapi(

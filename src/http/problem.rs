@@ -12,8 +12,8 @@ use axum::response::{IntoResponse, Response};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::fault::{Fault, InputError};
 use crate::jobs::ServiceError;
+use gaitwright_physics::fault::{Fault, InputError};
 
 /// The media type of problem documents.
 const PROBLEM_JSON: &str = "application/problem+json";

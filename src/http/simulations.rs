@@ -15,9 +15,9 @@ use tokio_stream::wrappers::ReceiverStream;
 use super::App;
 use super::extract::JsonBody;
 use super::problem::Problem;
-use crate::accuracy::{self, StudyError};
-use crate::fault::InputError;
-use crate::scenario::{Line, NoFiles, Prepared, Scenario};
+use gaitwright_learning::accuracy::{self, StudyError};
+use gaitwright_learning::scenario::{Line, NoFiles, Prepared, Scenario};
+use gaitwright_physics::fault::InputError;
 
 /// Most steps of a simulation over HTTP; longer ones are for the command line.
 const MOST_STEPS: u64 = 1_000_000;

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::character::{Character, JointKind, Limits, Note, Reading, Shape};
-use crate::model::Model;
-use crate::scene::Scene;
-use crate::stance::Stance;
+use gaitwright_physics::character::{Character, JointKind, Limits, Note, Reading, Shape};
+use gaitwright_physics::model::Model;
+use gaitwright_physics::scene::Scene;
+use gaitwright_physics::stance::Stance;
 
 /// The format of a check document.
 pub const FORMAT: &str = "gaitwright/check@1";
@@ -123,7 +123,7 @@ pub(super) fn check_until(reading: &Reading, scene: &Scene, stop: &dyn Fn() -> b
 }
 
 fn joints(character: &Character) -> Vec<JointFinding> {
-    let movable = |link: &crate::character::Link| {
+    let movable = |link: &gaitwright_physics::character::Link| {
         let joint = link.joint.as_ref()?;
         let kind = match joint.kind {
             JointKind::Fixed => return None,
@@ -144,7 +144,7 @@ fn joints(character: &Character) -> Vec<JointFinding> {
 }
 
 fn shapes(character: &Character) -> Vec<ShapeFinding> {
-    let of_link = |link: &crate::character::Link| {
+    let of_link = |link: &gaitwright_physics::character::Link| {
         let name = link.name.clone();
         let found = link.collisions.iter().map(move |placed| {
             let (kind, size) = extent(&placed.shape);

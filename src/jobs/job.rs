@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 use super::request::FORMAT;
 use super::work::Work;
-use crate::learn::{Generation, Learning};
+use gaitwright_learning::learn::{Generation, Learning};
 
 /// Where a job stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]

@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::watch;
 
-use crate::learn::{Cancel, Generation};
+use gaitwright_learning::learn::{Cancel, Generation};
 
 /// How far a running job is; what changes whenever there is something new to see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -4,9 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
-use crate::fault::{Fault, InputError, Parts};
-use crate::learn::{Learning, Task, Trunk};
-use crate::scene::{AskedAccuracy, Effect, Scene, Switch};
+use gaitwright_learning::learn::{Learning, Task, Trunk};
+use gaitwright_physics::fault::{Fault, InputError, Parts};
+use gaitwright_physics::scene::{AskedAccuracy, Effect, Scene, Switch};
 
 /// The format of a job document.
 pub const FORMAT: &str = "gaitwright/job@1";

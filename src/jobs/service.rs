@@ -19,10 +19,10 @@ use super::request::{CharacterChoice, Settings};
 use super::run::{Order, read_character};
 use super::store::{Store, StoreError};
 use super::study::StudyRequest;
-use crate::character::{Options, Source};
-use crate::fault::InputError;
-use crate::learn::Generation;
-use crate::scene::Scene;
+use gaitwright_learning::learn::Generation;
+use gaitwright_physics::character::{Options, Source};
+use gaitwright_physics::fault::InputError;
+use gaitwright_physics::scene::Scene;
 
 /// How long a short computation may wait for its turn.
 const PATIENCE: Duration = Duration::from_secs(5);

@@ -14,7 +14,7 @@ use uuid::Uuid;
 
 use super::check::Findings;
 use super::job::{Job, State};
-use crate::learn::Generation;
+use gaitwright_learning::learn::Generation;
 
 static MIGRATIONS: Migrator = sqlx::migrate!("src/jobs/migrations");
 

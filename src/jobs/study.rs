@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 use super::files::Artefact;
 use super::run::RunError;
 use super::work::{Studied, Work};
-use crate::accuracy::{Pieces, Sweep, Table, Watcher, study};
 use crate::export::front_diagram;
-use crate::fault::{Fault, InputError, Parts};
-use crate::scenario::{NoFiles, Scenario, Setup};
+use gaitwright_learning::accuracy::{Pieces, Sweep, Table, Watcher, study};
+use gaitwright_learning::scenario::{NoFiles, Scenario, Setup};
+use gaitwright_physics::fault::{Fault, InputError, Parts};
 
 /// The format of a request for a study.
 const FORMAT: &str = "gaitwright/study@1";

@@ -6,10 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::request::Settings;
-use crate::accuracy::{Recommendation, Subject};
-use crate::learn::Ended;
-use crate::motion::Metrics;
-use crate::scene::{AccuracyChoice, AskedAccuracy, Decision, Effect};
+use gaitwright_learning::accuracy::{Recommendation, Subject};
+use gaitwright_learning::learn::Ended;
+use gaitwright_physics::motion::Metrics;
+use gaitwright_physics::scene::{AccuracyChoice, AskedAccuracy, Decision, Effect};
 
 /// What a job is for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

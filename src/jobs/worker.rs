@@ -22,8 +22,8 @@ use super::run::{Order, Outcome, Prepared, RunError, Watcher, run};
 use super::service::{Jobs, ServiceError, Shared};
 use super::study;
 use super::work::Work;
-use crate::accuracy;
-use crate::learn::{Checkpoint, Ended, Generation};
+use gaitwright_learning::accuracy;
+use gaitwright_learning::learn::{Checkpoint, Ended, Generation};
 
 /// Shortest time between two writings of a running job's record and curve.
 const RECORD_EVERY: Duration = Duration::from_millis(500);

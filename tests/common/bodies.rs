@@ -5,8 +5,8 @@
 use std::fmt::Write;
 use std::sync::Arc;
 
-use gaitwright::character::{self, Options, Source};
-use gaitwright::model::Model;
+use gaitwright_physics::character::{self, Options, Source};
+use gaitwright_physics::model::Model;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 

@@ -1,6 +1,6 @@
 //! Contact problems with a mechanical origin, for the tests and the benchmark of the solvers.
 
-use gaitwright::sim::lcp::{Bound, Problem};
+use gaitwright_physics::sim::lcp::{Bound, Problem};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -2,18 +2,35 @@
 
 #![allow(dead_code)] // each test file uses its own part of this
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use gaitwright::character::{self, Character, Options};
-use gaitwright::model::Model;
-use gaitwright::scene::{Accuracy, Effect, Gains, Scene, StepPlan, Switch};
+use gaitwright_physics::character::{self, Character, Options};
+use gaitwright_physics::model::Model;
+use gaitwright_physics::scene::{Accuracy, Effect, Gains, Scene, StepPlan, Switch};
+
+/// The top folder of the repository, which is above or the same as that of the crate under test.
+pub fn repository() -> &'static Path {
+    let mut above = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors();
+    above.find(|folder| folder.join("examples").is_dir()).expect("the folder of the examples")
+}
+
+/// The path of a shipped example.
+pub fn example_path(name: &str) -> PathBuf {
+    repository().join("examples").join(name)
+}
+
+/// The number in an environment variable, where it is set.
+pub fn number(variable: &str) -> Option<u64> {
+    let text = std::env::var(variable).ok()?;
+    Some(text.parse().unwrap_or_else(|error| panic!("{variable}={text}: {error}")))
+}
 
 /// Folder of real robots: `ROBOT_URDF_DIR`, or `../shared/robots` beside the package.
 pub fn robots() -> Option<PathBuf> {
     let folder = match std::env::var_os("ROBOT_URDF_DIR") {
         Some(folder) => PathBuf::from(folder),
-        None => PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/robots"),
+        None => repository().join("../shared/robots"),
     };
     if folder.is_dir() {
         Some(folder)
@@ -43,8 +60,7 @@ pub fn character(path: &std::path::Path) -> Arc<Character> {
 
 /// The model of a shipped example.
 pub fn example(name: &str) -> Arc<Model> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples").join(name);
-    Arc::new(Model::new(character(&path), false))
+    Arc::new(Model::new(character(&example_path(name)), false))
 }
 
 /// A plan in which only gravity and velocity forces act.

@@ -1,10 +1,16 @@
-//! The service, driven from outside: the built program, and `curl` as its client.
+//! The program from outside: commands, the service, files; and the structure of the whole.
 
-mod characters;
-mod client;
-mod interface;
-mod life;
-mod refusals;
-mod studies;
-mod survival;
-mod turns;
+mod accuracy;
+mod cli;
+#[path = "../common/mod.rs"]
+mod common;
+mod gait;
+mod http;
+mod layers;
+mod motion;
+mod playback;
+mod readers;
+mod recording;
+mod synthetic;
+#[path = "../common/tables.rs"]
+mod tables;

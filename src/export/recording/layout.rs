@@ -18,7 +18,7 @@ use re_sdk_types::components::Plane3D;
 use uuid::Uuid;
 
 use super::{APPLICATION, Cast, paths, scenery};
-use crate::scene::Scene;
+use gaitwright_physics::scene::Scene;
 
 /// Sends the layout for a character of this cast through `stream`.
 pub(super) fn send(

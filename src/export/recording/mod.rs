@@ -38,10 +38,10 @@ use re_sdk::sink::SinkFlushError;
 use re_sdk::{RecordingStream, RecordingStreamBuilder, RecordingStreamError};
 use re_sdk_types::archetypes::{Scalars, TextDocument};
 
-use crate::character::Character;
-use crate::learn::Generation;
-use crate::playback::Trace;
-use crate::scene::Scene;
+use gaitwright_learning::learn::Generation;
+use gaitwright_physics::character::Character;
+use gaitwright_physics::playback::Trace;
+use gaitwright_physics::scene::Scene;
 use paths::{GENERATION, SIM_TIME};
 
 /// The application that a viewer files the recordings under.

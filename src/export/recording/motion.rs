@@ -12,8 +12,8 @@ use re_sdk_types::archetypes::{
 use super::paths::{self, GENERATION, SIM_TIME};
 use super::shapes::{float, quaternion};
 use super::{Cast, Recording};
-use crate::gait::{Detection, Footing};
-use crate::playback::{Sample, Trace};
+use gaitwright_learning::gait::{Detection, Footing};
+use gaitwright_physics::playback::{Sample, Trace};
 
 /// Of the character's size.
 const FORCE_RADIUS: f32 = 0.012;

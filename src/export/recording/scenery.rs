@@ -8,7 +8,7 @@ use re_sdk_types::archetypes::{LineStrips3D, Mesh3D, Points3D, ViewCoordinates};
 
 use super::shapes::{float, log_shapes};
 use super::{Cast, paths};
-use crate::scene::{HeightField, Scene, Terrain};
+use gaitwright_physics::scene::{HeightField, Scene, Terrain};
 
 /// Half of the edge of the ground that is shown, m.
 const GROUND_REACH: f32 = 200.0;

@@ -7,7 +7,7 @@ use re_sdk_types::components::FillMode;
 use re_sdk_types::datatypes::Quaternion;
 
 use super::{Cast, Subject, paths};
-use crate::character::{Character, Placed, Shape};
+use gaitwright_physics::character::{Character, Placed, Shape};
 
 /// Colour of the trunk, and of each limb in turn: a limb is what hangs on one joint of the root.
 const TRUNK: [u8; 4] = [214, 219, 226, 255];

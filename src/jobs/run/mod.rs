@@ -13,20 +13,20 @@ use std::time::{Duration, Instant};
 use super::job::Stage;
 use super::request::Settings;
 use super::store::StoreError;
-use crate::accuracy::{StudyError, settle, swaying};
-use crate::character::{self, JointKind, Link, Options, Reading, Source};
 use crate::export::{DiagramError, RecordingError};
-use crate::fault::{Fault, InputError};
-use crate::gait::GaitReport;
-use crate::learn::{
+use gaitwright_learning::accuracy::{StudyError, settle, swaying};
+use gaitwright_learning::gait::GaitReport;
+use gaitwright_learning::learn::{
     Behaviour, Cancel, Checkpoint, Ended, Generation, LearnError, Learning, Posture, Setup, Task, Trunk,
     learn,
 };
-use crate::model::Model;
-use crate::motion::{Metrics, Motion, Player};
-use crate::scene::{AccuracyChoice, Effect, Scene, StepPlan, Switch};
-use crate::sim::Failure;
-use crate::stance::Stance;
+use gaitwright_physics::character::{self, JointKind, Link, Options, Reading, Source};
+use gaitwright_physics::fault::{Fault, InputError};
+use gaitwright_physics::model::Model;
+use gaitwright_physics::motion::{Metrics, Motion, Player};
+use gaitwright_physics::scene::{AccuracyChoice, Effect, Scene, StepPlan, Switch};
+use gaitwright_physics::sim::Failure;
+use gaitwright_physics::stance::Stance;
 
 use observe::Recorder;
 use perform::{Act, Checked};

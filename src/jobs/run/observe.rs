@@ -9,7 +9,7 @@ use super::{Order, Prepared, RunError, Watcher};
 use crate::export::{Recording, Subject};
 use crate::jobs::files::Artefact;
 use crate::jobs::request::Settings;
-use crate::learn::{Behaviour, Cancel, Checkpoint, Generation, Observer};
+use gaitwright_learning::learn::{Behaviour, Cancel, Checkpoint, Generation, Observer};
 
 /// How long each new best behaviour is recorded after it has entered its loop, s.
 const SHOWN: f64 = 3.0;

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use crate::fault::InputError;
-use crate::gait::{self, GaitReport, Setting, validity};
-use crate::model::Model;
-use crate::motion::{Player, Trial, Validity};
-use crate::playback::{Playback, Trace};
-use crate::scene::{Accuracy, Gains, Scene, StepPlan, Terrain};
-use crate::sim::Simulator;
-use crate::stance::{Stance, Upright};
+use gaitwright_learning::gait::{self, GaitReport, Setting, validity};
+use gaitwright_physics::fault::InputError;
+use gaitwright_physics::model::Model;
+use gaitwright_physics::motion::{Player, Trial, Validity};
+use gaitwright_physics::playback::{Playback, Trace};
+use gaitwright_physics::scene::{Accuracy, Gains, Scene, StepPlan, Terrain};
+use gaitwright_physics::sim::Simulator;
+use gaitwright_physics::stance::{Stance, Upright};
 
 /// How long a motion is checked, s.
 const CHECKED: f64 = 20.0;

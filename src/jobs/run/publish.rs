@@ -10,17 +10,17 @@ use serde::{Deserialize, Serialize};
 
 use super::perform::Checked;
 use super::{Order, Outcome, Prepared, RunError};
-use crate::character::Note;
 use crate::export::{Curve, Performance, Recording, gait_diagram, motion};
-use crate::gait::GaitReport;
 use crate::jobs::check::{Standing, standing};
 use crate::jobs::files::Artefact;
 use crate::jobs::job::CharacterName;
 use crate::jobs::request::Settings;
-use crate::learn::{Behaviour, Cancel, Ended, Learned};
-use crate::motion::{Metrics, Motion, Provenance};
-use crate::playback::Trace;
-use crate::scene::{AccuracyChoice, Decision, Effect};
+use gaitwright_learning::gait::GaitReport;
+use gaitwright_learning::learn::{Behaviour, Cancel, Ended, Learned};
+use gaitwright_physics::character::Note;
+use gaitwright_physics::motion::{Metrics, Motion, Provenance};
+use gaitwright_physics::playback::Trace;
+use gaitwright_physics::scene::{AccuracyChoice, Decision, Effect};
 
 /// The format of a report.
 const FORMAT: &str = "gaitwright/report@1";

@@ -1,0 +1,168 @@
+//! Contact: deep starts, drops, redundant points, rods that jam, ice and rubber, and rest.
+
+use serde_json::{Value, json};
+
+use super::sketch::{GRAVITY, block, body, character, resting, scenario, turning, with};
+use super::{Case, Quantity};
+use crate::scenario::Scenario;
+use gaitwright_physics::motion::RootMotion;
+use gaitwright_physics::scene::Scene;
+
+/// Edge of the block, m, and its mass, kg.
+const EDGE: f64 = 0.2;
+const MASS: f64 = 2.0;
+
+/// What a contact may sink in, m: contacts are approached, never overrun.
+const PENETRATION: f64 = 1e-4;
+
+/// Share of a resting weight by which contact forces may miss it: the solver's tolerance is a velocity, and
+/// over a step of 1e-5 s a velocity of 1e-9 m/s is a force of 1e-5 of the weight at every contact.
+const WEIGHT_ERROR: f64 = 1e-3;
+
+/// Speed at which a penetration is undone, m/s.
+const RECOVERY: f64 = 0.2;
+
+/// The cases of contact.
+pub fn cases() -> Vec<Case> {
+    vec![
+        deep_start(),
+        dropped_block("drop-tilted", "a tilted block dropped from 1 m comes to rest"),
+        rest(
+            "redundant-4-points",
+            "a block rests on its four corners",
+            &[block("block", MASS, [EDGE; 3])],
+            10.0,
+        ),
+        rest("redundant-100-points", "a plate rests on 100 balls", &[plate()], 10.0),
+        rest("rows-twice", "a block with every corner twice rests", &[doubled()], 10.0),
+        on_a_slope(),
+        painleve(),
+        ice(),
+        rubber(),
+    ]
+}
+
+/// A block in `scene`, its root as given.
+fn one(link: Value, scene: Scene, root: RootMotion) -> Scenario {
+    let mut scenario = scenario(character("block", &[link], &[]), scene);
+    scenario.start.root = Some(root);
+    scenario
+}
+
+fn deep_start() -> Case {
+    let root = resting([0.0, 0.0, -0.05]);
+    let scenario = one(block("block", MASS, [EDGE; 3]), Scene::default(), root);
+    Case::new("deep-start", "a block that starts three quarters in the ground rises and rests", scenario)
+        .at_most(RECOVERY + 1e-6, Quantity::RootSpeed { after: 0.0 })
+        // Thrown at the speed of recovery it would rise by v²/2g.
+        .at_most(RECOVERY * RECOVERY / (2.0 * GRAVITY), Quantity::Rise { over: 0.5 * EDGE })
+        .at_most(1e-3, Quantity::FinalPosition { wanted: [0.0, 0.0, 0.5 * EDGE] })
+        .at_most(1e-6, Quantity::RootSpeed { after: 5.0 })
+}
+
+/// A block that falls 1 m on one of its corners, and is at rest on a face after five seconds.
+pub fn dropped_block(name: &str, about: &str) -> Case {
+    let root =
+        RootMotion { orientation: [0.8, 0.36, 0.48, 0.0], ..turning([0.0, 0.0, 1.0], [1.0, -2.0, 0.5]) };
+    let scenario = one(block("block", MASS, [EDGE; 3]), Scene::default(), root);
+    let available = MASS * GRAVITY * (1.0 - 0.5 * EDGE);
+    Case::new(name, about, scenario)
+        .at_most(0.01 * available, Quantity::EnergyGain)
+        .at_most(PENETRATION, Quantity::Penetration)
+        .at_most(1e-6, Quantity::Creep { after: 5.0 })
+        .at_most(1e-6, Quantity::RootSpeed { after: 5.0 })
+        .at_most(WEIGHT_ERROR * MASS * GRAVITY, Quantity::FinalWeight { wanted: MASS * GRAVITY })
+}
+
+/// `links` on level ground for `seconds`: nothing moves.
+fn rest(name: &str, about: &str, links: &[Value; 1], seconds: f64) -> Case {
+    let [link] = links;
+    let mut scenario = one(link.clone(), Scene::default(), resting([0.0, 0.0, 0.5 * EDGE]));
+    scenario.duration = seconds;
+    Case::new(name, about, scenario)
+        .at_most(PENETRATION, Quantity::Penetration)
+        // Ten times what the solver is allowed to leave.
+        .at_most(1e-8, Quantity::RootSpeed { after: 0.0 })
+        .at_most(1e-7, Quantity::Creep { after: 0.0 })
+        .at_most(WEIGHT_ERROR * MASS * GRAVITY, Quantity::FinalWeight { wanted: MASS * GRAVITY })
+}
+
+/// A square plate on ten by ten balls.
+fn plate() -> Value {
+    let (count, pitch, radius) = (10, 0.02, 0.01);
+    let ball = |index: usize| {
+        let place = |at: usize| pitch * (at as f64 - 0.5 * (count as f64 - 1.0));
+        let position = [place(index % count), place(index / count), radius - 0.5 * EDGE];
+        json!({ "kind": "sphere", "radius": radius, "pose": { "position": position } })
+    };
+    let balls: Vec<Value> = (0..count * count).map(ball).collect();
+    with(block("plate", MASS, [EDGE; 3]), &json!({ "shapes": balls }))
+}
+
+/// A block whose shape is there twice.
+fn doubled() -> Value {
+    let shape = json!({ "kind": "box", "size": [EDGE, EDGE, EDGE] });
+    with(block("block", MASS, [EDGE; 3]), &json!({ "shapes": [shape.clone(), shape] }))
+}
+
+/// A minute on ground that leans by less than its friction holds: level ground under a weight that leans.
+fn on_a_slope() -> Case {
+    let lean = 0.5_f64;
+    let scene = Scene { gravity: [GRAVITY * lean.sin(), 0.0, -GRAVITY * lean.cos()], ..Scene::default() };
+    let mut scenario = one(block("block", MASS, [EDGE; 3]), scene, resting([0.0, 0.0, 0.5 * EDGE]));
+    scenario.duration = 60.0;
+    scenario.sample_every = 0.08;
+    Case::new("rest-60-s", "a block rests on a slope of 29 degrees for a minute", scenario)
+        .at_most(1e-6, Quantity::Creep { after: 0.0 })
+        .at_most(1e-6, Quantity::RootSpeed { after: 0.0 })
+        .at_most(PENETRATION, Quantity::Penetration)
+}
+
+/// A thin rod pushed along leaning forward: beyond a friction of 4/3 rigid bodies jam without an impact
+/// (Painlevé's paradox), and forces of any size would solve for the accelerations.
+fn painleve() -> Case {
+    let (length, radius, mass, speed): (f64, f64, f64, f64) = (1.0, 0.01, 1.0, 3.0);
+    let across = mass * length * length / 12.0;
+    let end = |side: f64| json!({ "kind": "sphere", "radius": radius, "pose": { "position": [side * 0.5 * length, 0.0, 0.0] } });
+    let rod = with(
+        body("rod", mass, [0.0; 3], [1e-4, across, across]),
+        &json!({ "shapes": [end(1.0), end(-1.0)] }),
+    );
+    // The foot ahead of the centre, so that friction pushes back under the rod and lifts it on its toe.
+    let lean: f64 = 0.9;
+    let height = radius + 0.5 * length * lean.sin();
+    let root = RootMotion {
+        orientation: [(0.5 * lean).cos(), 0.0, (0.5 * lean).sin(), 0.0],
+        linear_velocity: [speed, 0.0, 0.0],
+        ..resting([0.0, 0.0, height])
+    };
+    let scenario = one(rod, Scene { friction: 2.0, ..Scene::default() }, root);
+    let available = mass * GRAVITY * height + 0.5 * mass * speed * speed;
+    Case::new("painleve", "a leaning rod slides foot first with a friction at which it jams", scenario)
+        .at_most(0.01 * available, Quantity::EnergyGain)
+        .at_most(PENETRATION, Quantity::Penetration)
+        .at_most((2.0 * available / mass).sqrt(), Quantity::RootSpeed { after: 0.0 })
+}
+
+fn ice() -> Case {
+    let (speed, scene) = (2.0, Scene { friction: 0.0, ..Scene::default() });
+    let root = RootMotion { linear_velocity: [speed, 0.0, 0.0], ..resting([0.0, 0.0, 0.5 * EDGE]) };
+    let scenario = one(block("block", MASS, [EDGE; 3]), scene, root);
+    let wanted = [speed * scenario.duration, 0.0, 0.5 * EDGE];
+    Case::new("friction-0", "a block slides on ice for ever", scenario)
+        .at_most(1e-6, Quantity::FinalPosition { wanted })
+        .at_most(1e-6, Quantity::MomentumChange)
+        .at_most(PENETRATION, Quantity::Penetration)
+}
+
+fn rubber() -> Case {
+    let (speed, scene) = (2.0, Scene { friction: 10.0, ..Scene::default() });
+    let root = RootMotion { linear_velocity: [speed, 0.0, 0.0], ..resting([0.0, 0.0, 0.5 * EDGE]) };
+    let scenario = one(block("block", MASS, [EDGE; 3]), scene, root);
+    let available = 0.5 * MASS * speed * speed;
+    Case::new("friction-10", "a block thrown along rubber turns over or stops, and rests", scenario)
+        .at_most(0.01 * available, Quantity::EnergyGain)
+        // A corner that turns over goes round: by at most h²ω²r/2 = 0.7 mm into the ground.
+        .at_most(1e-3, Quantity::Penetration)
+        .at_most(1e-6, Quantity::RootSpeed { after: 5.0 })
+}

@@ -1,0 +1,144 @@
+//! The cheapest settings for a tolerance, chosen by a short study of the very scenario that asks for them.
+//!
+//! The choice must not depend on how busy the machine is, or the same job would not give the same motion twice.
+//! So it is not computing time that is compared here but work: how often new velocities are computed for a
+//! simulated second.
+
+use std::sync::Arc;
+
+use super::fault::StudyError;
+use super::reference::{Pieces, reference};
+use super::sweep::Point;
+use super::table::{Engine, Truth};
+use super::trial::{Figures, Outcome};
+use crate::scenario::{Files, Prepared, Scenario, Script, Setup};
+use gaitwright_physics::fault::InputError;
+use gaitwright_physics::model::Model;
+use gaitwright_physics::motion::Player;
+use gaitwright_physics::scene::{Accuracy, AccuracyChoice, AskedAccuracy, Integrator, Scene};
+use gaitwright_physics::stance::Stance;
+
+/// The steps to choose from, s, the longest first.
+const STEPS: [f64; 6] = [0.008, 0.004, 0.002, 0.001, 0.0005, AskedAccuracy::FINEST];
+
+/// The tolerance that goes with each of them under error control, rad or m.
+const STEP_TOLERANCES: [f64; 6] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
+
+/// What the settings are tried on.
+const PIECES: Pieces = Pieces { count: 6, span: 4.0, length: 0.064, finest: STEPS[5], finer: 32.0 };
+
+/// How far the joints sway to either side in the motion of [`swaying`], rad or m, and for how long each time, s.
+const SWAY: f64 = 0.1;
+const SWAY_TIME: f64 = 0.25;
+const SWAYING: f64 = 2.0;
+
+/// The settings for what `setup` asks for: those asked for, or the cheapest within the tolerance asked for, with
+/// the reason. `None` when `stop` says so before they are found.
+///
+/// # Errors
+/// Every fault of the scene and the drive; a scenario that cannot be simulated even at the finest setting; a
+/// tolerance that nothing here can keep.
+pub fn settle(
+    setup: &Setup,
+    asked: &AskedAccuracy,
+    stop: &dyn Fn() -> bool,
+) -> Result<Option<(Accuracy, Option<AccuracyChoice>)>, StudyError> {
+    let tolerance = match *asked {
+        AskedAccuracy::Settings(accuracy) => return Ok(Some((accuracy, None))),
+        AskedAccuracy::Tolerance(tolerance) => tolerance,
+    };
+    let Some((problem, truth)) = reference(setup, &PIECES, stop)? else { return Ok(None) };
+    let mut most_exact = f64::INFINITY;
+    let mut cheapest: Option<(f64, Accuracy, f64)> = None;
+    for accuracy in candidates() {
+        let point = Point { engine: Engine::Gaitwright, accuracy };
+        let Some(outcome) = problem.try_out(&point, 0, stop) else { return Ok(None) };
+        let Outcome::Measured(Figures { error, evaluations: Some(work), .. }) = outcome else { continue };
+        most_exact = most_exact.min(error);
+        if error <= tolerance && cheapest.is_none_or(|(least, _, own)| (work, error) < (least, own)) {
+            cheapest = Some((work, accuracy, error));
+        }
+    }
+    let certain = truth.uncertainty.is_none_or(|uncertainty| uncertainty <= tolerance);
+    match cheapest.filter(|_| certain) {
+        Some((work, accuracy, error)) => {
+            let because = because(&truth, work);
+            Ok(Some((accuracy, Some(AccuracyChoice { tolerance, error, because }))))
+        }
+        None => Err(out_of_reach(most_exact, &truth).into()),
+    }
+}
+
+/// The settings to choose from.
+fn candidates() -> impl Iterator<Item = Accuracy> {
+    let methods = [Integrator::SemiImplicitEuler, Integrator::MoreauJean];
+    let whole = move |step| Accuracy { step, ..Accuracy::default() };
+    let divided = move |(step, tolerance)| Accuracy { step_tolerance: Some(tolerance), ..whole(step) };
+    let controlled = STEPS.into_iter().zip(STEP_TOLERANCES).map(divided);
+    let settings = STEPS.into_iter().map(whole).chain(controlled);
+    let with = move |settings| methods.map(|integrator| Accuracy { integrator, ..settings });
+    settings.flat_map(with).filter(|accuracy| accuracy.faults().is_empty())
+}
+
+fn because(truth: &Truth, work: f64) -> String {
+    format!(
+        "of both methods of integration, at steps from {} to {} s and under error control, this takes the least \
+         work within the tolerance: {work:.0} evaluations for a simulated second; tried on this very scene: {}",
+        STEPS[0], STEPS[5], truth.because,
+    )
+}
+
+fn out_of_reach(most_exact: f64, truth: &Truth) -> InputError {
+    let known = truth.uncertainty.unwrap_or(0.0);
+    let reason = format!(
+        "no setting to choose from keeps this tolerance: the most exact errs by {most_exact:.1e} m, and the \
+         reference is certain to {known:.1e} m; give the settings themselves"
+    );
+    InputError::impossible("/accuracy/tolerance", reason)
+}
+
+/// Makes a scenario ready to run, its settings chosen first where it asks for a tolerance.
+///
+/// # Errors
+/// Those of [`Scenario::set_up`] and of [`settle`].
+pub fn prepare(scenario: &Scenario, files: &impl Files) -> Result<Prepared, StudyError> {
+    prepare_until(scenario, files, &|| false)
+}
+
+/// The same until `stop` says so: what has not been chosen by then has its default.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_until(
+    scenario: &Scenario,
+    files: &impl Files,
+    stop: &dyn Fn() -> bool,
+) -> Result<Prepared, StudyError> {
+    let setup = scenario.set_up(files)?;
+    let settled = settle(&setup, &scenario.accuracy, stop)?;
+    let (accuracy, choice) = settled.unwrap_or_default();
+    Ok(Prepared::new(setup, &accuracy, choice, scenario.sample_every)?)
+}
+
+/// A character that stands in `scene` and sways in every joint: what there is to try settings on before it has
+/// learned any motion.
+pub fn swaying(model: &Arc<Model>, stance: &Stance, scene: &Scene) -> Setup {
+    let leant = |sign: f64| -> Vec<f64> {
+        let leaning = |(angle, limit): (&f64, &Option<[f64; 2]>)| {
+            let target = angle + sign * SWAY;
+            limit.map_or(target, |[lower, upper]| target.max(lower).min(upper))
+        };
+        stance.angles.iter().zip(&model.limits).map(leaning).collect()
+    };
+    let (one, other) = (leant(1.0), leant(-1.0));
+    let rest = vec![0.0; model.joint_count()];
+    let cycle = [(one.as_slice(), rest.as_slice()), (other.as_slice(), rest.as_slice())];
+    Setup {
+        model: model.clone(),
+        scene: scene.clone(),
+        gains: Some(stance.gains.clone()),
+        start: stance.state.clone(),
+        script: Script::Track(Player::from_postures(&stance.angles, [], cycle, SWAY_TIME)),
+        duration: SWAYING,
+    }
+}

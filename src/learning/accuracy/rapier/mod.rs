@@ -1,0 +1,219 @@
+//! The same character in another engine: rapier3d's multibodies, for comparison.
+//!
+//! [`Rapier`] takes the model, plan and state of a [`Simulator`](gaitwright_physics::sim::Simulator) and steps them with
+//! rapier3d 0.36 in double precision. A multibody is rapier's own tree in joint coordinates, with a dense
+//! mass matrix, Coriolis terms that are partly implicit in the new velocity, and projected Gauss-Seidel on
+//! contacts, limits, motors and dry friction, over a few substeps of each step. What is the same on both
+//! sides: masses and inertias, joint frames, armature, collision shapes, the ground, the coefficient of friction,
+//! gravity, joint damping, dry friction, limits and the drives' spring, damper and greatest torque.
+//!
+//! What is rapier's own, whatever the plan's accuracy says besides the step:
+//!
+//! - The step is divided into rapier's default number of substeps, of a few sweeps each. A motor's target moves only once a step, so it
+//!   is set to where the moving target is at the mean of the substeps' beginnings.
+//! - A multibody takes the linear velocity of its root for that of the centre of mass and turns the root about
+//!   its origin. The root's frame is therefore put at its centre of mass here, where both are the same.
+//! - Multibody joints damp rotation by 0.1 N m s/rad unless they are told otherwise; here they are.
+//! - A limit acts from the first step after it was passed, so that it is passed by up to the joint's speed times the
+//!   step, and a motor's target velocity is cut down so that it does not lead past it.
+//! - A contact is a stiff spring and damper that leaves a penetration of [`LINEAR_SLOP`] alone, and it is felt
+//!   within [`PREDICTION`] before it is touched.
+//! - A lone body is no multibody but a rigid body; its gyroscopic term is implicit.
+//! - Motors have no offset torque: tracking with feedforward is [`Unsupported`].
+//! - A step allocates, and a state that is not finite is reset by rapier; here that ends the simulation.
+
+mod world;
+
+use std::sync::Arc;
+
+use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
+use rapier3d::dynamics::{MotorModel, Multibody, MultibodyJointHandle, RigidBodyHandle};
+use rapier3d::math::{Rotation, Vector};
+use rapier3d::pipeline::PhysicsWorld;
+
+use gaitwright_physics::model::{Freedom, Model};
+use gaitwright_physics::scene::StepPlan;
+use gaitwright_physics::sim::{Command, Failure, State, check_finite};
+
+pub use world::{LINEAR_SLOP, PREDICTION, Unsupported};
+
+/// A character in a scene, stepped through time by rapier.
+pub struct Rapier {
+    model: Arc<Model>,
+    plan: Arc<StepPlan>,
+    state: State,
+    world: PhysicsWorld,
+    /// One a body of the model.
+    bodies: Vec<RigidBodyHandle>,
+    /// Any joint of the multibody; `None` for a lone body.
+    tree: Option<MultibodyJointHandle>,
+}
+
+impl Rapier {
+    /// `model` in the scene of `plan` (compiled for this model), starting from `state`.
+    ///
+    /// # Errors
+    /// [`Unsupported`] names the first thing that the plan asks for and rapier does not do.
+    pub fn new(model: &Arc<Model>, plan: &Arc<StepPlan>, state: &State) -> Result<Self, Unsupported> {
+        let world::Built { world, bodies, tree } = world::build(model, plan, state)?;
+        Ok(Self { model: model.clone(), plan: plan.clone(), state: state.clone(), world, bodies, tree })
+    }
+
+    /// The present state. Forces of the last step are not remembered in it.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// One step of the plan's step length.
+    ///
+    /// A torque acts along the joint's axis as it is at the beginning of the step.
+    ///
+    /// # Errors
+    /// [`Failure`] when a number became non-finite.
+    ///
+    /// # Panics
+    /// If a slice of `command` does not have one number for each joint.
+    pub fn step(&mut self, command: Command<'_>) -> Result<(), Failure> {
+        let joints = self.model.joint_count();
+        match command {
+            Command::Passive => {}
+            Command::Torque(torque) => {
+                assert_eq!(torque.len(), joints, "one torque a joint");
+                self.push(torque);
+            }
+            Command::Track { now, next } => {
+                assert_eq!((now.len(), next.len()), (joints, joints), "one target a joint");
+                self.aim(now, next);
+            }
+        }
+        self.world.step();
+        self.state.time += self.plan.step();
+        self.read();
+        match command {
+            Command::Passive => {}
+            Command::Torque(_) => self.release(),
+            Command::Track { .. } => self.slacken(),
+        }
+        self.check()
+    }
+
+    /// Torques (forces along prismatic joints) on both bodies of each joint, until [`Self::release`].
+    fn push(&mut self, torques: &[f64]) {
+        for (joint, torque) in torques.iter().copied().enumerate() {
+            let body = &self.model.bodies[joint + 1];
+            let (child, parent) = (self.bodies[joint + 1], self.bodies[body.parent]);
+            let carried = &self.world.bodies[child];
+            let along = *carried.rotation() * world::vector(body.axis) * torque;
+            let at = carried.center_of_mass();
+            match body.freedom {
+                Freedom::Revolute => {
+                    self.world.bodies[child].add_torque(along, false);
+                    self.world.bodies[parent].add_torque(-along, false);
+                }
+                Freedom::Prismatic => {
+                    self.world.bodies[child].add_force_at_point(along, at, false);
+                    self.world.bodies[parent].add_force_at_point(-along, at, false);
+                }
+            }
+        }
+    }
+
+    fn release(&mut self) {
+        for body in &self.bodies {
+            self.world.bodies[*body].reset_forces(false);
+            self.world.bodies[*body].reset_torques(false);
+        }
+    }
+
+    /// Sets the motors to targets that move from `now` to `next` over the step.
+    fn aim(&mut self, now: &[f64], next: &[f64]) {
+        let plan = self.plan.clone();
+        let Some(drive) = &plan.drive else { return };
+        let substeps = self.world.integration_parameters.num_solver_iterations.max(1) as f64;
+        // Substep k of n begins at the k-th part of the way: their mean is (n − 1) / 2n of it.
+        let part = 0.5 * (1.0 - 1.0 / substeps);
+        self.each_joint(|joint, axis, data| {
+            let (stiffness, damping) = (drive.stiffness[joint], drive.damping[joint]);
+            if stiffness + damping == 0.0 {
+                // Rapier takes a motor without spring and damper for a rigid one.
+                return;
+            }
+            let way = next[joint] - now[joint];
+            data.set_motor_model(axis, MotorModel::ForceBased);
+            data.set_motor(axis, now[joint] + part * way, way / plan.step(), stiffness, damping);
+            let strongest = drive.max_torque.as_ref().map_or(f64::MAX, |limits| limits[joint].min(f64::MAX));
+            data.set_motor_max_force(axis, strongest);
+        });
+    }
+
+    /// Takes the motors away, so that a joint is passive unless it is told otherwise.
+    fn slacken(&mut self) {
+        self.each_joint(|_, axis, data| data.motor_axes.remove(axis.into()));
+    }
+
+    fn each_joint(
+        &mut self,
+        mut visit: impl FnMut(usize, rapier3d::dynamics::JointAxis, &mut rapier3d::dynamics::GenericJoint),
+    ) {
+        let Some((tree, _)) = self.tree.and_then(|tree| self.world.multibody_joints.get_mut(tree)) else {
+            return;
+        };
+        for (joint, link) in tree.links_mut().skip(1).enumerate() {
+            visit(joint, world::axis(self.model.bodies[joint + 1].freedom), &mut link.joint.data);
+        }
+    }
+
+    /// Reads the state back from rapier's bodies and joints.
+    fn read(&mut self) {
+        let Self { model, state, world, bodies, tree, .. } = self;
+        let tree: Option<&Multibody> =
+            tree.and_then(|tree| world.multibody_joints.get(tree)).map(|(tree, _)| tree);
+        if let Some(tree) = tree {
+            let rates = tree.generalized_velocity();
+            for (joint, link) in tree.links().skip(1).enumerate() {
+                state.angles[joint] =
+                    link.joint().coords()[world::coordinate(model.bodies[joint + 1].freedom)];
+                state.velocities[joint] = rates[link.assembly_id()];
+            }
+        }
+        if model.fixed_base {
+            return;
+        }
+        let body = &world.bodies[bodies[0]];
+        let (linear, angular) = match tree {
+            None => (vector3(body.linvel()), vector3(body.angvel())),
+            Some(tree) => {
+                let rates = tree.generalized_velocity();
+                (Vector3::new(rates[0], rates[1], rates[2]), Vector3::new(rates[3], rates[4], rates[5]))
+            }
+        };
+        let root = &mut state.root;
+        root.orientation = orientation(*body.rotation());
+        let center = root.orientation * model.bodies[0].center;
+        root.position = Point3::from(vector3(body.translation()) - center);
+        root.angular_velocity = angular;
+        root.linear_velocity = linear - angular.cross(&center);
+    }
+
+    /// Fails if rapier had to put a body aside or a number of the state is not finite.
+    fn check(&self) -> Result<(), Failure> {
+        let cause = "the state became non-finite in rapier";
+        let aside = self.world.quarantine().bodies().first();
+        if let Some(index) = aside.and_then(|aside| self.bodies.iter().position(|body| body == aside)) {
+            let place = match index.checked_sub(1) {
+                None => format!("root link {}", self.model.character.links[0].name),
+                Some(joint) => format!("body of joint {}", self.model.joint_names[joint]),
+            };
+            return Err(Failure { time: self.state.time, place, cause: cause.into() });
+        }
+        check_finite(&self.model, &self.state).map_err(|failure| Failure { cause: cause.into(), ..failure })
+    }
+}
+
+fn vector3(vector: Vector) -> Vector3<f64> {
+    Vector3::new(vector.x, vector.y, vector.z)
+}
+
+fn orientation(rotation: Rotation) -> UnitQuaternion<f64> {
+    UnitQuaternion::new_normalize(Quaternion::new(rotation.w, rotation.x, rotation.y, rotation.z))
+}

@@ -1,0 +1,139 @@
+//! Anybody's scenario as a problem: pieces of it, simulated far more finely than any setting that is tried.
+//!
+//! Contacts make a trajectory chaotic, so that after a while two simulations of it have nothing to do with each
+//! other, however fine they are. Settings are therefore compared over short pieces, each started from the same
+//! state (Erez, Tassa & Todorov 2015, "Simulation tools for model-based robotics"). The states come from one
+//! simulation of the whole scenario; the truth of each piece from a far finer simulation of that piece alone,
+//! which makes it affordable.
+
+use std::sync::Arc;
+
+use super::fault::StudyError;
+use super::measure::Measure;
+use super::problem::{Piece, Problem};
+use super::table::Truth;
+use crate::scenario::Setup;
+use gaitwright_physics::fault::InputError;
+use gaitwright_physics::scene::{Accuracy, Integrator, SolverChoice, SolverKind};
+use gaitwright_physics::sim::Simulator;
+
+/// How a scenario is cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pieces {
+    /// Greatest number of pieces, evenly spread.
+    pub count: usize,
+    /// Greatest part of the scenario, from its start, over which they are spread, s.
+    pub span: f64,
+    /// Length of a piece, s; the whole scenario when that is shorter.
+    pub length: f64,
+    /// Finest step of the settings to be tried, s. The states at which pieces start are computed with it.
+    pub finest: f64,
+    /// How many times finer the reference is.
+    pub finer: f64,
+}
+
+impl Default for Pieces {
+    fn default() -> Self {
+        Self { count: 12, span: 60.0, length: 0.064, finest: 1.25e-4, finer: 64.0 }
+    }
+}
+
+/// Shortest step of a reference, s: below it rounding gains on what is left of the method's error.
+const SHORTEST: f64 = 2e-7;
+
+/// Cuts `setup` into pieces and computes their true ends; `None` when `stop` says so before it is done.
+///
+/// # Errors
+/// Every fault of the scene and the drive; a scenario that cannot be simulated even at the finest setting.
+pub fn reference(
+    setup: &Setup,
+    pieces: &Pieces,
+    stop: &dyn Fn() -> bool,
+) -> Result<Option<(Problem, Truth)>, StudyError> {
+    let span = setup.duration.min(pieces.span);
+    let interval = pieces.length.min(span);
+    let count = ((span / interval) as usize).clamp(1, pieces.count.max(1));
+    let apart = (span - interval) / (count - 1).max(1) as f64;
+
+    let mut path = Run::new(setup, finely(pieces.finest))?;
+    let mut starts = vec![setup.start.clone()];
+    for _ in 1..count {
+        if !path.advance((apart / pieces.finest).round() as usize, stop)? {
+            return Ok(None);
+        }
+        starts.push(path.simulator.state().clone());
+    }
+
+    // The same at twice the step tells how far the reference itself may be trusted.
+    let step = (pieces.finest / pieces.finer).max(SHORTEST);
+    let coarse_steps = (0.5 * interval / step).ceil().max(1.0);
+    let accuracy = finely(0.5 * interval / coarse_steps);
+    let mut fine = Run::new(setup, accuracy)?;
+    let mut coarser = Run::new(setup, finely(2.0 * accuracy.step))?;
+    let steps = [2, 1].map(|times| times * coarse_steps as usize);
+    let mut uncertainty = 0.0;
+    let mut cut = Vec::with_capacity(count);
+    for start in starts {
+        for (run, steps) in [&mut fine, &mut coarser].into_iter().zip(steps) {
+            run.simulator.set_state(&start);
+            if !run.advance(steps, stop)? {
+                return Ok(None);
+            }
+        }
+        let end = fine.simulator.state().clone();
+        let apart = (Measure::DISPLACEMENT.of)(&setup.model, coarser.simulator.state(), &end);
+        uncertainty += apart / count as f64;
+        cut.push(Piece { start, marks: vec![end] });
+    }
+    let because = format!(
+        "{count} pieces of {interval} s, spread over {span} s, each started from the state that the scenario \
+         reaches with steps of {} s, and simulated with steps of {:e} s",
+        pieces.finest, accuracy.step
+    );
+    let truth = Truth { because, accuracy: Some(accuracy), uncertainty: Some(uncertainty) };
+    Ok(Some((Problem { setup: setup.clone(), measure: Measure::DISPLACEMENT, interval, pieces: cut }, truth)))
+}
+
+/// The most exact setting there is at a step.
+fn finely(step: f64) -> Accuracy {
+    let solver = SolverChoice { kind: SolverKind::Newton, iterations: 200, tolerance: 1e-12 };
+    let second = Accuracy { step, solver, integrator: Integrator::MoreauJean, ..Accuracy::default() };
+    if second.faults().is_empty() {
+        second
+    } else {
+        Accuracy { integrator: Integrator::SemiImplicitEuler, ..second }
+    }
+}
+
+/// A simulation on its way through a scenario.
+struct Run<'a> {
+    setup: &'a Setup,
+    simulator: Simulator,
+    step: f64,
+    now: Vec<f64>,
+    next: Vec<f64>,
+}
+
+impl<'a> Run<'a> {
+    fn new(setup: &'a Setup, accuracy: Accuracy) -> Result<Self, InputError> {
+        let plan = Arc::new(setup.plan(&accuracy)?);
+        let targets = vec![0.0; setup.model.joint_count()];
+        let simulator = Simulator::new(setup.model.clone(), plan, setup.start.clone());
+        Ok(Self { setup, simulator, step: accuracy.step, now: targets.clone(), next: targets })
+    }
+
+    /// Takes `steps` steps from where the simulation is; whether it got there before `stop` said so.
+    fn advance(&mut self, steps: usize, stop: &dyn Fn() -> bool) -> Result<bool, StudyError> {
+        let (script, start) = (&self.setup.script, self.simulator.state().time);
+        script.targets(start, &mut self.next);
+        for index in 1..=steps {
+            std::mem::swap(&mut self.now, &mut self.next);
+            script.targets(start + index as f64 * self.step, &mut self.next);
+            self.simulator.step(script.command(&self.now, &self.next)).map_err(StudyError::BrokenOff)?;
+            if stop() {
+                return Ok(false);
+            }
+        }
+        Ok(!stop())
+    }
+}

@@ -1,0 +1,76 @@
+//! Which supporting link is on the ground when: contact forces turned into stances and footfalls.
+
+use gaitwright_physics::playback::Trace;
+
+/// How contact forces are turned into stances.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Detection {
+    /// Normal force from which a link counts as standing, N.
+    pub threshold: f64,
+    /// Stances and swings shorter than this are chatter, s.
+    pub debounce: f64,
+}
+
+impl Detection {
+    /// Suited to a character of `weight` newtons: a hundredth of its weight, and 25 ms, a tenth of a
+    /// brisk animal's stride.
+    pub fn for_weight(weight: f64) -> Self {
+        Self { threshold: 0.01 * weight, debounce: 0.025 }
+    }
+}
+
+/// When one link touches the ground, sample by sample, chatter removed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Footing {
+    /// Index of the character's link.
+    pub link: usize,
+    /// Whether it stands, one entry a sample.
+    pub stance: Vec<bool>,
+    /// Samples at which a stance begins after a swing.
+    pub touch_downs: Vec<usize>,
+}
+
+impl Footing {
+    /// The stances of `link` in `trace`.
+    ///
+    /// First swings shorter than the debounce time are closed, so that a foot that chatters while it
+    /// lands counts as down from its first touch; then stances that are still shorter are dropped.
+    /// What touches the start or the end of the trace may be longer than what is seen of it and is
+    /// left as it is.
+    pub fn detect(trace: &Trace, link: usize, detection: Detection) -> Self {
+        let mut stance: Vec<bool> = trace
+            .samples
+            .iter()
+            .map(|sample| {
+                let of_link = sample.contacts.iter().filter(|contact| contact.link == link);
+                of_link.map(|contact| contact.force.dot(&contact.normal)).sum::<f64>() > detection.threshold
+            })
+            .collect();
+        let shortest = (detection.debounce / interval(trace)).round() as usize;
+        remove_short_runs(&mut stance, false, shortest);
+        remove_short_runs(&mut stance, true, shortest);
+        let touch_downs = (1..stance.len()).filter(|&at| stance[at] && !stance[at - 1]).collect();
+        Self { link, stance, touch_downs }
+    }
+}
+
+/// Time between two samples, s; infinite where there are fewer than two.
+pub(super) fn interval(trace: &Trace) -> f64 {
+    match trace.samples.as_slice() {
+        [first, .., last] => (last.time - first.time) / (trace.samples.len() - 1) as f64,
+        _ => f64::INFINITY,
+    }
+}
+
+/// Inverts every run of `value` that is shorter than `shortest` and has a neighbour on both sides.
+fn remove_short_runs(samples: &mut [bool], value: bool, shortest: usize) {
+    let mut start = 0;
+    while start < samples.len() {
+        let length = samples[start..].iter().take_while(|&&sample| sample == samples[start]).count();
+        let end = start + length;
+        if samples[start] == value && length < shortest && start > 0 && end < samples.len() {
+            samples[start..end].fill(!value);
+        }
+        start = end;
+    }
+}

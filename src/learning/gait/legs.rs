@@ -1,0 +1,120 @@
+//! Which leg is which: left or right, fore or hind, told from where the feet stand.
+
+use std::fmt;
+
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+
+use gaitwright_physics::character::Character;
+
+/// A side of the body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Side {
+    /// Toward +y of the heading.
+    Left,
+    /// Toward −y.
+    Right,
+}
+
+/// A leg of a character with as many legs on the left as on the right.
+///
+/// Written as two letters: the side (`L`, `R`) and the row. Rows are `F` and `H` (fore, hind) for four
+/// legs, `F`, `M`, `H` for six, none for two, and otherwise numbers from 1 at the front.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Leg {
+    /// Left or right.
+    pub side: Side,
+    /// 0 at the front.
+    pub row: usize,
+    /// Legs on a side.
+    pub rows: usize,
+}
+
+impl fmt::Display for Leg {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.side == Side::Left { "L" } else { "R" })?;
+        match (self.rows, self.row) {
+            (1, _) => Ok(()),
+            (2 | 3, 0) => f.write_str("F"),
+            (2, _) | (3, 2) => f.write_str("H"),
+            (3, _) => f.write_str("M"),
+            (_, row) => write!(f, "{}", row + 1),
+        }
+    }
+}
+
+/// The supporting links in the order left before right, front to back, each with its leg.
+///
+/// `standing` are the world frames of the character's links in its standing pose; the root's x axis
+/// seen from above is the heading. Without as many feet on the left as on the right, no link has a leg
+/// and the order is that of `support`.
+pub(super) fn place(
+    character: &Character,
+    support: &[usize],
+    standing: &[Isometry3<f64>],
+) -> Vec<(usize, Option<Leg>)> {
+    let heading = standing.first().map_or(0.0, |root| {
+        let forward = root.rotation * Vector3::x();
+        forward.y.atan2(forward.x)
+    });
+    let level = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -heading);
+    let feet: Vec<(usize, Vector3<f64>)> =
+        support.iter().map(|&link| (link, level * foot(character, link, standing).coords)).collect();
+    // Left and right are told from the middle between the feet: the root's origin may lie anywhere.
+    let middle = feet.iter().map(|(_, at)| at.y).sum::<f64>() / feet.len().max(1) as f64;
+    let side = |left: bool| {
+        let mut side: Vec<&(usize, Vector3<f64>)> =
+            feet.iter().filter(|(_, at)| (at.y > middle) == left).collect();
+        side.sort_by(|a, b| b.1.x.total_cmp(&a.1.x));
+        side
+    };
+    let (left, right) = (side(true), side(false));
+    if left.len() != right.len() {
+        return support.iter().map(|&link| (link, None)).collect();
+    }
+    let rows = left.len();
+    [(Side::Left, left), (Side::Right, right)]
+        .into_iter()
+        .flat_map(|(side, links)| {
+            links.into_iter().enumerate().map(move |(row, &(link, _))| (link, Some(Leg { side, row, rows })))
+        })
+        .collect()
+}
+
+/// Where a supporting link stands: the middle of its lowest shape, world frame, m.
+fn foot(character: &Character, link: usize, standing: &[Isometry3<f64>]) -> Point3<f64> {
+    let frame = standing.get(link).copied().unwrap_or_default();
+    let shapes = character.links.get(link).map_or(&[][..], |link| &link.collisions);
+    shapes
+        .iter()
+        .map(|placed| frame * Point3::from(placed.pose.translation.vector))
+        .min_by(|a, b| a.z.total_cmp(&b.z))
+        .unwrap_or_else(|| Point3::from(frame.translation.vector))
+}
+
+/// Mean height above `ground` at which the legs of the supporting links hang on the root, m: the
+/// origin of the root's child on the way to each. `None` when the root itself is what supports.
+pub(super) fn hip_height(
+    character: &Character,
+    support: &[usize],
+    standing: &[Isometry3<f64>],
+    ground: f64,
+) -> Option<f64> {
+    let hips: Vec<f64> = support
+        .iter()
+        .filter_map(|&link| hip(character, link))
+        .filter_map(|hip| standing.get(hip))
+        .map(|frame| frame.translation.z - ground)
+        .collect();
+    (!hips.is_empty()).then(|| hips.iter().sum::<f64>() / hips.len() as f64)
+}
+
+/// The root's child on the way from the root to `link`.
+fn hip(character: &Character, mut link: usize) -> Option<usize> {
+    loop {
+        let parent = character.links.get(link)?.joint.as_ref()?.parent;
+        if parent == 0 {
+            return Some(link);
+        }
+        link = parent;
+    }
+}

@@ -1,0 +1,57 @@
+//! Whether a simulated motion keeps to what is physically possible.
+
+use super::measure::stance_slip;
+use gaitwright_physics::motion::{RootAdjustment, Validity};
+use gaitwright_physics::playback::Trace;
+
+/// A torque counts as saturated from this share of its greatest on.
+const SATURATED: f64 = 1.0 - 1e-6;
+
+/// Judges `trace`, a continuous simulation of a loop of `period` seconds, from its samples.
+///
+/// `limits` are the ranges of motion and `max_torque` the greatest torques of the joints, in the order
+/// of the trace (rad or m, N m or N; `None` is unlimited). The trials of [`Validity`] are other
+/// simulations and are left empty, and nothing is adjusted here.
+pub fn validity(
+    trace: &Trace,
+    limits: &[Option<[f64; 2]>],
+    max_torque: &[Option<f64>],
+    period: f64,
+) -> Validity {
+    let samples = &trace.samples;
+
+    let violations = samples
+        .iter()
+        .flat_map(|sample| sample.angles.iter().zip(limits))
+        .filter_map(|(angle, limit)| limit.map(|[lower, upper]| (lower - angle).max(angle - upper)));
+    let depths = samples.iter().flat_map(|sample| &sample.contacts).map(|contact| contact.depth);
+
+    let torques = samples.iter().flat_map(|sample| sample.torques.iter().zip(max_torque));
+    let bounded: Vec<bool> =
+        torques.filter_map(|(torque, limit)| limit.map(|limit| torque.abs() >= SATURATED * limit)).collect();
+    let saturated = bounded.iter().filter(|&&saturated| saturated).count();
+
+    let errors: Vec<f64> = samples
+        .iter()
+        .flat_map(|sample| sample.angles.iter().zip(&sample.targets))
+        .map(|(angle, target)| (angle - target).powi(2))
+        .collect();
+
+    let upright = upright_seconds(trace);
+    Validity {
+        torque_saturation: saturated as f64 / bounded.len().max(1) as f64,
+        greatest_limit_violation: violations.fold(0.0, f64::max),
+        greatest_penetration: depths.fold(0.0, f64::max),
+        foot_slip: stance_slip(trace),
+        tracking_error: (errors.iter().sum::<f64>() / errors.len().max(1) as f64).sqrt(),
+        upright_cycles: if period > 0.0 { (upright / period + 1e-9).floor() as u32 } else { 0 },
+        root_adjustment: RootAdjustment::default(),
+        trials: Vec::new(),
+    }
+}
+
+/// How long the character stayed upright in `trace`, s.
+fn upright_seconds(trace: &Trace) -> f64 {
+    let (Some(first), Some(last)) = (trace.samples.first(), trace.samples.last()) else { return 0.0 };
+    (trace.fell_at.unwrap_or(last.time).min(last.time) - first.time).max(0.0)
+}

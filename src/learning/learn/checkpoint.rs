@@ -1,0 +1,76 @@
+//! Where a learner can be taken up again.
+
+use serde::{Deserialize, Serialize};
+
+use super::cache::Account;
+use super::ga::Island;
+use super::parameters::Learning;
+use super::{Behaviour, Generation, Task};
+use gaitwright_physics::fault::{Fault, InputError};
+
+/// Everything a resumed job needs besides its setup. It is handed out between generations, when the
+/// transition cache starts afresh; randomness needs no state, since every individual of every
+/// generation draws from a stream of its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Checkpoint {
+    /// Seed of the job.
+    pub seed: u64,
+    /// Parameters of the job, as used.
+    pub learning: Learning,
+    /// Task of the job.
+    pub task: Task,
+    /// Generations done.
+    pub generations: u32,
+    /// The populations.
+    pub islands: Vec<Island>,
+    /// The best behaviour so far.
+    pub best: Option<Behaviour>,
+    /// Every best behaviour so far, that one included, in the order in which they were found.
+    #[serde(default)]
+    pub improved: Vec<Behaviour>,
+    /// The learning curve so far.
+    pub curve: Vec<Generation>,
+    /// What was simulated so far.
+    pub account: Account,
+    /// s of the wall clock spent so far.
+    pub elapsed: f64,
+}
+
+impl Checkpoint {
+    /// Whether a job with these figures may go on from here; budgets may differ, and so may be raised.
+    ///
+    /// # Errors
+    /// What belongs to a different job, with JSON pointers into the checkpoint.
+    pub fn fits(&self, seed: u64, learning: &Learning, task: &Task, joints: usize) -> Result<(), InputError> {
+        let mut faults = Vec::new();
+        if self.seed != seed {
+            let reason = format!("the checkpoint was made with seed {}, not {seed}", self.seed);
+            faults.push(Fault::new("/seed", reason));
+        }
+        let budget = |learning: &Learning| Learning { generations: None, seconds: None, ..learning.clone() };
+        if budget(&self.learning) != budget(learning) {
+            faults.push(Fault::new("/learning", "the checkpoint was made with other parameters"));
+        }
+        if self.task != *task {
+            faults.push(Fault::new("/task", "the checkpoint was made for another task"));
+        }
+        if self.islands.len() != learning.islands {
+            faults.push(Fault::new("/islands", format!("there are not {} islands", learning.islands)));
+        }
+        for (index, island) in self.islands.iter().enumerate() {
+            let sound = |genome: &super::genome::Genome| {
+                genome.states.len() == learning.states
+                    && genome.states.iter().all(|state| state.0.len() == joints)
+            };
+            // An island that was given up is empty until the next generation.
+            if !(island.members.is_empty() || island.members.len() == learning.population)
+                || !island.members.iter().all(|member| sound(&member.genome))
+            {
+                let reason = "the individuals do not fit the character and the parameters";
+                faults.push(Fault::new(format!("/islands/{index}"), reason));
+            }
+        }
+        if faults.is_empty() { Ok(()) } else { Err(InputError::Impossible(faults)) }
+    }
+}

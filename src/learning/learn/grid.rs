@@ -1,0 +1,167 @@
+//! The grid of all states: how angles and velocities of the joints are divided.
+
+use serde::{Deserialize, Serialize};
+
+use super::Posture;
+use super::limb::{Limb, limbs};
+use super::parameters::Parameters;
+use gaitwright_physics::model::{Freedom, Model};
+use gaitwright_physics::stance::Stance;
+
+/// Where one joint stands on the grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Level {
+    /// Steps of angle away from the standing pose.
+    pub angle: i8,
+    /// Steps of velocity away from rest.
+    pub velocity: i8,
+}
+
+/// A state: one level a joint.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct GridState(pub Vec<Level>);
+
+/// How one joint's angle and velocity are divided.
+///
+/// Angles are divided evenly around the standing angle, within reach of it; where the range of motion
+/// ends sooner on one side, they go farther on the other. The number of velocities depends on the angle's place, as in figure 3 of
+/// Tokizaki & Hasegawa: toward a limit only velocities are offered that the joint can start out with
+/// and yet come back in one transition time without crossing the limit, so that at the limit itself
+/// none points out of the range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointGrid {
+    /// Standing angle, rad or m: level 0.
+    pub standing: f64,
+    /// Between two levels of angle, rad or m.
+    pub angle_step: f64,
+    /// Between two levels of velocity, rad/s or m/s.
+    pub velocity_step: f64,
+    /// Range of motion, rad or m; `None` is unlimited.
+    pub limits: Option<[f64; 2]>,
+    /// Lowest level of angle.
+    pub lowest: i8,
+    /// Lowest and highest level of velocity, one pair a level of angle from `lowest` on.
+    pub velocities: Vec<[i8; 2]>,
+}
+
+/// The division of all joints.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    /// One a joint of the model.
+    pub joints: Vec<JointGrid>,
+    /// Limbs, in the order of the model.
+    pub limbs: Vec<Limb>,
+}
+
+/// A cubic that leaves an angle with velocity v and is back at rest after T has gone as far as
+/// 4/27 v T; this is the inverse, the velocity that uses up a given room.
+const EXCURSION: f64 = 27.0 / 4.0;
+
+impl JointGrid {
+    /// Divides a joint: `angle_levels` over twice `reach` (rad or m) around `standing`, velocities up
+    /// to `speed` (rad/s or m/s) on `velocity_levels`, both numbers odd, for transitions of
+    /// `transition_time` seconds.
+    pub fn new(
+        standing: f64,
+        limits: Option<[f64; 2]>,
+        speed: f64,
+        reach: f64,
+        (angle_levels, velocity_levels): (u8, u8),
+        transition_time: f64,
+    ) -> Self {
+        let standing = limits.map_or(standing, |[lower, upper]| standing.clamp(lower, upper));
+        let (angle_half, velocity_half) = (half(angle_levels), half(velocity_levels));
+        let angle_step = reach / f64::from(angle_half.max(1));
+        let velocity_step = speed / f64::from(velocity_half.max(1));
+        let levels = |room: f64, step: f64, most: i8| (room / step + 1e-9).floor().min(f64::from(most)) as i8;
+        let [below, above] = limits.map_or([f64::INFINITY; 2], |[lo, up]| [standing - lo, up - standing]);
+        let nearest = |room: f64| levels(room, angle_step, angle_half);
+        let farthest = |room: f64| levels(room, angle_step, 2 * angle_half);
+        // What a limit cuts off on one side is added on the other.
+        let lowest = -farthest(below).min(2 * angle_half - nearest(above));
+        let highest = farthest(above).min(2 * angle_half - nearest(below));
+        let velocities = (lowest..=highest)
+            .map(|level| {
+                let offset = f64::from(level) * angle_step;
+                let fastest = |room: f64| {
+                    levels(EXCURSION * room.max(0.0) / transition_time, velocity_step, velocity_half)
+                };
+                [-fastest(below + offset), fastest(above - offset)]
+            })
+            .collect();
+        Self { standing, angle_step, velocity_step, limits, lowest, velocities }
+    }
+
+    /// Highest level of angle.
+    pub fn highest(&self) -> i8 {
+        self.lowest + (self.velocities.len() - 1) as i8
+    }
+
+    /// Lowest and highest level of velocity at a level of angle on the grid.
+    pub fn velocity_range(&self, angle: i8) -> [i8; 2] {
+        self.velocities[(angle - self.lowest) as usize]
+    }
+
+    /// The nearest level that exists: the angle first, then what velocities its place offers.
+    pub fn clamp(&self, angle: i16, velocity: i16) -> Level {
+        let angle = angle.clamp(self.lowest.into(), self.highest().into()) as i8;
+        let [slowest, fastest] = self.velocity_range(angle);
+        Level { angle, velocity: velocity.clamp(slowest.into(), fastest.into()) as i8 }
+    }
+
+    /// Angle (rad or m) and velocity (rad/s or m/s) of a level.
+    pub fn place(&self, level: Level) -> (f64, f64) {
+        let angle = self.standing + f64::from(level.angle) * self.angle_step;
+        // Rounding must not put a level at the end of the range beyond it.
+        let angle = self.limits.map_or(angle, |[lower, upper]| angle.clamp(lower, upper));
+        (angle, f64::from(level.velocity) * self.velocity_step)
+    }
+}
+
+impl Grid {
+    /// Divides the joints of `model` around its standing pose. A joint without an actuator stays at the one level
+    /// that is its standing angle.
+    pub fn new(model: &Model, stance: &Stance, parameters: &Parameters) -> Self {
+        let joints = (0..model.joint_count()).map(|joint| {
+            let reach = match model.bodies[joint + 1].freedom {
+                Freedom::Revolute => parameters.learning.reach,
+                // What a radian moves at half the standing height.
+                Freedom::Prismatic => parameters.learning.reach * 0.5 * stance.root_height.max(0.01),
+            };
+            let crossing = parameters.learning.swing * reach / parameters.transition_time;
+            // What nothing drives has no targets to choose from.
+            let levels = match model.driven[joint] {
+                true => (parameters.learning.angle_levels, parameters.learning.velocity_levels),
+                false => (1, 1),
+            };
+            let speed = model.speed[joint].map_or(crossing, |limit| limit.min(crossing));
+            JointGrid::new(
+                stance.angles[joint],
+                model.limits[joint],
+                speed,
+                reach,
+                levels,
+                parameters.transition_time,
+            )
+        });
+        Self { joints: joints.collect(), limbs: limbs(model, &stance.angles) }
+    }
+
+    /// Angles and velocities of a state.
+    pub fn posture(&self, state: &GridState) -> Posture {
+        let places = self.joints.iter().zip(&state.0).map(|(joint, level)| joint.place(*level));
+        let (angles, velocities) = places.unzip();
+        Posture { angles, velocities }
+    }
+
+    /// The standing pose at rest.
+    pub fn standing(&self) -> Posture {
+        Posture::resting(&self.joints.iter().map(|joint| joint.standing).collect::<Vec<_>>())
+    }
+}
+
+/// Levels on each side of the middle one.
+fn half(levels: u8) -> i8 {
+    (levels / 2).min(i8::MAX as u8 / 2) as i8
+}

@@ -1,0 +1,293 @@
+//! The parameters of the learner, their defaults and their limits.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::task::STANDARD_GRAVITY;
+use gaitwright_physics::fault::{Fault, InputError};
+use gaitwright_physics::stance::Stance;
+
+/// Training time when neither generations nor seconds are given, s.
+const DEFAULT_SECONDS: f64 = 120.0;
+
+/// Whether the trunk may rotate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Trunk {
+    /// As physics has it.
+    #[default]
+    Free,
+    /// The root link keeps its orientation (Tokizaki & Hasegawa section 3.4).
+    Locked,
+}
+
+/// What an individual of the genetic algorithm stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Coding {
+    /// A whole subset of states; its fitness is what its own greedy behaviour achieves (Tokizaki &
+    /// Hasegawa section 2.2, read literally).
+    #[default]
+    Chromosome,
+    /// One state; the population is the subset (Ito & Matsuno 2002). Not offered so far.
+    Population,
+}
+
+/// How often each kind of crossover is used, relative to the others.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Crossover {
+    /// Every state whole from one parent or the other.
+    pub uniform: f64,
+    /// Every limb's part of a state from one parent or the other.
+    pub limb: f64,
+    /// Uniform, with the mate that is closest in state space among several drawn.
+    pub neighbouring: f64,
+}
+
+impl Default for Crossover {
+    fn default() -> Self {
+        Self { uniform: 1.0, limb: 1.0, neighbouring: 1.0 }
+    }
+}
+
+/// How often what is changed at random in a child.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Mutation {
+    /// Probability of each joint's angle to move by a level or two.
+    pub angle: f64,
+    /// Probability of each joint's velocity to move by a level or two.
+    pub velocity: f64,
+    /// Probability of each state to be drawn afresh.
+    pub state: f64,
+    /// Probability of each limb to follow another one from now on, or to go its own way again: legs
+    /// that do the same, together or in turn, are found far sooner than each by itself.
+    pub limb: f64,
+}
+
+impl Default for Mutation {
+    fn default() -> Self {
+        Self { angle: 0.04, velocity: 0.04, state: 0.03, limb: 0.05 }
+    }
+}
+
+/// Parameters of QDSEGA as asked for. What is `null` is chosen to suit the character; the other
+/// defaults were found by measurement, since the sources give no numbers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Learning {
+    /// Greatest number of generations; unlimited where only `seconds` is given.
+    pub generations: Option<u32>,
+    /// Greatest training time, s of the wall clock; unlimited where only `generations` is given, 120
+    /// where neither is. A result limited by it is not reproducible and says so.
+    pub seconds: Option<f64>,
+    /// Individuals of each island.
+    pub population: usize,
+    /// States of a subset.
+    pub states: usize,
+    /// T, s: from one state to the next; rounded to whole steps of the simulation. Where `null`, the
+    /// half of √(h/g), the time scale of a pendulum as long as the root stands high.
+    pub transition_time: Option<f64>,
+    /// Episodes of Q-learning an individual is given.
+    pub episodes: u32,
+    /// Whether the trunk may rotate.
+    pub trunk: Trunk,
+    /// Levels into which roll and pitch of a free trunk are divided each, as part of the Q-learner's
+    /// state; 1 for none, otherwise odd.
+    pub trunk_cells: u8,
+    /// What an individual stands for.
+    pub coding: Coding,
+    /// Populations side by side.
+    pub islands: usize,
+    /// Generations from one migration (of each island's best to the next island) to another.
+    pub migration: u32,
+    /// Generations without progress after which an island is given up and drawn afresh, unless it is the
+    /// one with the best behaviour.
+    pub patience: u32,
+    /// Best individuals of an island that are kept as they are.
+    pub elite: usize,
+    /// Individuals drawn for each selection of a parent; the fittest is taken.
+    pub tournament: usize,
+    /// Probability that a child has two parents and not one.
+    pub crossover_rate: f64,
+    /// Kinds of crossover.
+    pub crossover: Crossover,
+    /// Kinds of mutation.
+    pub mutation: Mutation,
+    /// Transitions after which an episode of Q-learning ends.
+    pub episode_length: u32,
+    /// α of Q-learning.
+    pub learning_rate: f64,
+    /// γ of Q-learning, a transition.
+    pub discount: f64,
+    /// ε of Q-learning: probability of an action drawn at random.
+    pub exploration: f64,
+    /// Angles are divided within this distance of the standing pose, rad (of prismatic joints, times
+    /// half the standing height, m).
+    pub reach: f64,
+    /// Levels of angle over twice the reach; odd.
+    pub angle_levels: u8,
+    /// Levels of velocity in the middle of the range; odd.
+    pub velocity_levels: u8,
+    /// Greatest velocity on the grid, in reaches a transition time (and never above the joint's own
+    /// limit).
+    pub swing: f64,
+    /// Continuous simulation by which every individual is judged, s.
+    pub trial_seconds: f64,
+    /// Continuous simulation that a behaviour has to pass, upright, to become the best of its island, s:
+    /// from the standing pose, and after a small push to either side.
+    pub check_seconds: f64,
+    /// Generations after which the transition cache starts afresh. A checkpoint is handed out then, so
+    /// that it need not hold the cache to be resumed to the same result.
+    pub cache_generations: u32,
+    /// Most transitions the cache holds; when it is full, new ones are not kept.
+    pub cache_transitions: usize,
+}
+
+impl Default for Learning {
+    fn default() -> Self {
+        Self {
+            generations: None,
+            seconds: None,
+            population: 12,
+            states: 6,
+            transition_time: None,
+            episodes: 12,
+            trunk: Trunk::default(),
+            trunk_cells: 1,
+            coding: Coding::default(),
+            islands: 4,
+            migration: 10,
+            patience: 20,
+            elite: 2,
+            tournament: 3,
+            crossover_rate: 0.6,
+            crossover: Crossover::default(),
+            mutation: Mutation::default(),
+            episode_length: 24,
+            learning_rate: 0.5,
+            discount: 0.9,
+            exploration: 0.3,
+            reach: 0.6,
+            angle_levels: 9,
+            velocity_levels: 5,
+            swing: 1.0,
+            trial_seconds: 1.5,
+            check_seconds: 20.0,
+            cache_generations: 5,
+            cache_transitions: 100_000,
+        }
+    }
+}
+
+/// The parameters as used on one character.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters {
+    /// All of them, decided.
+    pub learning: Learning,
+    /// T, s.
+    pub transition_time: f64,
+    /// Steps of the simulation in one transition.
+    pub transition_steps: u64,
+}
+
+impl Learning {
+    /// Decides what was left open for a character, simulated in steps of `step` seconds, and rounds
+    /// the transition time to whole steps.
+    ///
+    /// # Errors
+    /// Every parameter that makes no sense, with JSON pointers into this document.
+    pub fn resolve(&self, stance: &Stance, step: f64) -> Result<Parameters, InputError> {
+        let mut learning = self.clone();
+        if learning.generations.is_none() && learning.seconds.is_none() {
+            learning.seconds = Some(DEFAULT_SECONDS);
+        }
+        let wanted = self.transition_time.unwrap_or_else(|| default_time(stance.root_height));
+        let steps = (wanted / step).round().max(1.0);
+        let transition_time = step * steps;
+        learning.transition_time = Some(transition_time);
+        let faults = self.faults();
+        if !faults.is_empty() {
+            return Err(InputError::Impossible(faults));
+        }
+        Ok(Parameters { learning, transition_time, transition_steps: steps as u64 })
+    }
+
+    /// Everything impossible in the parameters, with JSON pointers into this document.
+    pub fn faults(&self) -> Vec<Fault> {
+        let mut faults = Faults(Vec::new());
+        if self.coding == Coding::Population {
+            faults.add("/coding", "the coding `population` is not offered yet; only `chromosome` is");
+        }
+        faults.count("/generations", self.generations.map_or(1, u64::from), 1, 1_000_000);
+        faults.real("/seconds", self.seconds.unwrap_or(1.0), 0.001, 1e7);
+        faults.count("/population", self.population as u64, 2, 10_000);
+        faults.count("/islands", self.islands as u64, 1, 1_000);
+        faults.count("/states", self.states as u64, 2, 200);
+        faults.count("/episodes", self.episodes.into(), 1, 100_000);
+        faults.count("/episode_length", self.episode_length.into(), 1, 100_000);
+        faults.count("/migration", self.migration.into(), 1, 1_000_000);
+        faults.count("/patience", self.patience.into(), 1, 1_000_000);
+        faults.count("/elite", self.elite as u64, 1, self.population.saturating_sub(1) as u64);
+        faults.count("/tournament", self.tournament as u64, 1, self.population as u64);
+        faults.count("/cache_generations", self.cache_generations.into(), 1, 1_000_000);
+        faults.count("/cache_transitions", self.cache_transitions as u64, 0, 100_000_000);
+        faults.odd("/trunk_cells", self.trunk_cells, 1, 15);
+        faults.odd("/angle_levels", self.angle_levels, 3, 101);
+        faults.odd("/velocity_levels", self.velocity_levels, 1, 101);
+        faults.real("/transition_time", self.transition_time.unwrap_or(1.0), 0.001, 10.0);
+        faults.real("/reach", self.reach, 0.001, 3.2);
+        faults.real("/swing", self.swing, 0.001, 100.0);
+        faults.real("/trial_seconds", self.trial_seconds, 0.01, 1000.0);
+        faults.real("/check_seconds", self.check_seconds, self.trial_seconds, 10_000.0);
+        faults.real("/learning_rate", self.learning_rate, 0.001, 1.0);
+        faults.real("/discount", self.discount, 0.0, 0.999);
+        faults.real("/exploration", self.exploration, 0.0, 1.0);
+        faults.real("/crossover_rate", self.crossover_rate, 0.0, 1.0);
+        let Crossover { uniform, limb, neighbouring } = self.crossover;
+        for (name, weight) in [("uniform", uniform), ("limb", limb), ("neighbouring", neighbouring)] {
+            faults.real(&format!("/crossover/{name}"), weight, 0.0, 1e6);
+        }
+        if uniform + limb + neighbouring == 0.0 {
+            faults.add("/crossover", "at least one kind of crossover must have a positive share");
+        }
+        let Mutation { angle, velocity, state, limb } = self.mutation;
+        for (name, rate) in [("angle", angle), ("velocity", velocity), ("state", state), ("limb", limb)] {
+            faults.real(&format!("/mutation/{name}"), rate, 0.0, 1.0);
+        }
+        faults.0
+    }
+}
+
+/// Half of √(h/g), s, kept within what a character of any size can be asked.
+fn default_time(root_height: f64) -> f64 {
+    (0.5 * (root_height.max(0.0) / STANDARD_GRAVITY).sqrt()).clamp(0.04, 0.4)
+}
+
+/// Faults found so far.
+struct Faults(Vec<Fault>);
+
+impl Faults {
+    fn add(&mut self, pointer: &str, reason: impl Into<String>) {
+        self.0.push(Fault::new(pointer, reason));
+    }
+
+    fn count(&mut self, pointer: &str, value: u64, least: u64, most: u64) {
+        if !(least..=most).contains(&value) {
+            self.add(pointer, format!("{value} does not lie between {least} and {most}"));
+        }
+    }
+
+    fn odd(&mut self, pointer: &str, value: u8, least: u8, most: u8) {
+        if !(least..=most).contains(&value) || value.is_multiple_of(2) {
+            self.add(pointer, format!("{value} is not an odd number between {least} and {most}"));
+        }
+    }
+
+    fn real(&mut self, pointer: &str, value: f64, least: f64, most: f64) {
+        if !(least..=most).contains(&value) {
+            self.add(pointer, format!("{value} does not lie between {least} and {most}"));
+        }
+    }
+}

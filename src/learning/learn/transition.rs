@@ -1,0 +1,49 @@
+//! A transition between two states: the splines that the joints are asked to track.
+
+use super::Posture;
+use super::grid::Grid;
+use gaitwright_physics::motion::{hermite, hermite_range};
+
+/// Slack for rounding when a spline is compared with a range of motion, rad or m.
+const ROUNDING: f64 = 1e-9;
+
+/// Cubic Hermite splines, one a joint, from one posture to another over `duration`
+/// (Tokizaki & Hasegawa section 2.2).
+#[derive(Debug, Clone, Copy)]
+pub struct Transition<'a> {
+    /// Where it starts.
+    pub from: &'a Posture,
+    /// Where it ends.
+    pub to: &'a Posture,
+    /// s.
+    pub duration: f64,
+}
+
+impl Transition<'_> {
+    /// Writes the target angles at `t` seconds into the transition.
+    pub fn targets(&self, t: f64, angles: &mut [f64]) {
+        for (joint, angle) in angles.iter_mut().enumerate() {
+            let (from, to) = self.ends(joint);
+            *angle = hermite(from, to, self.duration, t);
+        }
+    }
+
+    /// Whether the spline of every joint stays within its range of motion on the whole way, by the
+    /// exact extremes of the cubics. Velocities can carry a spline out of the range between two
+    /// states inside it; such a transition is refused (the problem that section 3.4 of Tokizaki &
+    /// Hasegawa starts from).
+    pub fn stays_within(&self, grid: &Grid) -> bool {
+        grid.joints.iter().enumerate().all(|(joint, range)| {
+            range.limits.is_none_or(|[lower, upper]| {
+                let (from, to) = self.ends(joint);
+                let (least, greatest) = hermite_range(from, to, self.duration);
+                least >= lower - ROUNDING && greatest <= upper + ROUNDING
+            })
+        })
+    }
+
+    fn ends(&self, joint: usize) -> ((f64, f64), (f64, f64)) {
+        let end = |posture: &Posture| (posture.angles[joint], posture.velocities[joint]);
+        (end(self.from), end(self.to))
+    }
+}

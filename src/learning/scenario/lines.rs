@@ -1,0 +1,112 @@
+//! The lines of a simulation's output.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use gaitwright_physics::motion::RootMotion;
+use gaitwright_physics::scene::{Accuracy, AccuracyChoice, Decision, Effect};
+
+/// A line of output: samples, and a summary at the end.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Line {
+    /// The state at one time.
+    Sample(Box<SampleLine>),
+    /// How it ended.
+    End {
+        /// The figures of the whole simulation.
+        summary: Box<Summary>,
+    },
+}
+
+/// The state at one time.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct SampleLine {
+    /// s.
+    pub time: f64,
+    /// The root link.
+    pub root: RootMotion,
+    /// Joints by name.
+    pub joints: BTreeMap<String, JointLine>,
+    /// World frame, m.
+    pub center_of_mass: [f64; 3],
+    /// J.
+    pub energy: EnergyLine,
+    /// kg m/s, and kg m²/s about the centre of mass.
+    pub momentum: MomentumLine,
+    /// Contacts of the last step.
+    pub contacts: Vec<ContactLine>,
+    /// Residual of the last step's complementarity problem, m/s or rad/s.
+    pub residual: f64,
+}
+
+/// A joint at one time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct JointLine {
+    /// rad or m.
+    pub angle: f64,
+    /// rad/s or m/s.
+    pub velocity: f64,
+    /// Of the actuator over the last step, N m or N.
+    pub torque: f64,
+}
+
+/// Energy, J.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct EnergyLine {
+    /// Of motion.
+    pub kinetic: f64,
+    /// Of height.
+    pub potential: f64,
+}
+
+/// Momentum in the world frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct MomentumLine {
+    /// kg m/s.
+    pub linear: [f64; 3],
+    /// About the centre of mass, kg m²/s.
+    pub angular: [f64; 3],
+}
+
+/// A contact.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ContactLine {
+    /// The character's link.
+    pub link: String,
+    /// What it touches: `ground`, or another link.
+    pub other: String,
+    /// World frame, m.
+    pub position: [f64; 3],
+    /// From the other into the link.
+    pub normal: [f64; 3],
+    /// On the link, world frame, N.
+    pub force: [f64; 3],
+}
+
+/// The figures of a whole simulation.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Summary {
+    /// `finished`, or `failed:` with cause, time and body.
+    pub status: String,
+    /// Steps computed.
+    pub steps: u64,
+    /// Computing time of the steps alone, s.
+    pub step_seconds: f64,
+    /// s.
+    pub simulated_seconds: f64,
+    /// Every effect, whether it was simulated, and why.
+    pub effects: BTreeMap<Effect, Decision>,
+    /// The settings used.
+    pub accuracy: Accuracy,
+    /// Why they were chosen, where the scenario gave a tolerance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy_choice: Option<AccuracyChoice>,
+    /// m.
+    pub greatest_penetration: f64,
+    /// Greatest distance of a joint from its range of motion, or of its two bodies from each other (of loops, and
+    /// in maximal coordinates), rad or m.
+    pub greatest_joint_error: f64,
+}

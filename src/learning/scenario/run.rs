@@ -1,0 +1,160 @@
+//! From a scenario to its lines.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::lines::{ContactLine, EnergyLine, JointLine, Line, MomentumLine, SampleLine, Summary};
+use super::script::Script;
+use super::setup::Setup;
+use gaitwright_physics::fault::InputError;
+use gaitwright_physics::scene::{Accuracy, AccuracyChoice};
+use gaitwright_physics::sim::contact::Against;
+use gaitwright_physics::sim::{Failure, Simulator};
+
+/// A scenario made ready to run.
+#[derive(Debug)]
+pub struct Prepared {
+    simulator: Simulator,
+    script: Script,
+    /// Targets at the beginning and at the end of a step.
+    now: Vec<f64>,
+    next: Vec<f64>,
+    /// Names of the scene's obstacles.
+    obstacles: Vec<String>,
+    steps: u64,
+    stride: u64,
+    choice: Option<AccuracyChoice>,
+}
+
+/// How a simulation ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ended {
+    /// It ran to its end.
+    Finished,
+    /// It could not go on; the summary says why.
+    Failed,
+    /// The receiver of the lines wanted no more.
+    Stopped,
+}
+
+impl Prepared {
+    /// Makes `setup` ready to be run as finely as `accuracy` asks (for the reason of `choice`, if it was chosen),
+    /// with a line of output every `sample_every` seconds.
+    ///
+    /// # Errors
+    /// Every fault of scene, accuracy and drive.
+    pub fn new(
+        setup: Setup,
+        accuracy: &Accuracy,
+        choice: Option<AccuracyChoice>,
+        sample_every: f64,
+    ) -> Result<Self, InputError> {
+        let plan = setup.plan(accuracy)?;
+        let Setup { model, scene, start, script, duration, .. } = setup;
+        let obstacles = scene.obstacles.iter().enumerate();
+        let obstacles = obstacles.map(|(index, obstacle)| obstacle.name(index)).collect();
+        let steps = (duration / plan.step()).round().max(1.0) as u64;
+        let stride = (sample_every / plan.step()).round().max(1.0) as u64;
+        let mut next = vec![0.0; model.joint_count()];
+        script.targets(0.0, &mut next);
+        let simulator = Simulator::new(model, Arc::new(plan), start);
+        Ok(Self { simulator, script, now: next.clone(), next, obstacles, steps, stride, choice })
+    }
+
+    /// Number of steps that the simulation will take.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Runs the simulation and gives every line to `sink`, which answers whether it wants more.
+    pub fn run(self, sink: impl FnMut(Line) -> bool) -> Ended {
+        self.run_while(|| true, sink)
+    }
+
+    /// The same as long as it is `wanted`, which is asked at every step.
+    pub fn run_while(mut self, wanted: impl Fn() -> bool, mut sink: impl FnMut(Line) -> bool) -> Ended {
+        let plan = self.simulator.plan().clone();
+        let mut computing = Duration::ZERO;
+        let mut penetration: f64 = 0.0;
+        let mut joint_error: f64 = 0.0;
+        let mut done = 0;
+        let mut failure = None;
+        if !sink(Line::Sample(Box::new(self.sample()))) {
+            return Ended::Stopped;
+        }
+        while done < self.steps {
+            if !wanted() {
+                return Ended::Stopped;
+            }
+            let result = self.step(done, &mut computing);
+            if let Err(failed) = result {
+                failure = Some(failed);
+                break;
+            }
+            done += 1;
+            penetration = self.simulator.contacts().map(|contact| contact.depth).fold(penetration, f64::max);
+            joint_error =
+                joint_error.max(self.simulator.limit_violation()).max(self.simulator.joint_separation());
+            if done % self.stride == 0 && !sink(Line::Sample(Box::new(self.sample()))) {
+                return Ended::Stopped;
+            }
+        }
+        let ended = if failure.is_some() { Ended::Failed } else { Ended::Finished };
+        let summary = Summary {
+            status: failure.map_or_else(|| "finished".to_owned(), |failure| format!("failed: {failure}")),
+            steps: done,
+            step_seconds: computing.as_secs_f64(),
+            simulated_seconds: done as f64 * plan.step(),
+            effects: plan.decisions.clone(),
+            accuracy: plan.accuracy,
+            accuracy_choice: self.choice.take(),
+            greatest_penetration: penetration,
+            greatest_joint_error: joint_error,
+        };
+        if sink(Line::End { summary: Box::new(summary) }) { ended } else { Ended::Stopped }
+    }
+
+    /// Step number `index`, its computing time added to `computing`.
+    fn step(&mut self, index: u64, computing: &mut Duration) -> Result<(), Failure> {
+        std::mem::swap(&mut self.now, &mut self.next);
+        self.script.targets((index + 1) as f64 * self.simulator.plan().step(), &mut self.next);
+        let command = self.script.command(&self.now, &self.next);
+        let started = Instant::now();
+        let result = self.simulator.step(command);
+        *computing += started.elapsed();
+        result
+    }
+
+    fn sample(&self) -> SampleLine {
+        let simulator = &self.simulator;
+        let (model, state) = (simulator.model(), simulator.state());
+        let joint = |index: usize| JointLine {
+            angle: state.angles[index],
+            velocity: state.velocities[index],
+            torque: simulator.torques()[index],
+        };
+        let energy = simulator.energy();
+        let momentum = simulator.momentum();
+        let contacts = simulator.contacts().map(|contact| ContactLine {
+            link: model.character.links[contact.link].name.clone(),
+            other: match contact.against {
+                Against::Ground => "ground".to_owned(),
+                Against::Obstacle(index) => self.obstacles[index].clone(),
+                Against::Link { link, .. } => model.character.links[link].name.clone(),
+            },
+            position: contact.position.coords.into(),
+            normal: contact.normal.into(),
+            force: contact.force.into(),
+        });
+        SampleLine {
+            time: state.time,
+            root: (&state.root).into(),
+            joints: model.joint_names.iter().cloned().zip((0..model.joint_count()).map(joint)).collect(),
+            center_of_mass: simulator.center_of_mass().coords.into(),
+            energy: EnergyLine { kinetic: energy.kinetic, potential: energy.potential },
+            momentum: MomentumLine { linear: momentum.linear.into(), angular: momentum.angular.into() },
+            contacts: contacts.collect(),
+            residual: simulator.residual(),
+        }
+    }
+}

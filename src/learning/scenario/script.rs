@@ -1,0 +1,43 @@
+//! What the joints are asked to do, as a function of time.
+
+use gaitwright_physics::motion::Player;
+use gaitwright_physics::sim::Command;
+
+/// What the joints are asked to do over a whole simulation.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Script {
+    /// Nothing.
+    Passive,
+    /// Constant torques, N m or N, one a joint.
+    Torque(Vec<f64>),
+    /// Fixed targets, rad or m, one a joint.
+    Hold(Vec<f64>),
+    /// The targets of a motion.
+    Track(Player),
+}
+
+impl Script {
+    /// Whether joints are driven toward targets.
+    pub fn has_targets(&self) -> bool {
+        matches!(self, Self::Hold(_) | Self::Track(_))
+    }
+
+    /// Writes the targets at `time` (s since the start of the simulation) into `targets`, rad or m, one a
+    /// joint. Where there are none, `targets` stays as it is.
+    pub fn targets(&self, time: f64, targets: &mut [f64]) {
+        match self {
+            Self::Passive | Self::Torque(_) => {}
+            Self::Hold(held) => targets.copy_from_slice(held),
+            Self::Track(player) => player.targets(time, targets),
+        }
+    }
+
+    /// The command of a step at whose beginning and end the targets are `now` and `next`.
+    pub fn command<'a>(&'a self, now: &'a [f64], next: &'a [f64]) -> Command<'a> {
+        match self {
+            Self::Passive => Command::Passive,
+            Self::Torque(torque) => Command::Torque(torque),
+            Self::Hold(_) | Self::Track(_) => Command::Track { now, next },
+        }
+    }
+}

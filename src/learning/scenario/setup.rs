@@ -1,0 +1,230 @@
+//! A scenario's documents read: who starts where, driven by what.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nalgebra::UnitQuaternion;
+
+use super::document::{CharacterSource, InlineCharacter, Scenario};
+use super::script::Script;
+use gaitwright_physics::character::{self, Options, Reading, Source};
+use gaitwright_physics::fault::{Fault, InputError, member};
+use gaitwright_physics::model::Model;
+use gaitwright_physics::motion::{Motion, Player};
+use gaitwright_physics::scene::{Accuracy, Drive, Feedforward, Gains, MaxTorque, Scene, StepPlan, Terrain};
+use gaitwright_physics::sim::State;
+use gaitwright_physics::stance::{self, Stance};
+
+/// How the paths in a scenario are followed.
+pub trait Files {
+    /// Reads the character at `path`.
+    ///
+    /// # Errors
+    /// Why it cannot be read, or may not.
+    fn character(&self, path: &str) -> Result<Reading, InputError>;
+
+    /// Reads the bytes of the motion document at `path`.
+    ///
+    /// # Errors
+    /// Why they cannot be read, or may not.
+    fn motion(&self, path: &str) -> Result<Vec<u8>, InputError>;
+}
+
+/// No path may be followed: everything has to be inline, as in a request from outside.
+#[derive(Debug, Clone, Copy)]
+pub struct NoFiles;
+
+impl Files for NoFiles {
+    fn character(&self, _path: &str) -> Result<Reading, InputError> {
+        Err(InputError::impossible(
+            "",
+            "a path cannot be used here; give {\"urdf\": \"…\"} or {\"json\": {…}}",
+        ))
+    }
+
+    fn motion(&self, _path: &str) -> Result<Vec<u8>, InputError> {
+        Err(InputError::impossible("", "a path cannot be used here; give the motion document itself"))
+    }
+}
+
+/// A scenario with its documents read: everything about a simulation but how finely it is computed.
+#[derive(Debug, Clone)]
+pub struct Setup {
+    /// The character.
+    pub model: Arc<Model>,
+    /// The world around it.
+    pub scene: Scene,
+    /// How strongly its joints are driven; `None` without targets.
+    pub gains: Option<Gains>,
+    /// Where it starts, at time 0.
+    pub start: State,
+    /// What its joints are asked to do.
+    pub script: Script,
+    /// s.
+    pub duration: f64,
+}
+
+impl Setup {
+    /// What a step computes when it is computed as finely as `accuracy` asks.
+    ///
+    /// # Errors
+    /// Every fault of scene, accuracy and gains, see [`StepPlan::compile`].
+    pub fn plan(&self, accuracy: &Accuracy) -> Result<StepPlan, InputError> {
+        StepPlan::compile(&self.scene, accuracy, self.gains.as_ref(), &self.model)
+    }
+}
+
+impl Scenario {
+    /// Reads the character and what drives it, and finds its standing pose.
+    ///
+    /// # Errors
+    /// Every fault of the document, with JSON pointers into it; those of its character below
+    /// `/character`.
+    pub fn set_up(&self, files: &impl Files) -> Result<Setup, InputError> {
+        let faults = self.faults();
+        if !faults.is_empty() {
+            return Err(InputError::Impossible(faults));
+        }
+        let reading = self.read_character(files).map_err(|error| error.under("/character"))?;
+        let model = Arc::new(Model::new(Arc::new(reading.character), self.fixed_base));
+        let stance = Stance::find(&model, &self.scene);
+        let mut faults = Vec::new();
+        let start = self.start_state(&model, &stance, &mut faults);
+        let (gains, script) = self.script(&model, &stance, files, &mut faults)?;
+        if !faults.is_empty() {
+            return Err(InputError::Impossible(faults));
+        }
+        let (scene, duration) = (self.scene.clone(), self.duration);
+        Ok(Setup { model, scene, gains, start, script, duration })
+    }
+
+    fn read_character(&self, files: &impl Files) -> Result<Reading, InputError> {
+        match &self.character {
+            CharacterSource::Path(path) => files.character(path),
+            CharacterSource::Inline(InlineCharacter::Urdf(text)) => {
+                character::read(text.as_bytes(), Source::Urdf, Options::default())
+            }
+            CharacterSource::Inline(InlineCharacter::Json(value)) => {
+                character::read(value.to_string().as_bytes(), Source::Json, Options::default())
+            }
+        }
+    }
+
+    fn start_state(&self, model: &Model, stance: &Stance, faults: &mut Vec<Fault>) -> State {
+        let mut state = stance.state.clone();
+        for (name, joint) in &self.start.joints {
+            match model.joint(name) {
+                Some(index) => {
+                    state.angles[index] = joint.angle.unwrap_or(state.angles[index]);
+                    state.velocities[index] = joint.velocity;
+                }
+                None => faults.push(unknown_joint("/start/joints", name)),
+            }
+        }
+        if !self.start.joints.is_empty() {
+            let start = |joint: usize| self.start.joints.get(&model.joint_names[joint]);
+            let given = |joint: usize| start(joint).is_some_and(|start| start.angle.is_some());
+            stance::close_loops(model, &mut state.angles, given);
+        }
+        match (&self.start.root, &self.scene.ground) {
+            (Some(root), _) => state.root = root.into(),
+            (None, Some(ground)) if !(self.fixed_base || self.start.joints.is_empty()) => {
+                // The height is that of an upright root, which the standing pose need not have.
+                state.root.orientation = UnitQuaternion::identity();
+                state.root.position.z = stance::resting_height(model, &state.angles, &Terrain::new(ground));
+            }
+            _ => {}
+        }
+        if self.start.root.is_some() || !self.start.joints.is_empty() {
+            state.forget();
+        }
+        state
+    }
+
+    /// The gains of the drive, if it has targets, and what it asks of the joints.
+    fn script(
+        &self,
+        model: &Model,
+        stance: &Stance,
+        files: &impl Files,
+        faults: &mut Vec<Fault>,
+    ) -> Result<(Option<Gains>, Script), InputError> {
+        let holds = matches!(self.drive, Drive::Hold { .. });
+        let mut fill = |values: &mut [f64], joints: &BTreeMap<String, f64>| {
+            for (name, value) in joints {
+                match model.joint(name) {
+                    Some(_) if !value.is_finite() => {
+                        faults.push(Fault::new(member("/drive/joints", name), "must be a finite number"));
+                    }
+                    Some(index) if holds && !model.driven[index] => {
+                        let reason =
+                            format!("the joint \"{name}\" is passive: it has no actuator to hold it");
+                        faults.push(Fault::new(member("/drive/joints", name), reason));
+                    }
+                    Some(index) => values[index] = *value,
+                    None => faults.push(unknown_joint("/drive/joints", name)),
+                }
+            }
+        };
+        Ok(match &self.drive {
+            Drive::None {} => (None, Script::Passive),
+            Drive::Torque { joints } => {
+                let mut torque = vec![0.0; model.joint_count()];
+                fill(&mut torque, joints);
+                (None, Script::Torque(torque))
+            }
+            Drive::Hold { stiffness, damping, feedforward, max_torque, joints } => {
+                let mut targets = stance.angles.clone();
+                fill(&mut targets, joints);
+                let mut gains = stance.gains.clone();
+                adjust(&mut gains, *stiffness, *damping, Some(*feedforward), Some(*max_torque), model);
+                (Some(gains), Script::Hold(targets))
+            }
+            Drive::Track { stiffness, damping, feedforward, max_torque, motion } => {
+                let motion = read_motion(motion, files).map_err(|error| error.under("/drive/motion"))?;
+                let player =
+                    Player::new(&motion, &model.joint_names).map_err(|error| error.under("/drive/motion"))?;
+                let mut gains = motion.gains_for(&model.joint_names);
+                adjust(&mut gains, *stiffness, *damping, *feedforward, *max_torque, model);
+                (Some(gains), Script::Track(player))
+            }
+        })
+    }
+}
+
+fn unknown_joint(place: &str, name: &str) -> Fault {
+    Fault::new(member(place, name), format!("the character has no movable joint \"{name}\""))
+}
+
+fn read_motion(motion: &serde_json::Value, files: &impl Files) -> Result<Motion, InputError> {
+    match motion {
+        serde_json::Value::String(path) => Motion::parse(&files.motion(path)?),
+        inline => Motion::parse(inline.to_string().as_bytes()),
+    }
+}
+
+/// Replaces what the drive says by itself.
+fn adjust(
+    gains: &mut Gains,
+    stiffness: Option<f64>,
+    damping: Option<f64>,
+    feedforward: Option<Feedforward>,
+    max_torque: Option<MaxTorque>,
+    model: &Model,
+) {
+    if let Some(stiffness) = stiffness {
+        gains.stiffness.fill(stiffness);
+    }
+    if let Some(damping) = damping {
+        gains.damping.fill(damping);
+    }
+    if let Some(feedforward) = feedforward {
+        gains.feedforward = feedforward;
+    }
+    match max_torque {
+        None => {}
+        Some(MaxTorque::Character) => gains.max_torque.clone_from(&model.effort),
+        Some(MaxTorque::All(limit)) => gains.max_torque.fill(Some(limit)),
+        Some(MaxTorque::Unlimited) => gains.max_torque.fill(None),
+    }
+}

@@ -1,0 +1,285 @@
+//! Which shapes of a character can touch each other.
+//!
+//! Two shapes that no motion can bring together need never be looked at. That is proven, not guessed: the
+//! distance d(q) of two shapes over the joints on the way between them changes by no more than r_k for each
+//! radian of joint k, where r_k bounds how far the shape lies from the joint's axis (1 for a metre of a
+//! sliding joint). Over a box of joint angles with half widths h_k around q it is therefore at least
+//! d(q) − Σ r_k h_k; a box where that is positive is done, and any other is halved, until all are done
+//! or a pose is found in which the shapes touch.
+
+use std::collections::BTreeSet;
+use std::f64::consts::PI;
+
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use parry3d::math::{Pose, Vector};
+
+use super::convex::{self, Convex, vector};
+use crate::model::{Body, Freedom, GroundShape, LoopJoint};
+
+/// Greatest number of joints between two shapes whose motion is searched; more joints are taken to bring
+/// the shapes together.
+const JOINTS: usize = 3;
+/// Greatest number of poses looked at for a pair; where they do not suffice, the shapes are taken to meet.
+const POSES: usize = 100;
+
+/// The shapes of a character by twos, indices into [`crate::model::Model::solids`] in ascending order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Pairs {
+    /// Number of shapes.
+    shapes: usize,
+    /// One bit for every two shapes, whether they can touch.
+    touching: Vec<u64>,
+    /// Number of pairs that can touch.
+    pub count: usize,
+    /// Those of bodies joined by a joint, which are made to overlap.
+    pub joined: Vec<[usize; 2]>,
+    /// Those of bodies of which two shapes overlap at the standing pose (as far as the author gave one, with
+    /// other joints at 0): their shapes are larger than what they stand for.
+    pub overlapping: Vec<[usize; 2]>,
+    /// Those that no motion within the joint limits brings together.
+    pub apart: Vec<[usize; 2]>,
+}
+
+impl Pairs {
+    /// Whether shapes `first` and `second` can touch.
+    #[inline]
+    pub fn can_touch(&self, first: usize, second: usize) -> bool {
+        let bit = first * self.shapes + second;
+        self.touching.get(bit / 64).is_some_and(|word| word >> (bit % 64) & 1 == 1)
+    }
+
+    fn set_touching(&mut self, first: usize, second: usize) {
+        for bit in [first * self.shapes + second, second * self.shapes + first] {
+            self.touching[bit / 64] |= 1 << (bit % 64);
+        }
+        self.count += 1;
+    }
+}
+
+/// What the pairs depend on.
+pub struct Anatomy<'a> {
+    /// Bodies, parents before children.
+    pub bodies: &'a [Body],
+    /// Joints that close loops.
+    pub loops: &'a [LoopJoint],
+    /// Ranges of motion, one a joint.
+    pub limits: &'a [Option<[f64; 2]>],
+    /// The bodies of the shapes.
+    pub shapes: &'a [GroundShape],
+    /// Their solids.
+    pub solids: &'a [Convex],
+    /// Joint angles of the standing pose.
+    pub standing: &'a [f64],
+}
+
+impl Anatomy<'_> {
+    /// Sorts all pairs of shapes of different bodies.
+    pub fn pairs(&self) -> Pairs {
+        let shapes = self.shapes.len();
+        let mut pairs =
+            Pairs { shapes, touching: vec![0; (shapes * shapes).div_ceil(64)], ..Pairs::default() };
+        let bodies = self.standing_bodies();
+        let standing: Vec<(Pose, Vector)> = self
+            .shapes
+            .iter()
+            .zip(self.solids)
+            .map(|(shape, solid)| {
+                let body = bodies[shape.body];
+                (solid.placed(&body), body.transform_point(vector(solid.center)))
+            })
+            .collect();
+        let mut overlapping = BTreeSet::new();
+        for (first, second) in twos(shapes) {
+            if self.overlap([first, second], &standing) {
+                overlapping.insert([self.shapes[first].body, self.shapes[second].body]);
+            }
+        }
+        for (first, second) in twos(shapes) {
+            let bodies = [self.shapes[first].body, self.shapes[second].body];
+            if bodies[0] == bodies[1] {
+                continue;
+            }
+            if self.joined(bodies) {
+                pairs.joined.push([first, second]);
+            } else if overlapping.contains(&bodies) || overlapping.contains(&[bodies[1], bodies[0]]) {
+                pairs.overlapping.push([first, second]);
+            } else if self.can_meet([first, second]) {
+                pairs.set_touching(first, second);
+            } else {
+                pairs.apart.push([first, second]);
+            }
+        }
+        pairs
+    }
+
+    /// Frames of all bodies at the standing pose, in that of the root.
+    fn standing_bodies(&self) -> Vec<Pose> {
+        let mut frames: Vec<Isometry3<f64>> = vec![Isometry3::identity()];
+        for (body, angle) in self.bodies.iter().skip(1).zip(self.standing) {
+            frames.push(frames[body.parent] * carried(body, *angle));
+        }
+        frames.iter().map(in_parry).collect()
+    }
+
+    /// Whether two shapes overlap where they are `placed` (their frames, and the centres of their balls).
+    fn overlap(&self, [first, second]: [usize; 2], placed: &[(Pose, Vector)]) -> bool {
+        let solids = [first, second].map(|shape| &self.solids[shape]);
+        let [(frame, center), (other_frame, other_center)] = [placed[first], placed[second]];
+        center.distance(other_center) < solids[0].reach + solids[1].reach
+            && distance(solids, &(frame.inverse() * other_frame)) <= 0.0
+    }
+
+    /// Whether some motion may bring two shapes together.
+    fn can_meet(&self, shapes: [usize; 2]) -> bool {
+        let bodies = shapes.map(|shape| self.shapes[shape].body);
+        self.way(bodies).is_none_or(|way| Pair { anatomy: self, shapes, way }.can_meet())
+    }
+
+    /// Whether one of the bodies carries the other, or a loop's joint is between them.
+    fn joined(&self, [a, b]: [usize; 2]) -> bool {
+        let carries = |parent: usize, child: usize| child > 0 && self.bodies[child].parent == parent;
+        let closes = |closing: &LoopJoint| closing.bodies == [a, b] || closing.bodies == [b, a];
+        carries(a, b) || carries(b, a) || self.loops.iter().any(closes)
+    }
+
+    /// The joints between two bodies, those nearer to the root first on each side; `None` if they are too
+    /// many.
+    fn way(&self, [a, b]: [usize; 2]) -> Option<Vec<Step>> {
+        let (mut ends, mut way) = ([a, b], Vec::new());
+        while ends[0] != ends[1] {
+            if way.len() == JOINTS {
+                return None;
+            }
+            let side = usize::from(ends[1] > ends[0]);
+            let body = ends[side];
+            way.push(Step { joint: body - 1, side });
+            ends[side] = self.bodies[body].parent;
+        }
+        way.reverse();
+        Some(way)
+    }
+}
+
+/// A joint on the way to the shape of one side.
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    joint: usize,
+    side: usize,
+}
+
+struct Pair<'a> {
+    anatomy: &'a Anatomy<'a>,
+    shapes: [usize; 2],
+    way: Vec<Step>,
+}
+
+/// A box of joint angles.
+struct Region {
+    middle: Vec<f64>,
+    half: Vec<f64>,
+}
+
+impl Pair<'_> {
+    /// Distance of the shapes with the joints of the way at `angles`.
+    fn gap(&self, angles: &[f64]) -> f64 {
+        let mut ends = [Isometry3::identity(); 2];
+        for (step, angle) in self.way.iter().zip(angles) {
+            ends[step.side] *= carried(&self.anatomy.bodies[step.joint + 1], *angle);
+        }
+        let solids = self.shapes.map(|shape| &self.anatomy.solids[shape]);
+        let [first, second] = [0, 1].map(|side| solids[side].placed(&in_parry(&ends[side])));
+        distance(solids, &(first.inverse() * second))
+    }
+
+    /// Whether some motion may bring the shapes together.
+    fn can_meet(&self) -> bool {
+        let Some(whole) = self.ranges() else { return true };
+        let levers = self.levers(&whole);
+        let mut open = vec![whole];
+        for _ in 0..POSES {
+            let Some(region) = open.pop() else { return false };
+            let gap = self.gap(&region.middle);
+            let sway: Vec<f64> = levers.iter().zip(&region.half).map(|(lever, half)| lever * half).collect();
+            if gap <= 0.0 {
+                return true;
+            }
+            if gap > sway.iter().sum::<f64>() {
+                continue;
+            }
+            let Some(widest) = (0..sway.len()).max_by(|a, b| sway[*a].total_cmp(&sway[*b])) else {
+                return true;
+            };
+            for sign in [-1.0, 1.0] {
+                let mut part = Region { middle: region.middle.clone(), half: region.half.clone() };
+                part.half[widest] /= 2.0;
+                part.middle[widest] += sign * part.half[widest];
+                open.push(part);
+            }
+        }
+        !open.is_empty()
+    }
+
+    /// All angles that the joints of the way can have; `None` if one of them slides without end.
+    fn ranges(&self) -> Option<Region> {
+        let range = |step: &Step| match (
+            self.anatomy.limits[step.joint],
+            self.anatomy.bodies[step.joint + 1].freedom,
+        ) {
+            (Some(limits), _) => Some(limits),
+            (None, Freedom::Revolute) => Some([-PI, PI]),
+            (None, Freedom::Prismatic) => None,
+        };
+        let ranges: Vec<[f64; 2]> = self.way.iter().map(range).collect::<Option<_>>()?;
+        Some(Region {
+            middle: ranges.iter().map(|[lower, upper]| (lower + upper) / 2.0).collect(),
+            half: ranges.iter().map(|[lower, upper]| (upper - lower) / 2.0).collect(),
+        })
+    }
+
+    /// r_k: how far a radian (or a metre) of each joint of the way can move the shape beyond it, m.
+    fn levers(&self, ranges: &Region) -> Vec<f64> {
+        let mut beyond = self.shapes.map(|shape| {
+            let solid = &self.anatomy.solids[shape];
+            solid.center.norm() + solid.reach
+        });
+        let mut levers = vec![0.0; self.way.len()];
+        for (index, step) in self.way.iter().enumerate().rev() {
+            let body = &self.anatomy.bodies[step.joint + 1];
+            let farthest = ranges.middle[index].abs() + ranges.half[index];
+            levers[index] = match body.freedom {
+                Freedom::Revolute => beyond[step.side],
+                Freedom::Prismatic => {
+                    beyond[step.side] += farthest;
+                    1.0
+                }
+            };
+            beyond[step.side] += body.offset.norm();
+        }
+        levers
+    }
+}
+
+/// Every two of `count` things, in ascending order.
+fn twos(count: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..count).flat_map(move |first| (first + 1..count).map(move |second| (first, second)))
+}
+
+/// Distance of two solids, the second's frame in the first's being `pose`; not positive where they overlap.
+fn distance([first, second]: [&Convex; 2], pose: &Pose) -> f64 {
+    first.approach(second, pose, f64::INFINITY).map_or(f64::INFINITY, |approach| approach.gap)
+}
+
+fn in_parry(frame: &Isometry3<f64>) -> Pose {
+    convex::frame(frame.rotation.to_rotation_matrix().matrix(), frame.translation.vector)
+}
+
+/// The frame of `body` in its parent's, with its joint at `angle`.
+fn carried(body: &Body, angle: f64) -> Isometry3<f64> {
+    let turn = UnitQuaternion::from_matrix(&body.turn);
+    let axis = Unit::new_unchecked(body.axis);
+    let (rotation, shift) = match body.freedom {
+        Freedom::Revolute => (UnitQuaternion::from_axis_angle(&axis, angle), Vector3::zeros()),
+        Freedom::Prismatic => (UnitQuaternion::identity(), body.axis * angle),
+    };
+    Isometry3::from_parts(Translation3::from(body.offset + turn * shift), turn * rotation)
+}

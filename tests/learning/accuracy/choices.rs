@@ -1,0 +1,112 @@
+//! Settings chosen for a tolerance: the words for it, what is chosen, and who says so.
+
+use gaitwright_learning::accuracy::scenes::ClosedForm;
+use gaitwright_learning::accuracy::{Engine, Outcome, Pieces, Point, StudyError, prepare, reference, settle};
+use gaitwright_learning::scenario::{Ended, Line, NoFiles, Scenario};
+use gaitwright_physics::scene::{Accuracy, AskedAccuracy, Integrator};
+use serde_json::{Value, json};
+
+/// The faults of a scenario with this `accuracy`, as `place: reason`.
+fn faults(accuracy: &Value) -> Vec<String> {
+    let document = json!({ "character": "nobody.urdf", "accuracy": accuracy });
+    match Scenario::parse(document.to_string().as_bytes()) {
+        Ok(scenario) => scenario.faults().iter().map(ToString::to_string).collect(),
+        Err(error) => error.faults().iter().map(ToString::to_string).collect(),
+    }
+}
+
+#[test]
+fn both_words_are_understood_and_given_back() {
+    for document in [json!({ "tolerance": 1e-3 }), json!(Accuracy::default()), json!({ "step": 0.001 })] {
+        let asked: AskedAccuracy = serde_json::from_value(document.clone()).unwrap();
+        let back: AskedAccuracy = serde_json::from_value(json!(asked)).unwrap();
+        assert_eq!(asked, back, "{document}");
+        assert!(faults(&document).is_empty());
+    }
+    let settings: AskedAccuracy = serde_json::from_value(json!({ "solver": { "iterations": 7 } })).unwrap();
+    let AskedAccuracy::Settings(accuracy) = settings else { panic!("{settings:?}") };
+    assert_eq!((accuracy.solver.iterations, accuracy.step), (7, Accuracy::default().step));
+    assert_eq!(json!(AskedAccuracy::Tolerance(0.5)), json!({ "tolerance": 0.5 }));
+}
+
+#[test]
+fn faults_are_named_with_their_place() {
+    for (accuracy, place, word) in [
+        (json!({ "tolerence": 1 }), "/accuracy/tolerence", "unknown field"),
+        (json!({ "solver": { "sweeps": 1 } }), "/accuracy/solver/sweeps", "unknown field"),
+        (json!({ "step": "small" }), "/accuracy/step", "invalid type"),
+        (json!({ "tolerance": "small" }), "/accuracy/tolerance", "invalid type"),
+        (json!({ "tolerance": 1e-3, "step": 0.001 }), "/accuracy", "either"),
+        (json!({ "tolerance": 1e-3, "step": Accuracy::default().step }), "/accuracy", "`step`"),
+        (json!({ "tolerance": 0 }), "/accuracy/tolerance", "positive"),
+        (json!({ "step": 7 }), "/accuracy/step", "between"),
+    ] {
+        let faults = faults(&accuracy);
+        assert_eq!(faults.len(), 1, "{faults:?}");
+        assert!(faults[0].starts_with(&format!("{place}: ")) && faults[0].contains(word), "{faults:?}");
+    }
+}
+
+/// On pieces of its own, spread otherwise, the setting chosen is within three times the tolerance, and the same
+/// method with steps four times as long is not.
+#[test]
+fn the_settings_chosen_keep_the_tolerance_and_no_more() {
+    let exact = ClosedForm::named("pendulum").unwrap().problem().unwrap();
+    let pieces = Pieces { count: 9, span: 3.0, length: 0.064, finest: 5e-4, finer: 64.0 };
+    let (other, _) = reference(&exact.setup, &pieces, &|| false).unwrap().unwrap();
+    let tried = |accuracy| {
+        let point = Point { engine: Engine::Gaitwright, accuracy };
+        match other.try_out(&point, 0, &|| false) {
+            Some(Outcome::Measured(figures)) => (figures.error, figures.evaluations.unwrap()),
+            outcome => panic!("{outcome:?}"),
+        }
+    };
+    let mut last = 0.0;
+    for tolerance in [1e-2, 1e-3, 1e-4] {
+        let asked = AskedAccuracy::Tolerance(tolerance);
+        let (accuracy, choice) = settle(&exact.setup, &asked, &|| false).unwrap().unwrap();
+        let choice = choice.unwrap();
+        assert_eq!(choice.tolerance, tolerance);
+        assert!(choice.error <= tolerance && !choice.because.is_empty());
+        let (error, work) = tried(accuracy);
+        assert!(work >= last, "a smaller tolerance never takes less work");
+        last = work;
+        assert!(error < 3.0 * tolerance);
+        let longer = Accuracy { step: 4.0 * accuracy.step, ..accuracy };
+        let divided = accuracy.step_tolerance.is_some();
+        let too_much = divided || longer.step > 0.008 || tried(longer).0 > tolerance / 3.0;
+        assert!(too_much, "{accuracy:?} is finer than is asked for");
+        let again = settle(&exact.setup, &asked, &|| false).unwrap().unwrap();
+        assert_eq!(again, (accuracy, Some(choice)), "the choice is the same every time");
+    }
+    let fine = Accuracy { step: 0.001, integrator: Integrator::SemiImplicitEuler, ..Accuracy::default() };
+    assert_eq!(settle(&exact.setup, &fine.into(), &|| false).unwrap(), Some((fine, None)));
+    assert_eq!(settle(&exact.setup, &AskedAccuracy::Tolerance(1e-3), &|| true).unwrap(), None);
+}
+
+#[test]
+fn a_tolerance_out_of_reach_is_refused() {
+    let setup = ClosedForm::named("double-pendulum").unwrap().problem().unwrap().setup;
+    let refused = settle(&setup, &AskedAccuracy::Tolerance(1e-16), &|| false);
+    let Err(StudyError::Input(refused)) = refused else { panic!("{refused:?}") };
+    assert_eq!(refused.faults()[0].pointer, "/accuracy/tolerance");
+    assert!(refused.to_string().contains("most exact"), "{refused}");
+}
+
+#[test]
+fn a_simulation_says_what_was_chosen_and_why() {
+    let mut scenario = ClosedForm::named("rolling-ball").unwrap().scenario();
+    scenario.accuracy = AskedAccuracy::Tolerance(2e-3);
+    let mut summary = None;
+    let ended = prepare(&scenario, &NoFiles).unwrap().run(|line| {
+        if let Line::End { summary: last } = line {
+            summary = Some(last);
+        }
+        true
+    });
+    assert_eq!(ended, Ended::Finished);
+    let summary = summary.unwrap();
+    let choice = summary.accuracy_choice.unwrap();
+    assert_eq!(choice.tolerance, 2e-3);
+    assert!((summary.simulated_seconds / summary.accuracy.step - summary.steps as f64).abs() < 1e-6);
+}

@@ -1,0 +1,111 @@
+//! The catalogue of hard cases: every bound of every case, at its step and at four times that step.
+
+use std::collections::BTreeSet;
+
+use gaitwright_learning::accuracy::catalogue::{Bound, Case, Quantity, cases, judge, named};
+use gaitwright_learning::scenario::Scenario;
+
+/// Parts of the catalogue that are run side by side, by the first word of a case's name.
+const PARTS: [&[&str]; 5] = [
+    &["chain", "ratio", "links", "inertia", "gimbal", "heavy", "light", "four", "conflicting"],
+    &["spring", "damper", "tumbling", "spin", "gyroscope", "limit", "torque"],
+    &["step"],
+    &["random"],
+    &["deep", "drop", "redundant", "rows", "rest", "painleve", "friction", "sunk", "straight"],
+];
+
+fn first_word(case: &Case) -> &str {
+    case.name.split('-').next().unwrap_or_default()
+}
+
+/// Runs a part of the catalogue, tells every figure and fails with those that are out of bounds.
+fn all_bounds_hold(part: usize) {
+    let mut broken = Vec::new();
+    for case in cases().into_iter().filter(|case| PARTS[part].contains(&first_word(case))) {
+        let factors: &[f64] = if case.own_step { &[1.0] } else { &[1.0, 4.0] };
+        for factor in factors {
+            let verdict = judge(&case, *factor).unwrap_or_else(|error| panic!("{}: {error}", case.name));
+            let place = format!("{} at {} s", case.name, verdict.accuracy.step);
+            println!("{place}: {} ({:.2} s)", verdict.status, verdict.step_seconds);
+            if !verdict.finished {
+                broken.push(format!("{place}: {}", verdict.status));
+            }
+            for row in &verdict.rows {
+                let figures =
+                    format!("{:?}: {:.3e} of {:.3e} {}", row.quantity, row.measured, row.bound, row.unit);
+                println!("    {figures}");
+                if !row.holds {
+                    broken.push(format!("{place}: {figures}"));
+                }
+            }
+        }
+    }
+    assert!(broken.is_empty(), "{} bounds broken:\n{}", broken.len(), broken.join("\n"));
+}
+
+#[test]
+fn chains() {
+    all_bounds_hold(0);
+}
+
+#[test]
+fn springs_rotation_and_limits() {
+    all_bounds_hold(1);
+}
+
+#[test]
+fn steps_of_every_length() {
+    all_bounds_hold(2);
+}
+
+#[test]
+fn random_characters() {
+    all_bounds_hold(3);
+}
+
+#[test]
+fn contacts_and_robots() {
+    all_bounds_hold(4);
+}
+
+/// What four times the step may gain is five times what the step may.
+#[test]
+fn whips_gain_less_at_the_default_step() {
+    for name in ["chain-released", "chain-released-in-space"] {
+        let mut case = named(name).unwrap();
+        for bound in &mut case.bounds {
+            bound.most *= 0.2;
+        }
+        let verdict = judge(&case, 1.0).unwrap();
+        assert!(verdict.holds(), "{name}: {:?}", verdict.rows);
+    }
+}
+
+#[test]
+fn a_broken_bound_is_told() {
+    let mut case = named("friction-0").unwrap();
+    case.bounds.push(Bound { quantity: Quantity::Creep { after: 0.0 }, most: 1.0 });
+    let verdict = judge(&case, 1.0).unwrap();
+    let (broken, kept) = verdict.rows.split_last().unwrap();
+    assert!(verdict.finished && !verdict.holds() && !broken.holds && kept.iter().all(|row| row.holds));
+    // The block goes 2 m/s for 10 s.
+    assert!((broken.measured - 20.0).abs() < 1e-6, "{broken:?}");
+}
+
+#[test]
+fn the_catalogue_is_in_order() {
+    let cases = cases();
+    let names: BTreeSet<&str> = cases.iter().map(|case| case.name.as_str()).collect();
+    assert_eq!(names.len(), cases.len(), "names are unique");
+    for case in &cases {
+        let parts = PARTS.iter().filter(|part| part.contains(&first_word(case))).count();
+        assert_eq!(parts, 1, "{} is run once", case.name);
+        assert!(case.scenario.duration >= 10.0, "{} takes ten seconds", case.name);
+        assert!(!case.bounds.is_empty(), "{} has bounds", case.name);
+        assert!(case.bounds.iter().all(|bound| bound.most.is_finite() && bound.most > 0.0), "{}", case.name);
+        let document = serde_json::to_vec(&case.scenario).unwrap();
+        let read = Scenario::parse(&document).unwrap_or_else(|error| panic!("{}: {error}", case.name));
+        assert_eq!(read, case.scenario, "{} is a document", case.name);
+        assert_eq!(named(&case.name).as_ref(), Some(case));
+    }
+}

@@ -1,0 +1,68 @@
+//! Tasks and parameters.
+
+use super::bundled;
+use gaitwright_learning::learn::{Coding, Learning, Mutation, Objective, Task, Terms, Weights};
+use gaitwright_physics::scene::Scene;
+use gaitwright_physics::stance::Stance;
+
+#[test]
+fn fitness_is_progress_less_costs() {
+    let weights = Weights { energy: 0.1, drift: 0.5, turn: 2.0, slip: 0.25 };
+    let task = Task { direction: [0.0, -3.0, 9.0], speed: None, weights };
+    let objective = Objective::of(&task, 10.0, 0.5).unwrap();
+    let terms = Terms { displacement: [1.0, -4.0], turn: -0.3, work: 98.1, slip: 2.0 };
+    // 4 m forward; 1 m aside; 0.3 rad; 98.1 J of 10 kg: one metre's weight; 2 m slid.
+    let expected = (4.0 - 0.1 * 1.0 - 0.5 * 1.0 - 2.0 * 0.5 * 0.3 - 0.25 * 2.0) / 2.0;
+    assert!((objective.fitness(&terms, 2.0) - expected).abs() < 1e-12);
+    let at_speed = |speed| {
+        let task = Task { speed: Some(speed), ..task.clone() };
+        Objective::of(&task, 10.0, 0.5).unwrap().fitness(&terms, 2.0)
+    };
+    assert!((at_speed(2.0) - expected).abs() < 1e-12, "at the wanted speed nothing is charged");
+    assert!((at_speed(1.5) - (expected - 1.0)).abs() < 1e-12, "0.5 m/s too fast: 1.5 − 0.5 instead of 2");
+    assert!((at_speed(3.0) - expected).abs() < 1e-12, "too slow: 3 − 1");
+}
+
+#[test]
+fn impossible_parameters_are_named() {
+    let stance = Stance::find(&bundled("quadruped.urdf"), &Scene::default());
+    let pointers = |learning: &Learning| -> Vec<String> {
+        let error = learning.resolve(&stance, 0.002).unwrap_err();
+        error.faults().iter().map(|fault| fault.pointer.clone()).collect()
+    };
+    let bad = Learning {
+        population: 1,
+        elite: 5,
+        states: 0,
+        seconds: Some(-1.0),
+        transition_time: Some(f64::NAN),
+        coding: Coding::Population,
+        angle_levels: 4,
+        mutation: Mutation { angle: 2.0, ..Mutation::default() },
+        ..Learning::default()
+    };
+    let found = pointers(&bad);
+    for pointer in [
+        "/coding",
+        "/seconds",
+        "/population",
+        "/elite",
+        "/states",
+        "/transition_time",
+        "/angle_levels",
+        "/mutation/angle",
+    ] {
+        assert!(found.iter().any(|found| found == pointer), "{pointer} is not among {found:?}");
+    }
+    assert_eq!(pointers(&Learning { generations: Some(0), ..Learning::default() }), ["/generations"]);
+    let resolved = Learning { transition_time: Some(0.1013), ..Learning::default() }.resolve(&stance, 0.002);
+    let resolved = resolved.unwrap();
+    assert_eq!((resolved.transition_steps, resolved.learning.seconds), (51, Some(120.0)));
+    assert!((resolved.transition_time - 0.102).abs() < 1e-12, "a whole number of steps");
+
+    let task = Task { direction: [0.0, 0.0, 1.0], speed: Some(0.0), ..Task::default() };
+    let faults: Vec<String> = task.faults().into_iter().map(|fault| fault.pointer).collect();
+    assert_eq!(faults, ["/direction", "/speed"]);
+    let unknown = serde_json::from_str::<Learning>(r#"{"populaton": 3}"#).unwrap_err();
+    assert!(unknown.to_string().contains("populaton"));
+}

@@ -1,0 +1,15 @@
+//! Learning, what accuracy costs, and the hard cases.
+
+mod accuracy;
+#[path = "../common/bodies.rs"]
+mod bodies;
+#[path = "../common/mod.rs"]
+mod common;
+mod documents;
+mod hard_cases;
+mod learn;
+mod loops;
+mod rapier;
+mod scenarios;
+#[path = "../common/tables.rs"]
+mod tables;

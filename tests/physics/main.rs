@@ -1,0 +1,23 @@
+//! The simulator, from the character document to the step.
+
+mod allocation;
+#[path = "../common/bodies.rs"]
+mod bodies;
+mod character;
+mod character_faults;
+mod character_shapes;
+mod collision;
+#[path = "../common/mod.rs"]
+mod common;
+mod conservation;
+mod contact;
+#[path = "../common/contacts.rs"]
+mod contacts;
+mod coordinates;
+mod dynamics;
+mod effects;
+mod lcp;
+mod loops;
+mod orders;
+mod properties;
+mod stance;

@@ -1,0 +1,88 @@
+//! Standing poses: found for characters that bring none, and proven.
+
+use crate::common;
+
+use std::sync::Arc;
+
+use gaitwright_physics::character::{self, Options, Source};
+use gaitwright_physics::model::Model;
+use gaitwright_physics::scene::{Accuracy, Scene};
+use gaitwright_physics::sim::{Command, Simulator};
+use gaitwright_physics::stance::{Stance, Upright};
+
+/// Holds the stance for ten seconds and gives how far the root moved, m, and whether it stayed up.
+fn hold(model: &Arc<Model>, stance: &Stance) -> (f64, bool) {
+    let scene = Scene::default();
+    let plan = common::plan(model, &scene, &Accuracy::default(), Some(&stance.gains));
+    let upright = Upright::new(model, stance, &scene);
+    let mut simulator = Simulator::new(model.clone(), plan, stance.state.clone());
+    for _ in 0..5000 {
+        simulator.step(Command::Track { now: &stance.angles, next: &stance.angles }).unwrap();
+    }
+    let moved = (simulator.state().root.position - stance.state.root.position).norm();
+    (moved, upright.holds(simulator.state()))
+}
+
+#[test]
+fn the_examples_stand_still_in_the_poses_found_for_them() {
+    for name in ["quadruped.urdf", "hexapod.json", "biped.urdf", "snake.json"] {
+        let model = common::example(name);
+        let stance = Stance::find(&model, &Scene::default());
+        assert!(stance.stable, "{name} does not stand");
+        let (moved, up) = hold(&model, &stance);
+        assert!(up && moved < 0.02 * stance.root_height.max(0.1), "{name} moved by {moved} m");
+        for (joint, limit) in model.limits.iter().enumerate() {
+            let angle = stance.angles[joint];
+            assert!(limit.is_none_or(|[lower, upper]| (lower..=upper).contains(&angle)), "{name}");
+        }
+    }
+}
+
+#[test]
+fn real_quadrupeds_stand_on_their_four_feet() {
+    let Some(folder) = common::robots() else { return };
+    let feet = [
+        ("a1", vec!["FR_foot", "FL_foot", "RR_foot", "RL_foot"]),
+        ("anymal_b", vec!["LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"]),
+        ("quadruped", vec!["FL_contact", "FR_contact", "BL_contact", "BR_contact"]),
+    ];
+    for (robot, feet) in feet {
+        let model = Arc::new(Model::new(common::character(&folder.join(format!("{robot}.urdf"))), false));
+        let stance = Stance::find(&model, &Scene::default());
+        assert!(stance.stable, "{robot} does not stand");
+        let mut support: Vec<&str> =
+            stance.support.iter().map(|link| model.character.links[*link].name.as_str()).collect();
+        support.sort_unstable();
+        let mut feet = feet.clone();
+        feet.sort_unstable();
+        assert_eq!(support, feet, "{robot}");
+        let (moved, up) = hold(&model, &stance);
+        assert!(up && moved < 0.02 * stance.root_height, "{robot} moved by {moved} m");
+    }
+}
+
+#[test]
+fn a_pose_given_by_the_author_is_taken() {
+    let path = common::example_path("hexapod.json");
+    let mut document: serde_json::Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    let joint = document["joints"].as_array().unwrap().iter().find(|joint| joint["kind"] != "fixed").unwrap();
+    let name = joint["name"].as_str().unwrap().to_owned();
+    document["standing"] = serde_json::json!({ &name: 0.0625 });
+    let reading = character::read(document.to_string().as_bytes(), Source::Json, Options::default()).unwrap();
+    let model = Arc::new(Model::new(Arc::new(reading.character), false));
+    let stance = Stance::find(&model, &Scene::default());
+    assert!(stance.given);
+    assert_eq!(stance.angles[model.joint(&name).unwrap()], 0.0625);
+}
+
+#[test]
+fn a_character_that_cannot_stand_is_said_not_to() {
+    // A broomstick on a ball.
+    let text = r#"<robot name="broomstick"><link name="stick">
+        <inertial><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.001"/></inertial>
+        <collision><origin xyz="0.001 0 -0.5"/><geometry><sphere radius="0.01"/></geometry></collision>
+        </link></robot>"#;
+    let reading = character::read(text.as_bytes(), Source::Urdf, Options::default()).unwrap();
+    let model = Arc::new(Model::new(Arc::new(reading.character), false));
+    assert!(!Stance::find(&model, &Scene::default()).stable);
+}

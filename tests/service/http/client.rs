@@ -1,0 +1,252 @@
+//! A service in a process of its own, and `curl` to speak with it.
+
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+/// How long a test waits for something that has to happen.
+const DEADLINE: Duration = Duration::from_secs(180);
+
+/// A character that learns fast: a heavy plate that carries itself, with two paddles on hinges.
+pub const PADDLER: &str = include_str!("../paddler.urdf");
+
+/// The same as a part of a form, for `curl -F`.
+pub const PADDLER_PART: &str =
+    concat!("character=@", env!("CARGO_MANIFEST_DIR"), "/tests/service/paddler.urdf");
+
+/// A service in a process of its own; killed when dropped.
+pub struct Service {
+    child: Child,
+    base: String,
+    data: PathBuf,
+    /// Removes the data folder in the end, when it is this service's own.
+    _folder: Option<TempDir>,
+}
+
+impl Service {
+    /// A service with a new data folder.
+    pub fn start() -> Self {
+        Self::with(&[])
+    }
+
+    /// A service with a new data folder and further arguments.
+    pub fn with(arguments: &[&str]) -> Self {
+        let folder = TempDir::new().unwrap();
+        let mut service = Self::on(folder.path(), arguments);
+        service._folder = Some(folder);
+        service
+    }
+
+    /// A service on a data folder that may hold jobs already.
+    pub fn on(data: &Path, arguments: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_gaitwright"))
+            .args(["serve", "--listen", "127.0.0.1:0", "--data"])
+            .arg(data)
+            .args(arguments)
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut log = BufReader::new(child.stderr.take().unwrap()).lines();
+        let base = log
+            .by_ref()
+            .map(Result::unwrap)
+            .find_map(|line| line.strip_prefix("listening on ").map(str::to_owned))
+            .expect("the service says where it listens");
+        // The log is read on, so that the service never waits for its reader.
+        std::thread::spawn(move || log.for_each(drop));
+        Self { child, base, data: data.to_owned(), _folder: None }
+    }
+
+    /// The address of `path`.
+    pub fn url(&self, path: &str) -> String {
+        format!("{}{path}", self.base)
+    }
+
+    /// What `curl` gets from `path`, with further arguments.
+    pub fn curl(&self, path: &str, arguments: &[&str]) -> Answer {
+        curl(&self.url(path), arguments, None)
+    }
+
+    /// The answer to a body sent to `path`.
+    pub fn post(&self, path: &str, media_type: &str, body: &[u8]) -> Answer {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), body).unwrap();
+        let header = format!("content-type: {media_type}");
+        let data = format!("@{}", file.path().display());
+        self.curl(path, &["-H", &header, "--data-binary", &data])
+    }
+
+    /// The answer to a JSON document sent to `path`.
+    pub fn post_json(&self, path: &str, document: &Value) -> Answer {
+        self.post(path, "application/json", document.to_string().as_bytes())
+    }
+
+    /// Posts a job for the paddler that is quick unless `learning` says otherwise, and gives its path.
+    pub fn post_job(&self, learning: &Value) -> String {
+        let mut quick = json!({ "population": 4, "islands": 1, "elite": 1, "episodes": 2, "trial_seconds": 0.5,
+            "check_seconds": 1.0 });
+        quick.as_object_mut().unwrap().extend(learning.as_object().unwrap().clone());
+        let document = json!({ "character": { "urdf": PADDLER }, "learning": quick, "seed": 7 });
+        let answer = self.post_json("/v1/jobs", &document);
+        assert_eq!(answer.status, 202, "{}", answer.text());
+        answer.headers["location"].clone()
+    }
+
+    /// The document at `path`.
+    pub fn json(&self, path: &str) -> Value {
+        let answer = self.curl(path, &[]);
+        assert_eq!(answer.status, 200, "{path}: {}", answer.text());
+        answer.json()
+    }
+
+    /// Waits until the job at `path` satisfies `condition`, and gives it.
+    pub fn wait(&self, path: &str, what: &str, condition: impl Fn(&Value) -> bool) -> Value {
+        let since = Instant::now();
+        loop {
+            let job = self.json(path);
+            if condition(&job) {
+                return job;
+            }
+            assert!(since.elapsed() < DEADLINE, "the job is not {what} after {DEADLINE:?}: {job}");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
+    /// Waits until the job at `path` has ended, and gives it.
+    pub fn wait_for_end(&self, path: &str) -> Value {
+        self.wait(path, "over", |job| !["queued", "running"].contains(&job["state"].as_str().unwrap()))
+    }
+
+    /// The folder of the job at `path`.
+    pub fn folder(&self, path: &str) -> PathBuf {
+        self.data.join("jobs").join(path.rsplit('/').next().unwrap())
+    }
+
+    /// Sends a signal by its name.
+    pub fn signal(&self, name: &str) {
+        let sent = Command::new("kill").args([&format!("-{name}"), &self.child.id().to_string()]).status();
+        assert!(sent.unwrap().success());
+    }
+
+    /// Waits until the process has ended, and tells whether it succeeded.
+    pub fn wait_for_exit(&mut self) -> bool {
+        let since = Instant::now();
+        loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                return status.success();
+            }
+            assert!(since.elapsed() < DEADLINE, "the service has not ended after {DEADLINE:?}");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+impl Drop for Service {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// An answer.
+pub struct Answer {
+    pub status: u16,
+    /// By lower-case name.
+    pub headers: BTreeMap<String, String>,
+    pub body: Vec<u8>,
+}
+
+impl Answer {
+    pub fn text(&self) -> String {
+        String::from_utf8_lossy(&self.body).into_owned()
+    }
+
+    pub fn json(&self) -> Value {
+        serde_json::from_slice(&self.body).unwrap_or_else(|error| panic!("{error}: {}", self.text()))
+    }
+
+    /// The problem document of an answer that has to be one with the given status.
+    pub fn problem(&self, status: u16) -> Value {
+        assert_eq!(self.status, status, "{}", self.text());
+        assert_eq!(self.headers["content-type"], "application/problem+json");
+        let problem = self.json();
+        assert_eq!(problem["status"], status);
+        for field in ["type", "title", "detail"] {
+            assert!(!problem[field].as_str().unwrap().is_empty(), "{problem}");
+        }
+        problem
+    }
+}
+
+/// Runs `curl` to its end, within a generous time.
+fn curl(url: &str, arguments: &[&str], seconds: Option<u32>) -> Answer {
+    let folder = TempDir::new().unwrap();
+    let (head, body) = (folder.path().join("head"), folder.path().join("body"));
+    let output: Output = Command::new("curl")
+        .args(["-sS", "--max-time", &seconds.unwrap_or(120).to_string(), "-D"])
+        .arg(&head)
+        .arg("-o")
+        .arg(&body)
+        .args(arguments)
+        .arg(url)
+        .output()
+        .expect("these tests need the program curl, which was not found");
+    let head = std::fs::read_to_string(&head).unwrap_or_default();
+    // A `100 Continue` has a head of its own before the answer's.
+    let last = head.trim_end().rsplit("\r\n\r\n").next().unwrap_or_default();
+    let mut lines = last.lines();
+    let status = lines.next().and_then(|line| line.split(' ').nth(1)?.parse().ok());
+    let headers = lines.filter_map(|line| line.split_once(": "));
+    Answer {
+        status: status.unwrap_or_else(|| panic!("{url}: {}", String::from_utf8_lossy(&output.stderr))),
+        headers: headers.map(|(name, value)| (name.to_ascii_lowercase(), value.trim().to_owned())).collect(),
+        body: std::fs::read(&body).unwrap_or_default(),
+    }
+}
+
+/// A `curl` that goes on receiving while the test does something else.
+pub struct Receiver {
+    child: Child,
+    received: Vec<u8>,
+}
+
+impl Receiver {
+    /// Starts it, and waits until the service has begun to answer.
+    pub fn start(url: &str) -> Self {
+        let mut child = Command::new("curl")
+            .args(["-sS", "-N", "--max-time", "300", url])
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("these tests need the program curl, which was not found");
+        let mut received = vec![0];
+        child.stdout.as_mut().unwrap().read_exact(&mut received).expect("the service answers");
+        Self { child, received }
+    }
+
+    /// Everything received until the service ends the answer.
+    pub fn finish(mut self) -> Vec<u8> {
+        self.child.stdout.take().unwrap().read_to_end(&mut self.received).unwrap();
+        assert!(self.child.wait().unwrap().success(), "the stream broke off");
+        self.received
+    }
+}
+
+/// The events of a stream: kind and document.
+pub fn events(stream: &[u8]) -> Vec<(String, Value)> {
+    let text = String::from_utf8(stream.to_vec()).unwrap();
+    let field = |event: &str, name: &str| {
+        event.lines().find_map(|line| line.strip_prefix(name)).map(|value| value.trim().to_owned())
+    };
+    text.split("\n\n")
+        .filter_map(|event| {
+            let data = field(event, "data:")?;
+            Some((field(event, "event:").unwrap(), serde_json::from_str(&data).unwrap()))
+        })
+        .collect()
+}

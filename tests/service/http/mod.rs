@@ -1,0 +1,10 @@
+//! The service, driven from outside: the built program, and `curl` as its client.
+
+mod characters;
+mod client;
+mod interface;
+mod life;
+mod refusals;
+mod studies;
+mod survival;
+mod turns;
