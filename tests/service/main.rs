@@ -6,11 +6,11 @@ mod cli;
 mod common;
 mod gait;
 mod http;
-mod layers;
 mod motion;
 mod playback;
 mod readers;
 mod recording;
+mod structure;
 mod synthetic;
 #[path = "../common/tables.rs"]
 mod tables;
