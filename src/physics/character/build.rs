@@ -3,17 +3,16 @@
 
 use std::collections::HashMap;
 
-use nalgebra::{Matrix3, Unit, Vector3};
+use nalgebra::Matrix3;
 
+use super::bounds::{LENGTH, check_axis, check_lengths, shape_fault, unit};
 use super::draft::{At, Draft, DraftInertial, DraftJoint, DraftLink, Report};
 use super::{
-    About, Character, Inertial, Joint, JointKind, Limits, Link, NoteKind, Options, Placed, Reading, Shape,
-    inertia, loops, stand_in,
+    About, Character, Inertial, Joint, JointKind, Limits, Link, NoteKind, Options, Placed, Reading, inertia,
+    loops, stand_in,
 };
 use crate::fault::{Fault, InputError};
 
-/// Greatest length and distance, m. Volumes and inertias of such shapes are still far from overflow.
-pub const LENGTH: f64 = 1e6;
 /// Greatest mass, kg.
 const MASS: f64 = 1e12;
 /// Greatest entry of an inertia, kg m².
@@ -179,47 +178,6 @@ fn check_link(link: &DraftLink, report: &mut Report) {
     }
 }
 
-pub fn check_lengths(lengths: &Vector3<f64>, what: &str, place: &str, report: &mut Report) {
-    if !lengths.iter().all(|length| length.abs() <= LENGTH) {
-        report.fault(place, format!("{what} must be finite and within {LENGTH:e} m"));
-    }
-}
-
-/// The field of a shape's document that makes it impossible, and why.
-pub fn shape_fault(shape: &Shape) -> Option<(&'static str, String)> {
-    let positive = |field: &'static str, name: &str, length: f64| {
-        let good = length > 0.0 && length <= LENGTH;
-        let reason = || format!("the {name} is {length} m; it must be positive and at most {LENGTH:e} m");
-        (!good).then(|| (field, reason()))
-    };
-    match shape {
-        Shape::Sphere { radius } => positive("radius", "radius", *radius),
-        Shape::Box { half_extents } => {
-            half_extents.iter().find_map(|half| positive("size", "size of the box along an edge", half * 2.0))
-        }
-        Shape::Cylinder { radius, half_length } => {
-            positive("radius", "radius", *radius).or_else(|| positive("length", "length", half_length * 2.0))
-        }
-        Shape::Capsule { radius, half_length } => positive("radius", "radius", *radius).or_else(|| {
-            // Without a straight part a capsule is a ball.
-            (*half_length != 0.0).then(|| positive("length", "length", half_length * 2.0)).flatten()
-        }),
-        Shape::Hull { vertices, .. } => {
-            let far =
-                vertices.iter().flat_map(|vertex| vertex.iter()).any(|x| x.is_nan() || x.abs() > LENGTH);
-            far.then(|| ("vertices", format!("every corner must be finite and within {LENGTH:e} m")))
-        }
-    }
-}
-
-pub fn check_axis(axis: &At<Vector3<f64>>, report: &mut Report) {
-    let length = axis.value.norm();
-    if !(1e-6..=LENGTH).contains(&length) {
-        let reason = if length == 0.0 { "the axis is zero" } else { "the axis must have a length near 1" };
-        report.fault(axis.place.as_str(), reason);
-    }
-}
-
 fn check_joint(joint: &DraftJoint, report: &mut Report) {
     check_lengths(&joint.origin.value.translation.vector, "the origin", &joint.origin.place, report);
     if joint.kind == JointKind::Fixed {
@@ -335,11 +293,6 @@ fn finished_inertial(draft: DraftInertial) -> Option<Inertial> {
     let inertia = draft.inertia.map_or_else(Matrix3::zeros, |given| (given + given.transpose()) / 2.0);
     let bodily = draft.mass > 0.0 || inertia.symmetric_eigenvalues().min() > 0.0;
     bodily.then_some(Inertial { mass: draft.mass, center_of_mass: draft.center_of_mass, inertia })
-}
-
-/// The direction of an axis whose length has been checked.
-pub fn unit(axis: Vector3<f64>) -> Unit<Vector3<f64>> {
-    Unit::try_new(axis, 1e-6).unwrap_or(Vector3::x_axis())
 }
 
 fn finished_joint(joint: DraftJoint, parent: usize) -> Joint {

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use nalgebra::Isometry3;
 
-use super::build::{check_axis, check_lengths, unit};
+use super::bounds::{check_axis, check_lengths, unit};
 use super::draft::{At, DraftLoop, Report};
 use super::{JointKind, Link, Loop, LoopKind};
 

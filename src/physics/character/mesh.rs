@@ -51,7 +51,7 @@ pub fn read(name: &str, bytes: &[u8], scale: &Vector3<f64>) -> Result<Mesh, Stri
     }
     for vertex in &mut mesh.vertices {
         vertex.coords.component_mul_assign(scale);
-        if !vertex.iter().all(|x| x.is_finite() && x.abs() <= super::build::LENGTH) {
+        if !vertex.iter().all(|x| x.is_finite() && x.abs() <= super::bounds::LENGTH) {
             return Err(format!("the mesh {name:?} has a corner that is not finite or much too far away"));
         }
     }

@@ -6,7 +6,7 @@ pub use wire::Shape as ShapeDocument;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::build::{LENGTH, shape_fault};
+use super::bounds::{LENGTH, shape_fault};
 use super::draft::{At, Draft, DraftInertial, DraftJoint, DraftLink, DraftLoop, Report, name_fault};
 use super::solid::Solid;
 use super::{About, JointKind, LoopKind, NoteKind, Placed, Shape, mesh};

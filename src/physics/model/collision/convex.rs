@@ -14,6 +14,8 @@ use parry3d::shape::{Cuboid, Cylinder, PolygonalFeature, PolygonalFeatureMap, Se
 use super::hull::Hull;
 use crate::character::{Placed, Shape};
 
+pub use super::convert::{frame, from_vector, vector};
+
 /// Share of the smaller solid's reach by which cores are drawn apart before their normal is computed.
 const DRAWN_APART: f64 = 0.05;
 /// Greatest number of improvements of a normal.
@@ -70,25 +72,6 @@ pub struct Approach {
     pub first: Vector,
     /// The second solid's point closest to the first.
     pub second: Vector,
-}
-
-/// A vector of `nalgebra` as one of `parry`.
-#[inline]
-pub fn vector(from: Vector3<f64>) -> Vector {
-    Vector::new(from.x, from.y, from.z)
-}
-
-/// A vector of `parry` as one of `nalgebra`.
-#[inline]
-pub fn from_vector(from: Vector) -> Vector3<f64> {
-    Vector3::new(from.x, from.y, from.z)
-}
-
-/// A frame of `nalgebra` as one of `parry`.
-pub fn frame(rotation: &Matrix3<f64>, origin: Vector3<f64>) -> Pose {
-    let columns = [0, 1, 2].map(|column| vector(rotation.column(column).into()));
-    let turn = Matrix::from_cols(columns[0], columns[1], columns[2]);
-    Pose { rotation: Rotation::from_mat3(&turn), translation: vector(origin) }
 }
 
 impl Convex {

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 use parry3d::math::Vector;
 use parry3d::shape::{PolygonalFeature, SupportMap};
 
-use super::convex::vector;
+use super::convert::vector;
 
 /// Triangles belong to one face if their normals differ by no more than this, rad.
 const FLAT: f64 = 1e-3;

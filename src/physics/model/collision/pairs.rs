@@ -13,7 +13,8 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use parry3d::math::{Pose, Vector};
 
-use super::convex::{self, Convex, vector};
+use super::convert::{frame, vector};
+use super::convex::Convex;
 use crate::model::{Body, Freedom, GroundShape, LoopJoint};
 
 /// Greatest number of joints between two shapes whose motion is searched; more joints are taken to bring
@@ -269,8 +270,8 @@ fn distance([first, second]: [&Convex; 2], pose: &Pose) -> f64 {
     first.approach(second, pose, f64::INFINITY).map_or(f64::INFINITY, |approach| approach.gap)
 }
 
-fn in_parry(frame: &Isometry3<f64>) -> Pose {
-    convex::frame(frame.rotation.to_rotation_matrix().matrix(), frame.translation.vector)
+fn in_parry(pose: &Isometry3<f64>) -> Pose {
+    frame(pose.rotation.to_rotation_matrix().matrix(), pose.translation.vector)
 }
 
 /// The frame of `body` in its parent's, with its joint at `angle`.
