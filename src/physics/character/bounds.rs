@@ -3,16 +3,16 @@
 use nalgebra::{Unit, Vector3};
 
 use super::Shape;
-use super::draft::{At, Report};
+use super::draft::{At, Diagnostics};
 
 /// Greatest length and distance, m. Volumes and inertias of such shapes are still far from overflow.
 pub const LENGTH: f64 = 1e6;
 
 /// Reports a fault at `place` where a component of `lengths`, m, is not finite or beyond [`LENGTH`]; `what` names the
 /// quantity.
-pub fn check_lengths(lengths: &Vector3<f64>, what: &str, place: &str, report: &mut Report) {
+pub fn check_lengths(lengths: &Vector3<f64>, what: &str, place: &str, diagnostics: &mut Diagnostics) {
     if !lengths.iter().all(|length| length.abs() <= LENGTH) {
-        report.fault(place, format!("{what} must be finite and within {LENGTH:e} m"));
+        diagnostics.fault(place, format!("{what} must be finite and within {LENGTH:e} m"));
     }
 }
 
@@ -44,11 +44,11 @@ pub fn shape_fault(shape: &Shape) -> Option<(&'static str, String)> {
 }
 
 /// Reports a fault where `axis` is too short or too long to give a direction.
-pub fn check_axis(axis: &At<Vector3<f64>>, report: &mut Report) {
+pub fn check_axis(axis: &At<Vector3<f64>>, diagnostics: &mut Diagnostics) {
     let length = axis.value.norm();
     if !(1e-6..=LENGTH).contains(&length) {
         let reason = if length == 0.0 { "the axis is zero" } else { "the axis must have a length near 1" };
-        report.fault(axis.place.as_str(), reason);
+        diagnostics.fault(axis.place.as_str(), reason);
     }
 }
 

@@ -11,7 +11,7 @@ use parry3d::math::{Matrix, Pose, Rotation, Vector};
 use parry3d::query::gjk::{CsoPoint, VoronoiSimplex};
 use parry3d::shape::{Cuboid, Cylinder, PolygonalFeature, PolygonalFeatureMap, Segment, SupportMap};
 
-use super::hull::Hull;
+use super::hull::HullCore;
 use crate::character::{Placed, Shape};
 
 pub use super::convert::{frame, from_vector, vector};
@@ -49,7 +49,7 @@ enum Core {
     Cuboid(Cuboid),
     /// Along y.
     Cylinder(Cylinder),
-    Hull(Hull),
+    Hull(HullCore),
 }
 
 /// Where the core of a solid is.
@@ -89,7 +89,7 @@ impl Convex {
                 pose.rotation *= Rotation::from_rotation_x(std::f64::consts::FRAC_PI_2);
                 (Core::Cylinder(Cylinder::new(*half_length, *radius)), 0.0)
             }
-            Shape::Hull { vertices, triangles } => (Core::Hull(Hull::new(vertices, triangles)), 0.0),
+            Shape::Hull { vertices, triangles } => (Core::Hull(HullCore::new(vertices, triangles)), 0.0),
         };
         let (center, reach) = super::surface::enclosing_ball(&placed.shape, &place);
         let turn = Matrix::from_quat(pose.rotation);
