@@ -6,15 +6,15 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::collision::convex::Convex;
 use super::collision::pairs::Anatomy;
-use super::{Body, DofKind, LinkPlace, LoopJoint, Model, collision};
+use super::{Base, Body, DofKind, LinkPlace, LoopJoint, Model, collision};
 use crate::character::{Character, Joint, JointKind, Loop};
 
 impl Model {
     /// Compiles `character`.
     ///
-    /// A joint of kind fixed gets no degree of freedom: its child link is merged into the parent's body. With
-    /// `fixed_base` the root link is bolted to the world.
-    pub fn new(character: Arc<Character>, fixed_base: bool) -> Self {
+    /// A joint of kind fixed gets no degree of freedom: its child link is merged into the parent's body. `base` says
+    /// whether the root link can move.
+    pub fn new(character: Arc<Character>, base: Base) -> Self {
         let mut bodies = vec![MergedBody::new(Body {
             parent: 0,
             dof: DofKind::Revolute,
@@ -78,7 +78,7 @@ impl Model {
         };
         let pairs = anatomy.pairs();
         Self {
-            fixed_base,
+            fixed_base: base == Base::Fixed,
             joint_names: joints.iter().map(|joint| joint.name.clone()).collect(),
             limits,
             driven: joints.iter().map(|joint| joint.driven).collect(),

@@ -71,6 +71,22 @@ pub struct Model {
     pub pairs: Pairs,
 }
 
+/// How the root link is joined to the world.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Base {
+    /// Not at all: it has six degrees of freedom.
+    Floating,
+    /// Rigidly: it stays where it starts.
+    Fixed,
+}
+
+impl Base {
+    /// Fixed where `fixed` holds, floating otherwise.
+    pub fn fixed_if(fixed: bool) -> Self {
+        if fixed { Self::Fixed } else { Self::Floating }
+    }
+}
+
 /// Slots of a shape for its contacts with other solids.
 pub const SOLID_SLOTS: usize = 4;
 

@@ -2,7 +2,7 @@
 
 use gaitwright_physics::character::{Placed, Shape};
 use gaitwright_physics::model::collision::convex::{Approach, Convex, from_vector, vector};
-use gaitwright_physics::model::{DofKind, Model};
+use gaitwright_physics::model::{Base, DofKind, Model};
 use gaitwright_physics::sim::{State, link_poses};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose, Vector};
@@ -194,7 +194,7 @@ fn pairs_said_to_stay_apart_never_touch_within_the_joint_limits() {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let mut apart = 0;
     for file in files {
-        let model = Model::new(common::character(&file), false);
+        let model = Model::new(common::character(&file), Base::Floating);
         apart += model.pairs.apart.len();
         for &pair in &model.pairs.apart {
             assert!(!model.pairs.can_touch(pair[0], pair[1]));
