@@ -162,8 +162,8 @@ fn mesh_geometry(
     let bytes = match supply.find(name) {
         Ok(Some(bytes)) => bytes,
         Ok(None) => return Some(Geometry::Missing(format!("the mesh {name:?} is not supplied"))),
-        Err(reason) => {
-            context.fault(node, owner, reason);
+        Err(error) => {
+            context.fault(node, owner, error.to_string());
             return None;
         }
     };
@@ -176,8 +176,8 @@ fn mesh_geometry(
     }
     let mesh = match mesh::read(name, &bytes, &scale) {
         Ok(mesh) => mesh,
-        Err(reason) => {
-            context.fault(node, owner, reason);
+        Err(error) => {
+            context.fault(node, owner, error.to_string());
             return None;
         }
     };
