@@ -14,7 +14,7 @@ use gaitwright_learning::learn::{
     Behaviour, Cancel, Checkpoint, Generation, Learning, Observer, Setup, Stop, Task, learn,
 };
 use gaitwright_physics::character::{self, Options};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Scene};
 use gaitwright_physics::stance::Stance;
 use rand::SeedableRng;
@@ -31,7 +31,7 @@ impl Observer for Nobody {
 fn setup() -> Setup {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/quadruped.urdf");
     let reading = character::read_file(&path, Options::default()).expect("the bundled quadruped can be read");
-    let model = Arc::new(Model::new(Arc::new(reading.character), false));
+    let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
     let scene = Scene::default();
     let stance = Arc::new(Stance::find(&model, &scene));
     let learning = Learning { generations: Some(1), ..Learning::default() };

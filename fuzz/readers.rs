@@ -5,7 +5,7 @@ use std::sync::Arc;
 use gaitwright::jobs::JobRequest;
 use gaitwright_learning::scenario::Scenario;
 use gaitwright_physics::character::{self, Character, Options, Source};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::Motion;
 use gaitwright_physics::scene::{Accuracy, Scene, StepPlan};
 use gaitwright_physics::sim::{Command, Simulator, State};
@@ -35,7 +35,7 @@ pub fn read(bytes: &[u8]) {
 
 /// A few steps from the origin, half in the ground. They may fail, and then say why.
 fn step(character: Character) {
-    let model = Arc::new(Model::new(Arc::new(character), false));
+    let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
     if model.bodies.len() > BODIES {
         return;
     }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use gaitwright_physics::character::{self, Options, Source};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::sim::{Command, Simulator};
 
 /// The robot that the variable `ROBOT` names, or the bundled quadruped.
@@ -16,7 +16,7 @@ pub fn robot() -> Arc<Model> {
     let bundled = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/quadruped.urdf");
     let path = std::env::var_os("ROBOT").map_or(bundled, PathBuf::from);
     let reading = character::read_file(&path, Options::default()).expect("a readable robot");
-    Arc::new(Model::new(Arc::new(reading.character), false))
+    Arc::new(Model::new(Arc::new(reading.character), Base::Floating))
 }
 
 /// Length of a chain's links, m.
@@ -54,7 +54,7 @@ pub fn chain(links: usize, feet: Option<usize>, bolted: bool) -> Arc<Model> {
     }
     urdf.push_str("</robot>");
     let reading = character::read(urdf.as_bytes(), Source::Urdf, Options::default()).expect("a chain");
-    Arc::new(Model::new(Arc::new(reading.character), bolted))
+    Arc::new(Model::new(Arc::new(reading.character), Base::fixed_if(bolted)))
 }
 
 /// Targets of `steps` steps of `step` seconds that sway by `amplitude` rad at 1 Hz about `angles`, every

@@ -7,8 +7,8 @@ use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::learn::{Behaviour, Posture};
 use gaitwright_physics::character::Character;
 use gaitwright_physics::motion::{
-    CharacterRef, Format, Interpolation, Keyframe, Loop, Metrics, Motion, Pose, Provenance, RootAdjustment,
-    RootAdvance, RootMotion, RootPose, Validity,
+    CharacterRef, Interpolation, Keyframe, Metrics, Motion, MotionFormat, MotionLoop, Provenance,
+    RootAdjustment, RootAdvance, RootMotion, RootPose, SampledPose, Validity,
 };
 use gaitwright_physics::playback::{Sample, Trace};
 use gaitwright_physics::scene::{Gains, Ground, Scene};
@@ -85,7 +85,7 @@ pub fn motion(performance: &Performance<'_>) -> Option<Motion> {
     keyframes.push(of_posture(period, first, root_advance.apply(&start)));
 
     Some(Motion {
-        format: Format::V1,
+        format: MotionFormat::V1,
         character: CharacterRef {
             name: performance.character.name.clone(),
             digest: performance.character.digest.clone(),
@@ -93,7 +93,7 @@ pub fn motion(performance: &Performance<'_>) -> Option<Motion> {
         joints: performance.joints.to_vec(),
         interpolation: Interpolation::CubicHermite,
         keyframes,
-        cycle: Loop { start: 0.0, end: period, root_advance },
+        cycle: MotionLoop { start: 0.0, end: period, root_advance },
         entry,
         drive: performance.drive.clone(),
         metrics: metrics(performance, closing.greatest().max(joining.greatest())),
@@ -178,7 +178,7 @@ fn poses(
     turn: f64,
     (moved, closing): (&Isometry3<f64>, &Bend),
     period: f64,
-) -> Option<Vec<Pose>> {
+) -> Option<Vec<SampledPose>> {
     let interval = trace.samples.get(1)?.time - trace.samples.first()?.time;
     let count = (period / interval).round().max(1.0) as usize;
     (0..=count)
@@ -187,7 +187,7 @@ fn poses(
             let sample = at(trace, turn + time)?;
             let root = closing.at(time, &transformed(moved, &sample.root));
             let root = RootPose { position: root.position, orientation: root.orientation };
-            Some(Pose { time, angles: sample.angles, root })
+            Some(SampledPose { time, angles: sample.angles, root })
         })
         .collect()
 }

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use gaitwright_physics::character::{Character, JointKind, Limits, Note, Reading, Shape};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::Scene;
 use gaitwright_physics::stance::Stance;
 
@@ -106,7 +106,7 @@ pub fn check(reading: &Reading, scene: &Scene) -> Findings {
 /// The same until `stop` says so: what is found by then does not stand.
 pub(super) fn check_until(reading: &Reading, scene: &Scene, stop: &dyn Fn() -> bool) -> Findings {
     let character = &reading.character;
-    let model = Arc::new(Model::new(Arc::new(character.clone()), false));
+    let model = Arc::new(Model::new(Arc::new(character.clone()), Base::Floating));
     let stance = Stance::find_until(&model, scene, stop);
     Findings {
         format: FORMAT.to_owned(),

@@ -6,14 +6,14 @@ use std::fmt::Write;
 use std::sync::Arc;
 
 use gaitwright_physics::character::{self, Options, Source};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 pub fn urdf(text: &str, fixed_base: bool) -> Arc<Model> {
     let reading = character::read(text.as_bytes(), Source::Urdf, Options::default())
         .unwrap_or_else(|error| panic!("{error}"));
-    Arc::new(Model::new(Arc::new(reading.character), fixed_base))
+    Arc::new(Model::new(Arc::new(reading.character), Base::fixed_if(fixed_base)))
 }
 
 fn inertia([x, y, z]: [f64; 3]) -> String {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use gaitwright_physics::character::{self, Character, Options};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Effect, Gains, Scene, StepPlan, Switch};
 
 /// The top folder of the repository, which is above or the same as that of the crate under test.
@@ -60,7 +60,7 @@ pub fn character(path: &std::path::Path) -> Arc<Character> {
 
 /// The model of a shipped example.
 pub fn example(name: &str) -> Arc<Model> {
-    Arc::new(Model::new(character(&example_path(name)), false))
+    Arc::new(Model::new(character(&example_path(name)), Base::Floating))
 }
 
 /// A plan in which only gravity and velocity forces act.

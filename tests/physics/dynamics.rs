@@ -5,7 +5,7 @@ use crate::common;
 
 use std::sync::Arc;
 
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Effect, Integrator, Scene};
 use gaitwright_physics::sim::reduced::trigonometry::{LANES, sines_and_cosines};
 use gaitwright_physics::sim::{Command, Simulator, State};
@@ -19,7 +19,7 @@ fn model_and_reference(robot: &str) -> Option<(Arc<Model>, Value)> {
     let numbers = std::fs::read(common::reference()?.join(format!("{robot}.json"))).ok()?;
     let numbers: Value = serde_json::from_slice(&numbers).unwrap();
     let fixed_base = numbers["random_states"][0].get("root").is_none();
-    Some((Arc::new(Model::new(common::character(&urdf), fixed_base)), numbers))
+    Some((Arc::new(Model::new(common::character(&urdf), Base::fixed_if(fixed_base))), numbers))
 }
 
 fn number(value: &Value) -> f64 {

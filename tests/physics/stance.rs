@@ -5,7 +5,7 @@ use crate::common;
 use std::sync::Arc;
 
 use gaitwright_physics::character::{self, Options, Source};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Scene};
 use gaitwright_physics::sim::{Command, Simulator};
 use gaitwright_physics::stance::{Stance, Upright};
@@ -47,7 +47,8 @@ fn real_quadrupeds_stand_on_their_four_feet() {
         ("quadruped", vec!["FL_contact", "FR_contact", "BL_contact", "BR_contact"]),
     ];
     for (robot, feet) in feet {
-        let model = Arc::new(Model::new(common::character(&folder.join(format!("{robot}.urdf"))), false));
+        let model =
+            Arc::new(Model::new(common::character(&folder.join(format!("{robot}.urdf"))), Base::Floating));
         let stance = Stance::find(&model, &Scene::default());
         assert!(stance.stable, "{robot} does not stand");
         let mut support: Vec<&str> =
@@ -69,7 +70,7 @@ fn a_pose_given_by_the_author_is_taken() {
     let name = joint["name"].as_str().unwrap().to_owned();
     document["standing"] = serde_json::json!({ &name: 0.0625 });
     let reading = character::read(document.to_string().as_bytes(), Source::Json, Options::default()).unwrap();
-    let model = Arc::new(Model::new(Arc::new(reading.character), false));
+    let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
     let stance = Stance::find(&model, &Scene::default());
     assert!(stance.given);
     assert_eq!(stance.angles[model.joint(&name).unwrap()], 0.0625);
@@ -83,6 +84,6 @@ fn a_character_that_cannot_stand_is_said_not_to() {
         <collision><origin xyz="0.001 0 -0.5"/><geometry><sphere radius="0.01"/></geometry></collision>
         </link></robot>"#;
     let reading = character::read(text.as_bytes(), Source::Urdf, Options::default()).unwrap();
-    let model = Arc::new(Model::new(Arc::new(reading.character), false));
+    let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
     assert!(!Stance::find(&model, &Scene::default()).stable);
 }

@@ -22,7 +22,7 @@ use gaitwright_learning::learn::{
 };
 use gaitwright_physics::character::{self, JointKind, Link, Options, Reading, Source};
 use gaitwright_physics::fault::{Fault, InputError};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::{Metrics, Motion, Player};
 use gaitwright_physics::scene::{AccuracyChoice, Effect, Scene, StepPlan, Switch};
 use gaitwright_physics::sim::Failure;
@@ -182,7 +182,7 @@ impl Order {
     fn prepare(&self, threads: usize, cancel: &Cancel) -> Result<Option<Prepared>, RunError> {
         let start = Instant::now();
         let Settings { scene, task, learning, accuracy, seed } = self.settings.clone();
-        let model = Arc::new(Model::new(Arc::new(self.reading.character.clone()), false));
+        let model = Arc::new(Model::new(Arc::new(self.reading.character.clone()), Base::Floating));
         let stance = Arc::new(Stance::find_until(&model, &scene, &|| cancel.is_cancelled()));
         if cancel.is_cancelled() {
             return Ok(None);
@@ -233,7 +233,7 @@ impl Prepared {
 /// When the motion is not of this character, when its scene cannot be simulated, or not to the end, and when the
 /// character falls before it has gone round its loop.
 pub fn replay(motion: &Motion, reading: &Reading) -> Result<GaitReport, ReplayError> {
-    let model = Arc::new(Model::new(Arc::new(reading.character.clone()), false));
+    let model = Arc::new(Model::new(Arc::new(reading.character.clone()), Base::Floating));
     let player = Player::new(motion, &model.joint_names)?;
     let stance = Stance::find(&model, &motion.scene);
     let task: Task = serde_json::from_value(motion.provenance.task.clone()).unwrap_or_default();

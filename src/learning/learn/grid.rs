@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::Posture;
 use super::limb::{Limb, limbs};
 use super::parameters::Parameters;
-use gaitwright_physics::model::{Freedom, Model};
+use gaitwright_physics::model::{DofKind, Model};
 use gaitwright_physics::stance::Stance;
 
 /// Where one joint stands on the grid.
@@ -124,10 +124,10 @@ impl Grid {
     /// that is its standing angle.
     pub fn new(model: &Model, stance: &Stance, parameters: &Parameters) -> Self {
         let joints = (0..model.joint_count()).map(|joint| {
-            let reach = match model.bodies[joint + 1].freedom {
-                Freedom::Revolute => parameters.learning.reach,
+            let reach = match model.bodies[joint + 1].dof {
+                DofKind::Revolute => parameters.learning.reach,
                 // What a radian moves at half the standing height.
-                Freedom::Prismatic => parameters.learning.reach * 0.5 * stance.root_height.max(0.01),
+                DofKind::Prismatic => parameters.learning.reach * 0.5 * stance.root_height.max(0.01),
             };
             let crossing = parameters.learning.swing * reach / parameters.transition_time;
             // What nothing drives has no targets to choose from.

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use gaitwright_physics::model::{Freedom, Model};
+use gaitwright_physics::model::{DofKind, Model};
 
 /// An unbranched chain of joints.
 #[derive(Debug, Clone, PartialEq)]
@@ -10,7 +10,7 @@ pub struct Limb {
     /// Its joints, from the trunk outward.
     pub joints: Vec<usize>,
     /// Joint axes in the root's frame, in the standing pose, and what they are axes of.
-    axes: Vec<(Vector3<f64>, Freedom)>,
+    axes: Vec<(Vector3<f64>, DofKind)>,
     /// Where it starts, to the left of the root's origin, m.
     left: f64,
 }
@@ -27,8 +27,8 @@ impl Limb {
         let signs = self.axes.iter().zip(&source.axes).map(|((ours, _), (theirs, freedom))| {
             // In a mirror a slide reverses across the plane, a turn (a pseudovector) along it.
             let mirrored = match freedom {
-                Freedom::Prismatic => Vector3::new(theirs.x, -theirs.y, theirs.z),
-                Freedom::Revolute => Vector3::new(-theirs.x, theirs.y, -theirs.z),
+                DofKind::Prismatic => Vector3::new(theirs.x, -theirs.y, theirs.z),
+                DofKind::Revolute => Vector3::new(-theirs.x, theirs.y, -theirs.z),
             };
             if ours.dot(if across { &mirrored } else { theirs }) < 0.0 { -1 } else { 1 }
         });
@@ -49,12 +49,17 @@ pub fn limbs(model: &Model, angles: &[f64]) -> Vec<Limb> {
     for (joint, body) in model.bodies.iter().skip(1).enumerate() {
         let (parent_turn, parent_origin) = frames[body.parent];
         let origin = parent_origin + parent_turn * body.offset;
-        let (turn, slide) = match body.freedom {
-            Freedom::Revolute => {
+        let (turn, slide) = match body.dof {
+            DofKind::Revolute => {
                 let (sin, cos) = angles[joint].sin_cos();
-                (body.turn + body.turn_sine * sin + body.turn_versine * (1.0 - cos), 0.0)
+                (
+                    body.joint_rotation
+                        + body.joint_rotation_sine * sin
+                        + body.joint_rotation_versine * (1.0 - cos),
+                    0.0,
+                )
             }
-            Freedom::Prismatic => (body.turn, angles[joint]),
+            DofKind::Prismatic => (body.joint_rotation, angles[joint]),
         };
         let turn = parent_turn * turn;
         let axis = turn * body.axis;
@@ -66,7 +71,7 @@ pub fn limbs(model: &Model, angles: &[f64]) -> Vec<Limb> {
             limb_of[body.parent - 1]
         };
         limbs[limb].joints.push(joint);
-        limbs[limb].axes.push((axis, body.freedom));
+        limbs[limb].axes.push((axis, body.dof));
         limb_of.push(limb);
     }
     limbs

@@ -9,7 +9,7 @@ use super::document::{CharacterSource, InlineCharacter, Scenario};
 use super::script::Script;
 use gaitwright_physics::character::{self, Options, Reading, Source};
 use gaitwright_physics::fault::{Fault, InputError, member};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::{Motion, Player};
 use gaitwright_physics::scene::{Accuracy, Drive, Feedforward, Gains, MaxTorque, Scene, StepPlan, Terrain};
 use gaitwright_physics::sim::State;
@@ -86,7 +86,7 @@ impl Scenario {
             return Err(InputError::Impossible(faults));
         }
         let reading = self.read_character(files).map_err(|error| error.under("/character"))?;
-        let model = Arc::new(Model::new(Arc::new(reading.character), self.fixed_base));
+        let model = Arc::new(Model::new(Arc::new(reading.character), Base::fixed_if(self.fixed_base)));
         let stance = Stance::find(&model, &self.scene);
         let mut faults = Vec::new();
         let start = self.start_state(&model, &stance, &mut faults);

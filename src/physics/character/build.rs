@@ -3,17 +3,16 @@
 
 use std::collections::HashMap;
 
-use nalgebra::{Matrix3, Unit, Vector3};
+use nalgebra::Matrix3;
 
-use super::draft::{At, Draft, DraftInertial, DraftJoint, DraftLink, Report};
+use super::bounds::{LENGTH, check_axis, check_lengths, shape_fault, unit};
+use super::draft::{At, Diagnostics, Draft, DraftInertial, DraftJoint, DraftLink};
 use super::{
-    About, Character, Inertial, Joint, JointKind, Limits, Link, NoteKind, Options, Placed, Reading, Shape,
-    inertia, loops, stand_in,
+    About, Character, Inertial, Joint, JointKind, Limits, Link, NoteKind, Options, Placed, Reading, inertia,
+    loops, stand_in,
 };
 use crate::fault::{Fault, InputError};
 
-/// Greatest length and distance, m. Volumes and inertias of such shapes are still far from overflow.
-pub const LENGTH: f64 = 1e6;
 /// Greatest mass, kg.
 const MASS: f64 = 1e12;
 /// Greatest entry of an inertia, kg m².
@@ -21,38 +20,38 @@ const INERTIA: f64 = MASS * LENGTH * LENGTH;
 
 /// Checks `draft` and makes it a character.
 pub fn build(mut draft: Draft, digest: String, options: Options) -> Result<Reading, InputError> {
-    let report = &mut draft.report;
+    let diagnostics = &mut draft.diagnostics;
     for link in &draft.links {
-        check_link(link, report);
+        check_link(link, diagnostics);
     }
     for joint in &draft.joints {
-        check_joint(joint, report);
+        check_joint(joint, diagnostics);
     }
-    let order = order(&draft.links, &draft.joints, draft.complete, report);
-    check_standing(draft.standing.as_deref(), &draft.joints, report);
+    let order = order(&draft.links, &draft.joints, draft.complete, diagnostics);
+    check_standing(draft.standing.as_deref(), &draft.joints, diagnostics);
     for closing in &draft.loops {
-        loops::check(closing, report);
+        loops::check(closing, diagnostics);
     }
     let masses = draft.links.iter().filter_map(|link| link.inertial.as_ref()).map(|it| it.value.mass);
     let total: f64 = masses.sum();
-    if report.faults.is_empty() && total <= 0.0 {
-        report.fault("", "no link has a mass");
+    if diagnostics.faults.is_empty() && total <= 0.0 {
+        diagnostics.fault("", "no link has a mass");
     }
-    if !report.faults.is_empty() {
-        return Err(InputError::Impossible(std::mem::take(&mut report.faults)));
+    if !diagnostics.faults.is_empty() {
+        return Err(InputError::Impossible(std::mem::take(&mut diagnostics.faults)));
     }
-    let mut report = std::mem::take(&mut draft.report);
+    let mut diagnostics = std::mem::take(&mut draft.diagnostics);
     let (name, standing) = (std::mem::take(&mut draft.name), draft.standing.take());
     let drafted_loops = std::mem::take(&mut draft.loops);
-    let Assembled { mut links, places, missing } = assemble(draft, &order, &mut report);
-    let loops = loops::close(drafted_loops, &links, &mut report);
-    if !report.faults.is_empty() {
-        return Err(InputError::Impossible(report.faults));
+    let Assembled { mut links, places, missing } = assemble(draft, &order, &mut diagnostics);
+    let loops = loops::close(drafted_loops, &links, &mut diagnostics);
+    if !diagnostics.faults.is_empty() {
+        return Err(InputError::Impossible(diagnostics.faults));
     }
-    inertia::settle(&mut links, &places, &mut report);
-    stand_in::add(&mut links, &missing, &mut report);
+    inertia::settle(&mut links, &places, &mut diagnostics);
+    stand_in::add(&mut links, &missing, &mut diagnostics);
     if options.strict {
-        let doubts = report.notes.iter().filter(|note| note.value.kind != NoteKind::Ignored);
+        let doubts = diagnostics.notes.iter().filter(|note| note.value.kind != NoteKind::Ignored);
         let faults: Vec<_> =
             doubts.map(|note| Fault::new(note.place.as_str(), note.value.message.as_str())).collect();
         if !faults.is_empty() {
@@ -67,7 +66,7 @@ pub fn build(mut draft: Draft, digest: String, options: Options) -> Result<Readi
     });
     Ok(Reading {
         character: Character { name, links, loops, standing, digest },
-        notes: report.notes.into_iter().map(|note| note.value).collect(),
+        notes: diagnostics.notes.into_iter().map(|note| note.value).collect(),
     })
 }
 
@@ -77,13 +76,14 @@ fn order(
     links: &[DraftLink],
     joints: &[DraftJoint],
     complete: bool,
-    report: &mut Report,
+    diagnostics: &mut Diagnostics,
 ) -> Vec<(usize, Option<usize>)> {
-    let before = report.faults.len();
+    let before = diagnostics.faults.len();
     let mut index = HashMap::new();
     for (number, link) in links.iter().enumerate() {
         if index.insert(link.name.value.as_str(), number).is_some() {
-            report.fault(link.name.place.as_str(), format!("there is another link {:?}", link.name.value));
+            diagnostics
+                .fault(link.name.place.as_str(), format!("there is another link {:?}", link.name.value));
         }
     }
     let mut names = HashMap::new();
@@ -91,12 +91,14 @@ fn order(
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); links.len()];
     for (number, joint) in joints.iter().enumerate() {
         if names.insert(joint.name.value.as_str(), number).is_some() {
-            report.fault(joint.name.place.as_str(), format!("there is another joint {:?}", joint.name.value));
+            diagnostics
+                .fault(joint.name.place.as_str(), format!("there is another joint {:?}", joint.name.value));
         }
         let mut find = |end: &At<String>, what: &str| {
             let found = index.get(end.value.as_str()).copied();
             if found.is_none() {
-                report.fault(end.place.as_str(), format!("the {what} link {:?} does not exist", end.value));
+                diagnostics
+                    .fault(end.place.as_str(), format!("the {what} link {:?} does not exist", end.value));
             }
             found
         };
@@ -105,17 +107,17 @@ fn order(
         if let Some(other) = carrier[child] {
             let other = &joints[other].name.value;
             let reason = format!("the link {:?} is the child of joint {other:?} already", joint.child.value);
-            report.fault(joint.child.place.as_str(), reason);
+            diagnostics.fault(joint.child.place.as_str(), reason);
             continue;
         }
         carrier[child] = Some(number);
         children[parent].push(child);
     }
     if links.is_empty() {
-        report.fault("", "there is no link");
+        diagnostics.fault("", "there is no link");
     }
     // With a part of the tree missing, further faults would only be its consequences.
-    if report.faults.len() > before || !complete {
+    if diagnostics.faults.len() > before || !complete {
         return Vec::new();
     }
     let roots: Vec<usize> = (0..links.len()).filter(|link| carrier[*link].is_none()).collect();
@@ -125,7 +127,7 @@ fn order(
             "the links {:?} and {:?} both have no parent; one root is needed",
             names.0, names.1.value
         );
-        report.fault(names.1.place.as_str(), reason);
+        diagnostics.fault(names.1.place.as_str(), reason);
     }
     let mut order = Vec::with_capacity(links.len());
     let mut reached = vec![false; links.len()];
@@ -149,117 +151,81 @@ fn order(
             if let Some(start) = cycle.iter().position(|name| *name == links[at].name.value) {
                 let names = cycle[start..].join("\", \"");
                 let reason = format!("the links \"{names}\" are joined in a cycle; only trees can be read");
-                report.fault(links[at].name.place.as_str(), reason);
+                diagnostics.fault(links[at].name.place.as_str(), reason);
             }
         }
     }
     order
 }
 
-fn check_link(link: &DraftLink, report: &mut Report) {
+fn check_link(link: &DraftLink, diagnostics: &mut Diagnostics) {
     if let Some(At { value, place }) = &link.inertial {
         let DraftInertial { mass, center_of_mass, inertia } = value;
         if !(0.0..=MASS).contains(mass) {
-            report.fault(place.as_str(), format!("the mass is {mass} kg; it must be from 0 to {MASS:e} kg"));
+            diagnostics
+                .fault(place.as_str(), format!("the mass is {mass} kg; it must be from 0 to {MASS:e} kg"));
         }
-        check_lengths(&center_of_mass.coords, "the centre of mass", place, report);
+        check_lengths(&center_of_mass.coords, "the centre of mass", place, diagnostics);
         let inertia = inertia.unwrap_or_default();
         if !inertia.iter().all(|entry| entry.abs() <= INERTIA) {
-            report.fault(place.as_str(), format!("the inertia must be at most {INERTIA:e} kg m²"));
+            diagnostics.fault(place.as_str(), format!("the inertia must be at most {INERTIA:e} kg m²"));
         }
     }
     for At { value, place } in &link.collisions {
-        check_lengths(&value.pose.translation.vector, "the position", place, report);
+        check_lengths(&value.pose.translation.vector, "the position", place, diagnostics);
         if let Some((_, reason)) = shape_fault(&value.shape) {
-            report.fault(place.as_str(), reason);
+            diagnostics.fault(place.as_str(), reason);
         }
     }
     for At { value, place } in &link.visuals {
-        check_lengths(&value.pose.translation.vector, "the position", place, report);
+        check_lengths(&value.pose.translation.vector, "the position", place, diagnostics);
     }
 }
 
-pub fn check_lengths(lengths: &Vector3<f64>, what: &str, place: &str, report: &mut Report) {
-    if !lengths.iter().all(|length| length.abs() <= LENGTH) {
-        report.fault(place, format!("{what} must be finite and within {LENGTH:e} m"));
-    }
-}
-
-/// The field of a shape's document that makes it impossible, and why.
-pub fn shape_fault(shape: &Shape) -> Option<(&'static str, String)> {
-    let positive = |field: &'static str, name: &str, length: f64| {
-        let good = length > 0.0 && length <= LENGTH;
-        let reason = || format!("the {name} is {length} m; it must be positive and at most {LENGTH:e} m");
-        (!good).then(|| (field, reason()))
-    };
-    match shape {
-        Shape::Sphere { radius } => positive("radius", "radius", *radius),
-        Shape::Box { half_extents } => {
-            half_extents.iter().find_map(|half| positive("size", "size of the box along an edge", half * 2.0))
-        }
-        Shape::Cylinder { radius, half_length } => {
-            positive("radius", "radius", *radius).or_else(|| positive("length", "length", half_length * 2.0))
-        }
-        Shape::Capsule { radius, half_length } => positive("radius", "radius", *radius).or_else(|| {
-            // Without a straight part a capsule is a ball.
-            (*half_length != 0.0).then(|| positive("length", "length", half_length * 2.0)).flatten()
-        }),
-        Shape::Hull { vertices, .. } => {
-            let far =
-                vertices.iter().flat_map(|vertex| vertex.iter()).any(|x| x.is_nan() || x.abs() > LENGTH);
-            far.then(|| ("vertices", format!("every corner must be finite and within {LENGTH:e} m")))
-        }
-    }
-}
-
-pub fn check_axis(axis: &At<Vector3<f64>>, report: &mut Report) {
-    let length = axis.value.norm();
-    if !(1e-6..=LENGTH).contains(&length) {
-        let reason = if length == 0.0 { "the axis is zero" } else { "the axis must have a length near 1" };
-        report.fault(axis.place.as_str(), reason);
-    }
-}
-
-fn check_joint(joint: &DraftJoint, report: &mut Report) {
-    check_lengths(&joint.origin.value.translation.vector, "the origin", &joint.origin.place, report);
+fn check_joint(joint: &DraftJoint, diagnostics: &mut Diagnostics) {
+    check_lengths(&joint.origin.value.translation.vector, "the origin", &joint.origin.place, diagnostics);
     if joint.kind == JointKind::Fixed {
         return;
     }
-    check_axis(&joint.axis, report);
+    check_axis(&joint.axis, diagnostics);
     if let Some(At { value: [lower, upper], place }) = &joint.limits
         && !(lower.is_finite() && upper.is_finite() && lower < upper)
     {
         let reason = format!("the lower limit {lower} must be less than the upper limit {upper}");
-        report.fault(place.as_str(), reason);
+        diagnostics.fault(place.as_str(), reason);
     }
     for (bound, what) in [(&joint.effort, "effort"), (&joint.velocity, "velocity")] {
         if let Some(At { value, place }) = bound
             && !(value.is_finite() && *value > 0.0)
         {
-            report.fault(place.as_str(), format!("the greatest {what} is {value}; it must be positive"));
+            diagnostics.fault(place.as_str(), format!("the greatest {what} is {value}; it must be positive"));
         }
     }
     let losses = [(&joint.damping, "damping"), (&joint.friction, "friction"), (&joint.armature, "armature")];
     for (At { value, place }, what) in losses {
         if !(value.is_finite() && *value >= 0.0) {
-            report.fault(place.as_str(), format!("the {what} is {value}; it must not be negative"));
+            diagnostics.fault(place.as_str(), format!("the {what} is {value}; it must not be negative"));
         }
     }
 }
 
-fn check_standing(standing: Option<&[(At<String>, f64)]>, joints: &[DraftJoint], report: &mut Report) {
+fn check_standing(
+    standing: Option<&[(At<String>, f64)]>,
+    joints: &[DraftJoint],
+    diagnostics: &mut Diagnostics,
+) {
     let by_name: HashMap<_, _> = joints.iter().map(|joint| (joint.name.value.as_str(), joint)).collect();
     for (At { value: name, place }, angle) in standing.unwrap_or_default() {
         let Some(joint) = by_name.get(name.as_str()) else {
-            report.fault(place.as_str(), format!("there is no joint {name:?}"));
+            diagnostics.fault(place.as_str(), format!("there is no joint {name:?}"));
             continue;
         };
         if joint.kind == JointKind::Fixed {
-            report.fault(place.as_str(), format!("the joint {name:?} is fixed"));
+            diagnostics.fault(place.as_str(), format!("the joint {name:?} is fixed"));
         }
         let [lower, upper] = joint.limits.as_ref().map_or([f64::NEG_INFINITY, f64::INFINITY], |it| it.value);
         if !(angle.is_finite() && (lower..=upper).contains(angle)) {
-            report.fault(
+            diagnostics.fault(
                 place.as_str(),
                 format!("{angle} is outside of the joint's range, {lower} to {upper}"),
             );
@@ -274,7 +240,7 @@ struct Assembled {
     missing: Vec<Vec<At<String>>>,
 }
 
-fn assemble(draft: Draft, order: &[(usize, Option<usize>)], report: &mut Report) -> Assembled {
+fn assemble(draft: Draft, order: &[(usize, Option<usize>)], diagnostics: &mut Diagnostics) -> Assembled {
     let mut position = HashMap::new();
     for (place, (link, _)) in order.iter().enumerate() {
         position.insert(draft.links[*link].name.value.clone(), place);
@@ -288,7 +254,7 @@ fn assemble(draft: Draft, order: &[(usize, Option<usize>)], report: &mut Report)
             let parent = position.get(&joint.parent.value).copied().unwrap_or_default();
             finished_joint(joint, parent)
         });
-        let visuals = visuals(&link, report);
+        let visuals = visuals(&link, diagnostics);
         assembled.missing.push(link.missing_collisions);
         assembled.places.push(link.name.place);
         assembled.links.push(Link {
@@ -303,7 +269,7 @@ fn assemble(draft: Draft, order: &[(usize, Option<usize>)], report: &mut Report)
 }
 
 /// The visuals that can be shown; none where one is missing and collision shapes can be shown instead.
-fn visuals(link: &DraftLink, report: &mut Report) -> Vec<Placed> {
+fn visuals(link: &DraftLink, diagnostics: &mut Diagnostics) -> Vec<Placed> {
     let about = About::Link(link.name.value.clone());
     let solid = !link.collisions.is_empty() || !link.missing_collisions.is_empty();
     if let Some(At { place, .. }) = link.missing_visuals.first() {
@@ -311,7 +277,7 @@ fn visuals(link: &DraftLink, report: &mut Report) -> Vec<Placed> {
             link.missing_visuals.iter().map(|missing| missing.value.as_str()).collect::<Vec<_>>().join(", ");
         let instead =
             if solid { "the collision shapes are shown instead" } else { "nothing is shown for it" };
-        report.note(place.as_str(), about.clone(), NoteKind::Ignored, format!("{why}; {instead}"));
+        diagnostics.note(place.as_str(), about.clone(), NoteKind::Ignored, format!("{why}; {instead}"));
         if solid {
             return Vec::new();
         }
@@ -321,7 +287,7 @@ fn visuals(link: &DraftLink, report: &mut Report) -> Vec<Placed> {
         match shape_fault(&value.shape) {
             Some((_, reason)) => {
                 let message = format!("a visual is left out: {reason}");
-                report.note(place.as_str(), about.clone(), NoteKind::Ignored, message);
+                diagnostics.note(place.as_str(), about.clone(), NoteKind::Ignored, message);
             }
             None => shown.push(value.clone()),
         }
@@ -335,11 +301,6 @@ fn finished_inertial(draft: DraftInertial) -> Option<Inertial> {
     let inertia = draft.inertia.map_or_else(Matrix3::zeros, |given| (given + given.transpose()) / 2.0);
     let bodily = draft.mass > 0.0 || inertia.symmetric_eigenvalues().min() > 0.0;
     bodily.then_some(Inertial { mass: draft.mass, center_of_mass: draft.center_of_mass, inertia })
-}
-
-/// The direction of an axis whose length has been checked.
-pub fn unit(axis: Vector3<f64>) -> Unit<Vector3<f64>> {
-    Unit::try_new(axis, 1e-6).unwrap_or(Vector3::x_axis())
 }
 
 fn finished_joint(joint: DraftJoint, parent: usize) -> Joint {

@@ -42,17 +42,17 @@ pub struct Draft {
     pub standing: Option<Vec<(At<String>, f64)>>,
     /// Whether every link and joint of the document is here: none was left out for a fault of its own.
     pub complete: bool,
-    pub report: Report,
+    pub diagnostics: Diagnostics,
 }
 
 /// Faults and notes as they are found, each note with its place.
 #[derive(Debug, Default)]
-pub struct Report {
+pub struct Diagnostics {
     pub faults: Vec<Fault>,
     pub notes: Vec<At<Note>>,
 }
 
-impl Report {
+impl Diagnostics {
     pub fn fault(&mut self, place: impl Into<String>, reason: impl Into<String>) {
         self.faults.push(Fault::new(place, reason));
     }

@@ -8,9 +8,9 @@
 
 use nalgebra::{Point3, Vector3};
 
-/// A closed convex body.
+/// The convex hull of given points, or a body within it of fewer corners: closed and convex.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Hull {
+pub struct ThinnedHull {
     pub vertices: Vec<Point3<f64>>,
     /// Counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
@@ -45,7 +45,7 @@ impl Face {
 
 /// The convex hull of `points` (finite numbers), with at most `most` corners, at least 4. `None` when
 /// they lie within a plane, up to a millionth of their spread.
-pub fn convex_hull(points: &[Point3<f64>], most: usize) -> Option<Hull> {
+pub fn convex_hull(points: &[Point3<f64>], most: usize) -> Option<ThinnedHull> {
     let first = points.first()?;
     let spread = points.iter().map(|point| (point - first).norm()).fold(0.0, f64::max);
     if !(spread.is_finite() && spread > 0.0) {
@@ -94,7 +94,11 @@ pub fn convex_hull(points: &[Point3<f64>], most: usize) -> Option<Hull> {
         .iter()
         .map(|face| face.corners.map(|corner| used.partition_point(|other| *other < corner) as u32))
         .collect();
-    Some(Hull { vertices: used.into_iter().map(|corner| points[corner]).collect(), triangles, left_out })
+    Some(ThinnedHull {
+        vertices: used.into_iter().map(|corner| points[corner]).collect(),
+        triangles,
+        left_out,
+    })
 }
 
 /// The first four corners: two far apart, one far from their line, one far from their plane.

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
-use super::draft::Report;
+use super::draft::Diagnostics;
 use super::solid::{Solid, parallel_axis};
 use super::{About, Inertial, JointKind, Link, NoteKind};
 
@@ -44,9 +44,9 @@ pub fn bodies(links: &[Link]) -> Vec<(usize, Isometry3<f64>)> {
 
 /// Mends what has to be mended, so that every rigid body has a positive mass and a positive definite
 /// inertia. `places` are the places of the links. At least one link has a mass.
-pub fn settle(links: &mut [Link], places: &[String], report: &mut Report) {
+pub fn settle(links: &mut [Link], places: &[String], diagnostics: &mut Diagnostics) {
     let singular: Vec<bool> =
-        (0..links.len()).map(|index| is_singular(&mut links[index], &places[index], report)).collect();
+        (0..links.len()).map(|index| is_singular(&mut links[index], &places[index], diagnostics)).collect();
     let bodies = bodies(links);
     let total: f64 = links.iter().filter_map(|link| link.inertial.as_ref()).map(|it| it.mass).sum();
     let size = size(links);
@@ -76,36 +76,36 @@ pub fn settle(links: &mut [Link], places: &[String], report: &mut Report) {
                     "has no mass, nor has any link fixed to it; it is given {mass:.3e} kg so that it can be simulated"
                 )
             };
-            report.note(places[first].as_str(), about(first, links), NoteKind::Repaired, message);
+            diagnostics.note(places[first].as_str(), about(first, links), NoteKind::Repaired, message);
             continue;
         };
         let sound = smallest_ratio(&body.inertia) > SINGULAR;
         for &link in &members {
             if links[link].inertial.as_ref().is_some_and(|inertial| inertial.mass <= 0.0) {
                 let message = "has an inertia but no mass; both are kept as given";
-                report.note(places[link].as_str(), about(link, links), NoteKind::Kept, message);
+                diagnostics.note(places[link].as_str(), about(link, links), NoteKind::Kept, message);
             } else if links[link].inertial.is_none() {
                 let message = "has no mass; it is carried by the links fixed to it";
-                report.note(places[link].as_str(), about(link, links), NoteKind::Ignored, message);
+                diagnostics.note(places[link].as_str(), about(link, links), NoteKind::Ignored, message);
             } else if singular[link] && sound {
                 let message = "its inertia is singular; it is kept as given, \
                                since the links fixed to it make the inertia of the whole positive definite";
-                report.note(places[link].as_str(), about(link, links), NoteKind::Kept, message);
+                diagnostics.note(places[link].as_str(), about(link, links), NoteKind::Kept, message);
             } else if singular[link] {
-                mend(&mut links[link], &places[link], "singular", report);
+                mend(&mut links[link], &places[link], "singular", diagnostics);
             }
         }
     }
 }
 
 /// Whether the link's inertia is singular. An indefinite one is mended, a doubtful one noted.
-fn is_singular(link: &mut Link, place: &str, report: &mut Report) -> bool {
+fn is_singular(link: &mut Link, place: &str, diagnostics: &mut Diagnostics) -> bool {
     let Some(inertial) = &link.inertial else { return false };
     let mut moments: [f64; 3] = inertial.inertia.symmetric_eigenvalues().into();
     moments.sort_by(f64::total_cmp);
     let [least, middle, most] = moments;
     if least < -ROUNDING * most.abs() {
-        mend(link, place, "not positive definite", report);
+        mend(link, place, "not positive definite", diagnostics);
         return false;
     }
     if least <= SINGULAR * most {
@@ -116,14 +116,14 @@ fn is_singular(link: &mut Link, place: &str, report: &mut Report) -> bool {
             "its principal moments of inertia ({least:.4e}, {middle:.4e}, {most:.4e} kg m²) break the triangle \
              inequality, which no rigid body does; they are kept as given"
         );
-        report.note(place, About::Link(link.name.clone()), NoteKind::Kept, message);
+        diagnostics.note(place, About::Link(link.name.clone()), NoteKind::Kept, message);
     }
     false
 }
 
 /// Replaces the inertia by that of the link's collision shapes filled evenly with its mass, or by that
 /// of a ball where it has none.
-fn mend(link: &mut Link, place: &str, fault: &str, report: &mut Report) {
+fn mend(link: &mut Link, place: &str, fault: &str, diagnostics: &mut Diagnostics) {
     let Some(inertial) = &mut link.inertial else { return };
     let solid = Solid::of_all(&link.collisions)
         .map(|solid| solid.inertia * (inertial.mass / solid.volume))
@@ -131,7 +131,7 @@ fn mend(link: &mut Link, place: &str, fault: &str, report: &mut Report) {
     let what = if solid.is_some() { "its collision shapes" } else { "a ball of its mass" };
     inertial.inertia = solid.unwrap_or_else(|| ball(inertial.mass));
     let message = format!("its inertia is {fault}; it is replaced by that of {what}");
-    report.note(place, About::Link(link.name.clone()), NoteKind::Repaired, message);
+    diagnostics.note(place, About::Link(link.name.clone()), NoteKind::Repaired, message);
 }
 
 /// Radius of a ball of water of `mass` kg, m.

@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use nalgebra::Isometry3;
 
-use super::build::{check_axis, check_lengths, unit};
-use super::draft::{At, DraftLoop, Report};
+use super::bounds::{check_axis, check_lengths, unit};
+use super::draft::{At, Diagnostics, DraftLoop};
 use super::{JointKind, Link, Loop, LoopKind};
 
 /// Greatest distance, m, and angle, rad, between the two ends of a loop as a document gives them, with all
@@ -14,28 +14,29 @@ const DISTANCE: f64 = 1e-4;
 const ANGLE: f64 = 1e-3;
 
 /// Checks the numbers of a loop by itself.
-pub fn check(closing: &DraftLoop, report: &mut Report) {
+pub fn check(closing: &DraftLoop, diagnostics: &mut Diagnostics) {
     for At { value, place } in std::iter::once(&closing.origin).chain(&closing.origin_in_second) {
-        check_lengths(&value.translation.vector, "the origin", place, report);
+        check_lengths(&value.translation.vector, "the origin", place, diagnostics);
     }
     if matches!(closing.kind, LoopKind::Revolute | LoopKind::Prismatic) {
-        check_axis(&closing.axis, report);
+        check_axis(&closing.axis, diagnostics);
     }
 }
 
 /// The loops over `links`, each with its frame on both of its links; faults where a loop cannot be.
-pub fn close(drafts: Vec<DraftLoop>, links: &[Link], report: &mut Report) -> Vec<Loop> {
+pub fn close(drafts: Vec<DraftLoop>, links: &[Link], diagnostics: &mut Diagnostics) -> Vec<Loop> {
     let poses = zero_poses(links);
     let mut names = HashSet::new();
     let mut loops = Vec::with_capacity(drafts.len());
     for draft in drafts {
         if !names.insert(draft.name.value.clone()) {
-            report.fault(draft.name.place.as_str(), format!("there is another loop {:?}", draft.name.value));
+            diagnostics
+                .fault(draft.name.place.as_str(), format!("there is another loop {:?}", draft.name.value));
         }
         let mut find = |end: &At<String>| {
             let found = links.iter().position(|link| link.name == end.value);
             if found.is_none() {
-                report.fault(end.place.as_str(), format!("the link {:?} does not exist", end.value));
+                diagnostics.fault(end.place.as_str(), format!("the link {:?} does not exist", end.value));
             }
             found
         };
@@ -44,7 +45,7 @@ pub fn close(drafts: Vec<DraftLoop>, links: &[Link], report: &mut Report) -> Vec
         if rigid_root(links, a) == rigid_root(links, b) {
             let reason =
                 format!("the links {:?} and {:?} are joined rigidly already", first.value, second.value);
-            report.fault(second.place.as_str(), reason);
+            diagnostics.fault(second.place.as_str(), reason);
             continue;
         }
         let world = poses[a] * draft.origin.value;
@@ -59,7 +60,7 @@ pub fn close(drafts: Vec<DraftLoop>, links: &[Link], report: &mut Report) -> Vec
                 LoopKind::Prismatic | LoopKind::Fixed => apart.rotation.angle(),
             };
             if distance > DISTANCE || angle > ANGLE {
-                report.fault(
+                diagnostics.fault(
                     place.as_str(),
                     format!(
                         "with all angles at 0 the loop's ends on {:?} and {:?} are {distance:.3e} m and \

@@ -4,12 +4,13 @@ use std::io::Cursor;
 
 use nalgebra::{Point3, Vector3};
 
+use super::bounds::LENGTH;
 use super::solid::Solid;
 use super::{Shape, hull};
 
 /// Greatest number of triangles in one mesh.
 const TRIANGLES: usize = 1_000_000;
-/// Greatest number of corners of a collision hull; more would cost contact detection more than they tell.
+/// Greatest number of corners of a collision hull; more would slow contact detection without changing contacts noticeably.
 const CORNERS: usize = 32;
 /// A mesh whose volume differs from its hull's by at most this part is convex, up to single precision.
 const CONVEX: f64 = 1e-5;
@@ -25,8 +26,28 @@ pub struct Mesh {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solidified {
     pub shape: Shape,
-    /// What was done to the body, as it follows "the body is", when the shape is not that body.
+    /// What was done to the mesh, worded to follow "the mesh is"; `None` where the shape is the mesh itself.
     pub approximation: Option<String>,
+}
+
+/// Why a mesh file cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    #[error("the mesh {0:?} has no triangles")]
+    Empty(String),
+    #[error("the mesh {0:?} has a corner that is not finite or much too far away")]
+    Corner(String),
+    #[error("the STL file is neither an ASCII one nor as long as its triangle count says")]
+    StlLength,
+    #[error("bad STL file: {0}")]
+    Stl(#[from] std::io::Error),
+    #[error("the STL file has more than {TRIANGLES} triangles")]
+    StlTooLong,
+    #[error("the {format} file has {count} triangles; at most {TRIANGLES} are read")]
+    TooManyTriangles { format: &'static str, count: u64 },
+    #[error("bad OBJ file: {0}")]
+    Obj(#[from] tobj::LoadError),
 }
 
 /// The name's ending in lower case, without the stop.
@@ -43,16 +64,16 @@ pub fn supported(name: &str) -> bool {
 ///
 /// # Errors
 ///
-/// What is wrong with the file, in words.
-pub fn read(name: &str, bytes: &[u8], scale: &Vector3<f64>) -> Result<Mesh, String> {
+/// [`MeshError`], whose text is a sentence for the file's author.
+pub fn read(name: &str, bytes: &[u8], scale: &Vector3<f64>) -> Result<Mesh, MeshError> {
     let mut mesh = if extension(name) == "obj" { read_obj(bytes)? } else { read_stl(bytes)? };
     if mesh.triangles.is_empty() {
-        return Err(format!("the mesh {name:?} has no triangles"));
+        return Err(MeshError::Empty(name.to_owned()));
     }
     for vertex in &mut mesh.vertices {
         vertex.coords.component_mul_assign(scale);
-        if !vertex.iter().all(|x| x.is_finite() && x.abs() <= super::build::LENGTH) {
-            return Err(format!("the mesh {name:?} has a corner that is not finite or much too far away"));
+        if !vertex.iter().all(|x| x.is_finite() && x.abs() <= LENGTH) {
+            return Err(MeshError::Corner(name.to_owned()));
         }
     }
     if scale.product() < 0.0 {
@@ -62,7 +83,7 @@ pub fn read(name: &str, bytes: &[u8], scale: &Vector3<f64>) -> Result<Mesh, Stri
     Ok(mesh)
 }
 
-fn read_stl(bytes: &[u8]) -> Result<Mesh, String> {
+fn read_stl(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let count = bytes
         .get(80..84)
         .map_or(0, |count| count.iter().rev().fold(0_u64, |number, byte| number << 8 | u64::from(*byte)));
@@ -77,18 +98,18 @@ fn read_stl(bytes: &[u8]) -> Result<Mesh, String> {
         // The name after "solid" is optional.
         stream.splice(..end, *b"solid mesh");
     } else {
-        return Err("the STL file is neither an ASCII one nor as long as its triangle count says".into());
+        return Err(MeshError::StlLength);
     }
     if count as usize > TRIANGLES && binary {
-        return Err(format!("the STL file has {count} triangles; at most {TRIANGLES} are read"));
+        return Err(MeshError::TooManyTriangles { format: "STL", count });
     }
     let mut cursor = Cursor::new(stream);
-    let reader = stl_io::create_stl_reader(&mut cursor).map_err(|error| format!("bad STL file: {error}"))?;
+    let reader = stl_io::create_stl_reader(&mut cursor)?;
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
     for triangle in reader {
-        let triangle = triangle.map_err(|error| format!("bad STL file: {error}"))?;
+        let triangle = triangle?;
         if triangles.len() == TRIANGLES {
-            return Err(format!("the STL file has more than {TRIANGLES} triangles"));
+            return Err(MeshError::StlTooLong);
         }
         let first = vertices.len() as u32;
         triangles.push([first, first + 1, first + 2]);
@@ -99,7 +120,7 @@ fn read_stl(bytes: &[u8]) -> Result<Mesh, String> {
     Ok(Mesh { vertices, triangles })
 }
 
-fn read_obj(bytes: &[u8]) -> Result<Mesh, String> {
+fn read_obj(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let text = String::from_utf8_lossy(bytes);
     // Only corners and faces bear on the shape: no materials, normals or textures are loaded.
     let shape: String = text
@@ -111,7 +132,7 @@ fn read_obj(bytes: &[u8]) -> Result<Mesh, String> {
     let faces = shape.lines().filter(|line| line.trim_start().starts_with('f'));
     let count: usize = faces.map(|line| line.split_whitespace().count().saturating_sub(3)).sum();
     if count > TRIANGLES {
-        return Err(format!("the OBJ file has {count} triangles; at most {TRIANGLES} are read"));
+        return Err(MeshError::TooManyTriangles { format: "OBJ", count: count as u64 });
     }
     let options = tobj::LoadOptions {
         triangulate: true,
@@ -120,8 +141,7 @@ fn read_obj(bytes: &[u8]) -> Result<Mesh, String> {
         ..Default::default()
     };
     let (models, _) =
-        tobj::load_obj_buf(&mut shape.as_bytes(), &options, |_| Err(tobj::LoadError::GenericFailure))
-            .map_err(|error| format!("bad OBJ file: {error}"))?;
+        tobj::load_obj_buf(&mut shape.as_bytes(), &options, |_| Err(tobj::LoadError::GenericFailure))?;
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
     for model in models {
         let first = vertices.len() as u32;

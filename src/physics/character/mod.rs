@@ -10,6 +10,7 @@
 //! collision shapes (`stand_in`), and so establishes what [`Character`] promises.
 
 mod archive;
+mod bounds;
 mod build;
 mod draft;
 mod hull;

@@ -6,7 +6,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-use super::draft::{At, Report};
+use super::draft::{At, Diagnostics};
 use super::{About, Inertial, Link, NoteKind, Placed, Shape, inertia};
 
 /// What remains of the fitted box along each edge.
@@ -17,7 +17,7 @@ const THINNEST: f64 = 0.05;
 const FOOT: f64 = 0.1;
 
 /// Gives every link with `missing` collision meshes a shape in their stead where one can be found.
-pub fn add(links: &mut [Link], missing: &[Vec<At<String>>], report: &mut Report) {
+pub fn add(links: &mut [Link], missing: &[Vec<At<String>>], diagnostics: &mut Diagnostics) {
     let bodies = inertia::bodies(links);
     let size = inertia::size(links);
     let mut has_child = vec![false; links.len()];
@@ -53,7 +53,7 @@ pub fn add(links: &mut [Link], missing: &[Vec<At<String>>], report: &mut Report)
             format!("replaced by {}", instead.join(" and "))
         };
         let about = About::Link(link.name.clone());
-        report.note(place.as_str(), about, NoteKind::Approximated, format!("{why}; {how}"));
+        diagnostics.note(place.as_str(), about, NoteKind::Approximated, format!("{why}; {how}"));
     }
 }
 

@@ -19,6 +19,22 @@ pub enum Supply {
     Folder(PathBuf),
 }
 
+/// Why a mesh reference is refused, or its file cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SupplyError {
+    #[error("the mesh {0:?} is named by a URL or an absolute path, which is refused")]
+    Absolute(String),
+    #[error("the mesh path {0:?} leads out of the archive")]
+    OutsideArchive(String),
+    #[error("the mesh path {0:?} leads out of its package")]
+    OutsidePackage(String),
+    #[error("the mesh {} is larger than {MESH_BYTES} bytes", .0.display())]
+    TooLarge(PathBuf),
+    #[error("the mesh {} cannot be read: {error}", path.display())]
+    Unreadable { path: PathBuf, error: std::io::Error },
+}
+
 /// What a mesh reference stands for.
 enum Reference<'a> {
     Relative(&'a str),
@@ -56,28 +72,25 @@ impl Supply {
     ///
     /// # Errors
     ///
-    /// The reason why `reference` is refused: it leads out of what the sender supplied, or the file
-    /// cannot be read.
-    pub fn find(&self, reference: &str) -> Result<Option<Vec<u8>>, String> {
+    /// [`SupplyError`] where `reference` leads out of what the sender supplied, or the file cannot be read.
+    pub fn find(&self, reference: &str) -> Result<Option<Vec<u8>>, SupplyError> {
         match (Reference::new(reference), self) {
             (Reference::Elsewhere, Self::Folder(_)) => Ok(None),
-            (Reference::Elsewhere, _) => {
-                Err(format!("the mesh {reference:?} is named by a URL or an absolute path, which is refused"))
-            }
+            (Reference::Elsewhere, _) => Err(SupplyError::Absolute(reference.to_owned())),
             (Reference::Relative(path), Self::Archive { files, folder }) => {
-                let path = resolve(folder, path)
-                    .ok_or_else(|| format!("the mesh path {reference:?} leads out of the archive"))?;
+                let path =
+                    resolve(folder, path).ok_or_else(|| SupplyError::OutsideArchive(reference.to_owned()))?;
                 Ok(files.get(&path).cloned())
             }
             (Reference::Package { name, rest }, Self::Archive { files, .. }) => {
-                let out = || format!("the mesh path {reference:?} leads out of the archive");
+                let out = || SupplyError::OutsideArchive(reference.to_owned());
                 let rest = resolve("", rest).ok_or_else(out)?;
                 let inside = format!("{name}/{rest}");
                 Ok(ending(files, &inside).or_else(|| ending(files, &rest)).cloned())
             }
             (Reference::Relative(path), Self::Folder(folder)) => read_if_there(&folder.join(path)),
             (Reference::Package { name, rest }, Self::Folder(folder)) => {
-                let out = || format!("the mesh path {reference:?} leads out of its package");
+                let out = || SupplyError::OutsidePackage(reference.to_owned());
                 let rest = resolve("", rest).ok_or_else(out)?;
                 let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
                 for above in folder.ancestors().take(LEVELS) {
@@ -121,15 +134,15 @@ fn ending<'a>(files: &'a BTreeMap<String, Vec<u8>>, end: &str) -> Option<&'a Vec
         .map(|(_, bytes)| bytes)
 }
 
-fn read_if_there(path: &Path) -> Result<Option<Vec<u8>>, String> {
+fn read_if_there(path: &Path) -> Result<Option<Vec<u8>>, SupplyError> {
     match std::fs::metadata(path) {
         Ok(metadata) if metadata.is_file() => {
             if metadata.len() > MESH_BYTES {
-                return Err(format!("the mesh {} is larger than {MESH_BYTES} bytes", path.display()));
+                return Err(SupplyError::TooLarge(path.to_owned()));
             }
             std::fs::read(path)
                 .map(Some)
-                .map_err(|error| format!("the mesh {} cannot be read: {error}", path.display()))
+                .map_err(|error| SupplyError::Unreadable { path: path.to_owned(), error })
         }
         _ => Ok(None),
     }

@@ -6,22 +6,22 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::collision::convex::Convex;
 use super::collision::pairs::Anatomy;
-use super::{Body, Freedom, LinkPlace, LoopJoint, Model, collision};
+use super::{Base, Body, DofKind, LinkPlace, LoopJoint, Model, collision};
 use crate::character::{Character, Joint, JointKind, Loop};
 
 impl Model {
     /// Compiles `character`.
     ///
-    /// A joint of kind fixed vanishes: its child link becomes part of the parent's body. With
-    /// `fixed_base` the root link is bolted to the world.
-    pub fn new(character: Arc<Character>, fixed_base: bool) -> Self {
+    /// A joint of kind fixed gets no degree of freedom: its child link is merged into the parent's body. `base` says
+    /// whether the root link can move.
+    pub fn new(character: Arc<Character>, base: Base) -> Self {
         let mut bodies = vec![MergedBody::new(Body {
             parent: 0,
-            freedom: Freedom::Revolute,
+            dof: DofKind::Revolute,
             offset: Vector3::zeros(),
-            turn: Matrix3::identity(),
-            turn_sine: Matrix3::zeros(),
-            turn_versine: Matrix3::zeros(),
+            joint_rotation: Matrix3::identity(),
+            joint_rotation_sine: Matrix3::zeros(),
+            joint_rotation_versine: Matrix3::zeros(),
             axis: Vector3::z(),
             mass: 0.0,
             center: Vector3::zeros(),
@@ -35,10 +35,10 @@ impl Model {
                 Some(joint) => {
                     let parent = &links[joint.parent];
                     let origin = parent.pose * joint.origin;
-                    match freedom(joint.kind) {
+                    match dof(joint.kind) {
                         None => LinkPlace { body: parent.body, pose: origin },
-                        Some(freedom) => {
-                            bodies.push(MergedBody::new(carried(parent.body, freedom, &origin, &joint.axis)));
+                        Some(dof) => {
+                            bodies.push(MergedBody::new(carried(parent.body, dof, &origin, &joint.axis)));
                             joints.push(joint);
                             LinkPlace { body: bodies.len() - 1, pose: Isometry3::identity() }
                         }
@@ -46,11 +46,11 @@ impl Model {
                 }
             };
             if let Some(inertial) = &link.inertial {
-                let turn = place.pose.rotation.to_rotation_matrix();
+                let rotation = place.pose.rotation.to_rotation_matrix();
                 bodies[place.body].add(
                     inertial.mass,
                     (place.pose * inertial.center_of_mass).coords,
-                    turn.matrix() * inertial.inertia * turn.matrix().transpose(),
+                    rotation.matrix() * inertial.inertia * rotation.matrix().transpose(),
                 );
             }
             links.push(place);
@@ -78,7 +78,7 @@ impl Model {
         };
         let pairs = anatomy.pairs();
         Self {
-            fixed_base,
+            fixed_base: base == Base::Fixed,
             joint_names: joints.iter().map(|joint| joint.name.clone()).collect(),
             limits,
             driven: joints.iter().map(|joint| joint.driven).collect(),
@@ -118,31 +118,31 @@ fn loop_joint(closing: &Loop, links: &[LinkPlace]) -> LoopJoint {
     LoopJoint {
         kind: closing.kind,
         bodies: [first, second],
-        at: [own, other].map(|frame| frame.translation.vector),
-        turn: [own, other].map(|frame| *frame.rotation.to_rotation_matrix().matrix()),
+        origins: [own, other].map(|frame| frame.translation.vector),
+        rotations: [own, other].map(|frame| *frame.rotation.to_rotation_matrix().matrix()),
         axis: *closing.axis,
     }
 }
 
-fn freedom(kind: JointKind) -> Option<Freedom> {
+fn dof(kind: JointKind) -> Option<DofKind> {
     match kind {
         JointKind::Fixed => None,
-        JointKind::Revolute => Some(Freedom::Revolute),
-        JointKind::Prismatic => Some(Freedom::Prismatic),
+        JointKind::Revolute => Some(DofKind::Revolute),
+        JointKind::Prismatic => Some(DofKind::Prismatic),
     }
 }
 
-/// A body without mass so far, carried by `parent` through a joint at `origin` about `axis`.
-fn carried(parent: usize, freedom: Freedom, origin: &Isometry3<f64>, axis: &Vector3<f64>) -> Body {
-    let turn = *origin.rotation.to_rotation_matrix().matrix();
+/// A body, still without mass, carried by `parent` through a joint at `origin` with `axis`.
+fn carried(parent: usize, dof: DofKind, origin: &Isometry3<f64>, axis: &Vector3<f64>) -> Body {
+    let joint_rotation = *origin.rotation.to_rotation_matrix().matrix();
     let cross = axis.cross_matrix();
     Body {
         parent,
-        freedom,
+        dof,
         offset: origin.translation.vector,
-        turn,
-        turn_sine: turn * cross,
-        turn_versine: turn * cross * cross,
+        joint_rotation,
+        joint_rotation_sine: joint_rotation * cross,
+        joint_rotation_versine: joint_rotation * cross * cross,
         axis: *axis,
         mass: 0.0,
         center: Vector3::zeros(),
@@ -169,8 +169,8 @@ impl MergedBody {
         self.parts.push((mass, center, inertia));
     }
 
-    /// Sums the parts about their common centre of mass, which is exact for a single part and free
-    /// of cancellation for several.
+    /// Sums the links' inertias about their common centre of mass: exact for a single link, and without the
+    /// cancellation that summing about the body's origin would bring for several.
     fn finish(self) -> Body {
         let mut body = self.body;
         if self.mass > 0.0 {
@@ -186,7 +186,7 @@ impl MergedBody {
     }
 }
 
-/// All of `bodies` but the root by their distance from it.
+/// Indices of all of `bodies` but the root, sorted by their depth in the tree: a breadth-first order.
 fn outward(bodies: &[Body]) -> Vec<usize> {
     let mut depths = vec![0; bodies.len()];
     for (index, body) in bodies.iter().enumerate().skip(1) {

@@ -13,77 +13,103 @@ use collision::pairs::Pairs;
 
 pub use collision::{CYLINDER_SLOTS, GroundShape, Surface};
 
-/// A character with its rigid parts merged: bodies joined by joints of one degree of freedom.
+/// A character compiled for simulation: rigid bodies joined by joints of one degree of freedom each.
 ///
-/// Body 0 is the root, with the frame of the root link. Joint `j` carries body `j + 1`, whose frame
-/// is that of the joint's child link; its parent body has a smaller index. All arrays over joints
-/// have [`Model::joint_count`] entries. A model never changes once it is compiled.
+/// Links joined by fixed joints are merged into one body. Body 0 is the root, with the frame of the root link.
+/// Joint `j` carries body `j + 1`, whose frame is that of the joint's child link; its parent body has a smaller index.
+///
+/// Sizes: `n_bodies` is the length of `bodies`, `n_joints` is [`Model::joint_count`] = `n_bodies` − 1, `n_links` the
+/// number of the character's links, `n_shapes` the number of its collision shapes. [`Model::new`] fills every field;
+/// the function named at a field computes it there. A model never changes once it is compiled.
 #[derive(Debug, Clone)]
 pub struct Model {
     /// The character this was compiled from.
     pub character: Arc<Character>,
-    /// Whether the root link is bolted to the world.
+    /// Whether the root link is fixed to the world; otherwise it floats freely, with six degrees of freedom.
     pub fixed_base: bool,
-    /// Bodies, parents before children.
+    /// Bodies, parents before children; `n_bodies`. Merged by `MergedBody` in `compile.rs`.
     pub bodies: Vec<Body>,
-    /// All bodies but the root by their distance from it. Each comes after its parent, and those that follow each other
-    /// seldom wait for each other's results, which lets a processor work at several limbs at a time.
+    /// Indices of all bodies but the root in breadth-first order; `n_joints`, from `outward` in `compile.rs`. Each body
+    /// comes after its parent, and neighbours in this order seldom depend on each other, so that a processor can work
+    /// on several limbs at a time.
     pub outward: Vec<usize>,
-    /// Joint names.
+    /// Names of the joints; `n_joints`.
     pub joint_names: Vec<String>,
-    /// Range of motion, rad or m; `None` is unlimited.
+    /// Lower and upper end of each joint's range of motion, rad or m; `n_joints`. `None` is unlimited.
     pub limits: Vec<Option<[f64; 2]>>,
-    /// Whether an actuator drives the joint; without one it is passive, whatever its target.
+    /// Whether an actuator drives the joint; `n_joints`. A joint without one is passive, whatever its target.
     pub driven: Vec<bool>,
-    /// Greatest torque or force of the actuator, N m or N; `None` is unbounded.
+    /// Greatest torque or force of the actuator, N m or N; `n_joints`. `None` is unbounded.
     pub effort: Vec<Option<f64>>,
-    /// Greatest speed of the actuator, rad/s or m/s; `None` is unbounded.
+    /// Greatest speed of the actuator, rad/s or m/s; `n_joints`. `None` is unbounded.
     pub speed: Vec<Option<f64>>,
-    /// Viscous damping, N m s/rad or N s/m.
+    /// Viscous damping, N m s/rad or N s/m; `n_joints`.
     pub damping: Vec<f64>,
-    /// Dry friction, N m or N.
+    /// Dry friction, N m or N; `n_joints`.
     pub friction: Vec<f64>,
-    /// Reflected inertia of the rotor, kg m² or kg.
+    /// Reflected inertia of the rotor, kg m² or kg; `n_joints`.
     pub armature: Vec<f64>,
     /// Total mass, kg.
     pub mass: f64,
-    /// Joints that close loops over the tree.
+    /// Joints that close kinematic loops over the tree, in the order of the character's loops. From `loop_joint` in
+    /// `compile.rs`.
     pub loops: Vec<LoopJoint>,
-    /// Where each link of the character sits, in the order of the character's links.
+    /// Body and frame of each link, in the order of the character's links; `n_links`.
     pub links: Vec<LinkPlace>,
-    /// Shapes that can touch something, and where they can touch the ground.
+    /// Collision shapes with their contact slots against the ground, in the order of the links and, within a link, of its
+    /// shapes; `n_shapes`. From `collision::surface::candidates`, as are the two fields below.
     pub ground_shapes: Vec<GroundShape>,
-    /// Points of those shapes, in the frames of their bodies, m.
+    /// Points of those shapes that can make contact with a plane, in the frames of their bodies, m.
     pub ground_points: Vec<Vector3<f64>>,
-    /// Number of slots of contact with the ground: every place at which the character can touch it has
-    /// one, for as long as the model lives.
+    /// Number of slots for contacts with the ground. Every place at which the character can make contact with it has a
+    /// slot of its own, the same for as long as the model lives.
     pub ground_slots: usize,
-    /// Solids of the shapes, in the frames of their bodies and in the order of `ground_shapes`. Each has
-    /// [`SOLID_SLOTS`] slots for its contacts with other solids, after those of the ground.
+    /// Convex solids of the collision shapes, in the frames of their bodies and in the order of `ground_shapes`;
+    /// `n_shapes`. Each has [`SOLID_SLOTS`] slots for its contacts with other solids, numbered after those of the ground.
     pub solids: Vec<Convex>,
-    /// Which shapes can touch each other.
+    /// Which pairs of shapes can make contact. From `collision::pairs::Anatomy::pairs`.
     pub pairs: Pairs,
+}
+
+/// How the root link is joined to the world.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Base {
+    /// Not at all: it has six degrees of freedom.
+    Floating,
+    /// Rigidly: it stays where it starts.
+    Fixed,
+}
+
+impl Base {
+    /// Fixed where `fixed` holds, floating otherwise.
+    pub fn fixed_if(fixed: bool) -> Self {
+        if fixed { Self::Fixed } else { Self::Floating }
+    }
 }
 
 /// Slots of a shape for its contacts with other solids.
 pub const SOLID_SLOTS: usize = 4;
 
 /// A rigid body and the joint that carries it.
+///
+/// With the joint at angle q about `axis` a (Rodrigues' formula, \[a\] the cross-product matrix of a), a revolute
+/// joint gives the body the orientation `joint_rotation` (1 + sin q \[a\] + (1 − cos q) \[a\]²) in its parent's frame;
+/// a prismatic joint keeps `joint_rotation` and moves the origin by `joint_rotation` a q.
 #[derive(Debug, Clone)]
 pub struct Body {
     /// Index of the parent body; 0 for the root itself.
     pub parent: usize,
-    /// What the joint allows; meaningless for the root.
-    pub freedom: Freedom,
+    /// Whether the joint rotates or slides; meaningless for the root.
+    pub dof: DofKind,
     /// Origin of the joint frame in the parent body's frame, m.
     pub offset: Vector3<f64>,
-    /// Orientation of the joint frame in the parent body's frame.
-    pub turn: Matrix3<f64>,
-    /// `turn` times the cross-product matrix of the axis: the sine part of Rodrigues' formula.
-    pub turn_sine: Matrix3<f64>,
-    /// `turn` times its square: the part of one minus the cosine.
-    pub turn_versine: Matrix3<f64>,
-    /// Axis in the body frame (and in the joint frame).
+    /// Rotation matrix of the joint frame in the parent body's frame.
+    pub joint_rotation: Matrix3<f64>,
+    /// `joint_rotation` \[a\]: the coefficient of sin q.
+    pub joint_rotation_sine: Matrix3<f64>,
+    /// `joint_rotation` \[a\]²: the coefficient of the versine 1 − cos q.
+    pub joint_rotation_versine: Matrix3<f64>,
+    /// Unit vector of the joint's axis in the body frame (and in the joint frame: the joint does not move it).
     pub axis: Vector3<f64>,
     /// kg.
     pub mass: f64,
@@ -93,9 +119,9 @@ pub struct Body {
     pub inertia: Matrix3<f64>,
 }
 
-/// What a movable joint allows.
+/// The one degree of freedom of a movable joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Freedom {
+pub enum DofKind {
     /// Rotation about the axis, rad.
     Revolute,
     /// Translation along the axis, m.
@@ -105,15 +131,15 @@ pub enum Freedom {
 /// A joint that closes a loop: it joins two bodies of the tree.
 #[derive(Debug, Clone)]
 pub struct LoopJoint {
-    /// What it allows.
+    /// Which relative motions it allows.
     pub kind: LoopKind,
     /// Indices of the two bodies.
     pub bodies: [usize; 2],
-    /// Origin of the joint's frame in the frames of the two bodies, m.
-    pub at: [Vector3<f64>; 2],
-    /// Orientation of the joint's frame in the frames of the two bodies.
-    pub turn: [Matrix3<f64>; 2],
-    /// Axis in the joint's frame.
+    /// Origin of the joint frame in the frame of each of the two bodies, m.
+    pub origins: [Vector3<f64>; 2],
+    /// Rotation matrix of the joint frame in the frame of each of the two bodies.
+    pub rotations: [Matrix3<f64>; 2],
+    /// Unit vector of the axis in the joint frame; meaningless for balls and fixed joints.
     pub axis: Vector3<f64>,
 }
 
@@ -122,7 +148,7 @@ pub struct LoopJoint {
 pub struct LinkPlace {
     /// Index of the body it belongs to.
     pub body: usize,
-    /// The link frame in the body frame.
+    /// The link frame in the body frame; the identity for a body's first link.
     pub pose: Isometry3<f64>,
 }
 
@@ -137,8 +163,8 @@ impl Model {
         self.joint_names.iter().position(|joint| joint == name)
     }
 
-    /// Whether every joint has an actuator and moves whatever the others do, so that all of them can be held at
-    /// velocities of their own.
+    /// Whether every joint has an actuator and no closed loop couples joints, so that each of them can be driven at a
+    /// velocity of its own.
     pub fn joints_are_independent(&self) -> bool {
         self.loops.is_empty() && self.driven.iter().all(|driven| *driven)
     }

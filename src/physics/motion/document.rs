@@ -21,7 +21,7 @@ use crate::sim::Root;
 #[serde(deny_unknown_fields)]
 pub struct Motion {
     /// Kind and version of the document.
-    pub format: Format,
+    pub format: MotionFormat,
     /// Whose motion it is.
     pub character: CharacterRef,
     /// Names of the movable joints; every array over joints has their order.
@@ -32,7 +32,7 @@ pub struct Motion {
     pub keyframes: Vec<Keyframe>,
     /// Which part of `keyframes` is played over and over.
     #[serde(rename = "loop")]
-    pub cycle: Loop,
+    pub cycle: MotionLoop,
     /// From the standing pose, at rest at time 0, into `keyframes`: its last keyframe has the angles,
     /// velocities and root of the first of `keyframes`, where the motion goes on. Empty when the motion
     /// simply starts at its first keyframe.
@@ -49,12 +49,13 @@ pub struct Motion {
     /// The poses that the simulated character took over one turn of the loop, densely sampled, for
     /// players without physics; the root as in `keyframes`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub poses: Option<Vec<Pose>>,
+    pub poses: Option<Vec<SampledPose>>,
 }
 
 /// The document's kind and version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-pub enum Format {
+#[schemars(rename = "Format")]
+pub enum MotionFormat {
     /// The one described here.
     #[default]
     #[serde(rename = "gaitwright/motion@1")]
@@ -143,7 +144,8 @@ impl From<&RootMotion> for Root {
 /// The part of `keyframes` that is played over and over.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Loop {
+#[schemars(rename = "Loop")]
+pub struct MotionLoop {
     /// Time of the keyframe at which a turn starts, s.
     pub start: f64,
     /// Time of the last keyframe, s. It equals the keyframe at `start` up to `root_advance`.
@@ -268,7 +270,8 @@ pub struct Provenance {
 /// The pose of the whole character at one time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Pose {
+#[schemars(rename = "Pose")]
+pub struct SampledPose {
     /// Since the start of the turn, s.
     pub time: f64,
     /// Angle of every joint, rad or m.

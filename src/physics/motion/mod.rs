@@ -7,8 +7,8 @@ mod player;
 mod spline;
 
 pub use document::{
-    CharacterRef, Format, Interpolation, Keyframe, Loop, Metrics, Motion, Pose, Provenance, RootAdjustment,
-    RootAdvance, RootMotion, RootPose, Trial, Validity,
+    CharacterRef, Interpolation, Keyframe, Metrics, Motion, MotionFormat, MotionLoop, Provenance,
+    RootAdjustment, RootAdvance, RootMotion, RootPose, SampledPose, Trial, Validity,
 };
 pub use player::Player;
 pub use spline::{hermite, hermite_range, hermite_rate};

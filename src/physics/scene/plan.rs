@@ -1,4 +1,4 @@
-//! What a step computes: decided once, when a character and a scene meet.
+//! What a step computes: compiled once from a model, a scene and an accuracy.
 
 use std::collections::BTreeMap;
 
@@ -10,58 +10,61 @@ use crate::fault::{Fault, InputError};
 use crate::model::Model;
 use crate::model::collision::convex::Convex;
 
-/// Everything about a step that does not change from step to step.
+/// Everything about a step that does not change from step to step. [`StepPlan::compile`] fills every field.
 ///
-/// What is off is absent here, so that a step neither asks nor pays for it.
+/// An effect that is off is absent here (`None`, `false`, zero or empty), so that a step spends no time on it. Arrays
+/// over joints have [`Model::joint_count`] entries.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepPlan {
-    /// The settings this was compiled from.
+    /// Step, solver, coordinates and friction cone, as given.
     pub accuracy: Accuracy,
-    /// Gravitational acceleration, m/s²; zero when the effect is off.
+    /// Gravitational acceleration in the world frame, m/s²; zero when the effect is off.
     pub gravity: Vector3<f64>,
     /// Whether Coriolis, centrifugal and gyroscopic forces are computed.
     pub velocity_forces: bool,
     /// The surface of the ground; `None` without ground contact.
     pub ground: Option<Terrain>,
-    /// Whether shapes of the character touch each other.
+    /// Whether contacts between shapes of the character are computed.
     pub self_collision: bool,
-    /// Solids that stand still in the world; none without contact with obstacles.
+    /// Solids that stand still, in the world frame, in the order of the scene's obstacles; empty without contact with
+    /// obstacles.
     pub obstacles: Vec<Convex>,
-    /// Coefficient of restitution; `None` where contacts do not rebound.
+    /// Coefficient of restitution, above 0 and at most 1; `None` where contacts do not rebound.
     pub restitution: Option<f64>,
-    /// Friction coefficient; `None` without friction.
+    /// Coulomb friction coefficient; `None` without friction.
     pub friction: Option<f64>,
-    /// Ranges of motion, rad or m, one a joint; `None` without joint limits.
+    /// Lower and upper end of each joint's range of motion, rad or m, one a joint (`None`: unlimited); `None` as a whole
+    /// without joint limits.
     pub limits: Option<Vec<Option<[f64; 2]>>>,
     /// Spring and damper of the drive; `None` when joints are not driven toward targets.
     pub drive: Option<DrivePlan>,
     /// Whether the root link keeps its orientation.
     pub trunk_rotation_lock: bool,
-    /// Viscous damping, N m s/rad, one a joint; `None` without joint damping.
+    /// Viscous damping, N m s/rad or N s/m, one a joint; `None` without joint damping.
     pub damping: Option<Vec<f64>>,
-    /// Dry friction, N m, one a joint; `None` without it.
+    /// Dry friction, N m or N, one a joint; `None` without it.
     pub dry_friction: Option<Vec<f64>>,
-    /// Whether penetration and violated limits are corrected.
+    /// Whether penetration, violated limits and open joints are corrected.
     pub stabilization: bool,
     /// Every effect, whether it is simulated, and why.
     pub decisions: BTreeMap<Effect, Decision>,
 }
 
-/// How joints are driven toward their targets.
+/// How joints are driven toward their targets: f₀ − K (q − q*) − D (q̇ − q̇*), within `max_torque`, with q* the target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DrivePlan {
-    /// Spring K, N m/rad, one a joint; 0 for one without an actuator.
+    /// Spring K, N m/rad or N/m, one a joint; 0 for one without an actuator.
     pub stiffness: Vec<f64>,
-    /// Damper D, N m s/rad, one a joint; 0 for one without an actuator.
+    /// Damper D, N m s/rad or N s/m, one a joint; 0 for one without an actuator.
     pub damping: Vec<f64>,
-    /// Greatest torque, N m, one a joint; infinite where unlimited. `None` without torque limits.
+    /// Greatest torque or force, N m or N, one a joint; infinite where unlimited. `None` without torque limits.
     pub max_torque: Option<Vec<f64>>,
-    /// How the offset torque is found.
+    /// How the offset torque f₀ is found.
     pub feedforward: Feedforward,
 }
 
 impl DrivePlan {
-    /// `gains` at the joints of `model` that have an actuator, and nothing at those that have none.
+    /// `gains` at the joints of `model` that have an actuator, and 0 at those that have none.
     fn new(model: &Model, gains: &Gains, torque_limits: bool, feedforward: bool) -> Self {
         let at_driven = |values: &[f64]| {
             values
@@ -140,12 +143,13 @@ impl StepPlan {
         self.accuracy.step
     }
 
-    /// Whether the rows of joints and loops have the bias of their own turning.
-    pub fn reads_turning(&self) -> bool {
+    /// Whether the rows of joints and loops contain the bias −h J̇ v, which comes from the rotation of their own axes
+    /// during the step ([`JointBias::Consistent`]).
+    pub fn has_joint_bias(&self) -> bool {
         self.velocity_forces && self.accuracy.joint_bias == JointBias::Consistent
     }
 
-    /// Whether friction is a circular cone, and not a pyramid.
+    /// Whether the friction cone is circular, and not a pyramid.
     pub fn circular_friction(&self) -> bool {
         self.accuracy.friction_cone == FrictionCone::Cone
     }

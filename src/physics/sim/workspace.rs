@@ -15,7 +15,7 @@ use super::spatial::{Force, Motion};
 use super::state::Memory;
 use super::tracking::Spring;
 use super::{Contact, contact::Outlook, contact::ground};
-use crate::model::{Freedom, Model, SOLID_SLOTS};
+use crate::model::{DofKind, Model, SOLID_SLOTS};
 use crate::scene::{Coordinates, Feedforward, SolverChoice, SolverKind, StepPlan};
 
 /// Scratch memory of a step; each field says which stage fills it.
@@ -375,9 +375,9 @@ fn reach(model: &Model) -> f64 {
 fn span(model: &Model) -> f64 {
     let mut origins = vec![0.0; model.bodies.len()];
     for (index, body) in model.bodies.iter().enumerate().skip(1) {
-        let slide = match body.freedom {
-            Freedom::Revolute => 0.0,
-            Freedom::Prismatic => f64::INFINITY,
+        let slide = match body.dof {
+            DofKind::Revolute => 0.0,
+            DofKind::Prismatic => f64::INFINITY,
         };
         origins[index] = origins[body.parent] + body.offset.norm() + slide;
     }

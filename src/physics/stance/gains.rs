@@ -5,7 +5,7 @@
 //! character, so that a mouse and a horse are held alike.
 
 use super::anatomy::Posed;
-use crate::model::{Freedom, Model};
+use crate::model::{DofKind, Model};
 use crate::scene::{Feedforward, Gains, Scene};
 
 /// Angle by which a joint gives way under its share of the weight, rad.
@@ -49,17 +49,17 @@ pub fn suited(model: &Model, scene: &Scene, angles: &[f64]) -> Gains {
     };
     let stiffness: Vec<f64> = joints
         .clone()
-        .map(|joint| match model.bodies[joint + 1].freedom {
+        .map(|joint| match model.bodies[joint + 1].dof {
             _ if !model.driven[joint] => 0.0,
-            Freedom::Revolute => share * gravity * arm(joint) / GIVE,
-            Freedom::Prismatic => share * gravity / (GIVE * arm(joint)),
+            DofKind::Revolute => share * gravity * arm(joint) / GIVE,
+            DofKind::Prismatic => share * gravity / (GIVE * arm(joint)),
         })
         .collect();
     let damping = joints
         .map(|joint| {
-            let inertia = match model.bodies[joint + 1].freedom {
-                Freedom::Revolute => share * arm(joint).powi(2),
-                Freedom::Prismatic => share,
+            let inertia = match model.bodies[joint + 1].dof {
+                DofKind::Revolute => share * arm(joint).powi(2),
+                DofKind::Prismatic => share,
             };
             2.0 * DAMPING_RATIO * (stiffness[joint] * inertia).sqrt()
         })

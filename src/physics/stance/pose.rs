@@ -9,7 +9,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::anatomy::{Limb, Posed, limbs};
 use super::loops;
-use crate::model::{Freedom, Model};
+use crate::model::{DofKind, Model};
 
 /// Share of a limb's length between its first joint and the ground: bent far enough to push off with, which
 /// learning turned out to need more than a straight leg's rest.
@@ -101,7 +101,7 @@ fn descend(mut angles: Vec<f64>, model: &Model, limbs: &[Limb], cost: impl Fn(&[
 /// for all limbs at once, without which level feet would keep each other from moving.
 fn moves(model: &Model, limbs: &[Limb]) -> Vec<Vec<(usize, f64)>> {
     // A metre of a slide is not a radian; a tenth is near what a character's slides move.
-    let unit = |joint: usize| if model.bodies[joint + 1].freedom == Freedom::Prismatic { 0.1 } else { 1.0 };
+    let unit = |joint: usize| if model.bodies[joint + 1].dof == DofKind::Prismatic { 0.1 } else { 1.0 };
     let fold = |joint: usize| {
         let parent = model.bodies[joint + 1].parent;
         (parent > 0).then(|| vec![(joint, 2.0 * unit(joint)), (parent - 1, -unit(parent - 1))])

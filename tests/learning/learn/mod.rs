@@ -14,7 +14,7 @@ use gaitwright_learning::learn::{
     Behaviour, Cancel, Checkpoint, Generation, Learned, Learning, Observer, Parameters, Task, Weights,
 };
 use gaitwright_physics::character::{Options, read_file};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::Accuracy;
 use gaitwright_physics::stance::Stance;
 
@@ -27,7 +27,7 @@ pub fn plain_grid() -> Grid {
 pub fn bundled(name: &str) -> Arc<Model> {
     let path = crate::common::example_path(name);
     let reading = read_file(&path, Options::default()).unwrap();
-    Arc::new(Model::new(Arc::new(reading.character), false))
+    Arc::new(Model::new(Arc::new(reading.character), Base::Floating))
 }
 
 pub fn parameters(learning: &Learning, stance: &Stance) -> Parameters {

@@ -2,7 +2,7 @@
 
 use gaitwright_physics::character::{Placed, Shape};
 use gaitwright_physics::model::collision::convex::{Approach, Convex, from_vector, vector};
-use gaitwright_physics::model::{Freedom, Model};
+use gaitwright_physics::model::{Base, DofKind, Model};
 use gaitwright_physics::sim::{State, link_poses};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose, Vector};
@@ -194,7 +194,7 @@ fn pairs_said_to_stay_apart_never_touch_within_the_joint_limits() {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let mut apart = 0;
     for file in files {
-        let model = Model::new(common::character(&file), false);
+        let model = Model::new(common::character(&file), Base::Floating);
         apart += model.pairs.apart.len();
         for &pair in &model.pairs.apart {
             assert!(!model.pairs.can_touch(pair[0], pair[1]));
@@ -202,9 +202,9 @@ fn pairs_said_to_stay_apart_never_touch_within_the_joint_limits() {
         for _ in 0..200 {
             let mut state = State::new(&model);
             for (joint, angle) in state.angles.iter_mut().enumerate() {
-                let free = match model.bodies[joint + 1].freedom {
-                    Freedom::Revolute => [-3.2, 3.2],
-                    Freedom::Prismatic => [-1.0, 1.0],
+                let free = match model.bodies[joint + 1].dof {
+                    DofKind::Revolute => [-3.2, 3.2],
+                    DofKind::Prismatic => [-1.0, 1.0],
                 };
                 let [lower, upper] = model.limits[joint].unwrap_or(free);
                 // The ends of the ranges are where shapes meet first.

@@ -14,7 +14,7 @@ mod travel;
 use std::sync::Arc;
 
 use gaitwright_physics::character::{self, Options, ShapeDocument, Source};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Obstacle, Scene};
 use gaitwright_physics::sim::{Command, Simulator, State};
 
@@ -36,7 +36,7 @@ pub fn body(geometry: &str) -> Arc<Model> {
 pub fn read(text: &str, source: Source) -> Arc<Model> {
     let reading = character::read(text.as_bytes(), source, Options::default())
         .unwrap_or_else(|error| panic!("{error}"));
-    Arc::new(Model::new(Arc::new(reading.character), false))
+    Arc::new(Model::new(Arc::new(reading.character), Base::Floating))
 }
 
 pub fn obstacle(shape: &str) -> Obstacle {

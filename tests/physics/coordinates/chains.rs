@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use gaitwright_physics::character::{self, Options, Source};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{
     Accuracy, Effect, Feedforward, Gains, JointBias, Scene, SolverChoice, SolverKind, Switch,
 };
@@ -39,7 +39,7 @@ fn chain(links: usize, mass: impl Fn(usize) -> f64) -> Arc<Model> {
         all(&joint, 1)
     );
     let reading = character::read(document.as_bytes(), Source::Json, Options::default()).unwrap();
-    Arc::new(Model::new(Arc::new(reading.character), true))
+    Arc::new(Model::new(Arc::new(reading.character), Base::Fixed))
 }
 
 #[test]

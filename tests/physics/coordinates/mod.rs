@@ -8,7 +8,7 @@ mod one_step;
 use std::sync::Arc;
 
 use gaitwright_physics::character::Character;
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{
     Accuracy, Coordinates, Effect, Gains, JointBias, Scene, SolverChoice, SolverKind, StepPlan,
 };
@@ -138,7 +138,7 @@ fn a_body_without_inertia_of_its_own_is_refused() {
     let mut character = Character::clone(&model.character);
     let place = character.links.iter().position(|link| link.joint.is_some()).unwrap();
     character.links[place].inertial = None;
-    let model = Model::new(Arc::new(character), false);
+    let model = Model::new(Arc::new(character), Base::Floating);
     let compile = |accuracy| StepPlan::compile(&Scene::default(), &accuracy, None, &model);
     let error = compile(maximal(JointBias::Consistent)).unwrap_err().to_string();
     assert!(error.contains("/accuracy/coordinates"), "{error}");

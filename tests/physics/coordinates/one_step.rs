@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use gaitwright_physics::character::Character;
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Effect, Feedforward, Gains, JointBias, Scene, Switch, Terrain};
 use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::resting_height;
@@ -101,7 +101,7 @@ fn one_step_is_the_same_in_both_coordinates() {
         for case in 0..24 {
             let character = if case % 2 == 0 { character.clone() } else { lossy(&character, &mut rng) };
             let fixed_base = case % 4 == 3;
-            let model = Arc::new(Model::new(character, fixed_base));
+            let model = Arc::new(Model::new(character, Base::fixed_if(fixed_base)));
             // Drawn poses overlap, and no motion takes such links apart at once.
             let friction = if case < 12 { 0.8 } else { 0.0 };
             let mut scene = Scene { friction, ..common::without(&[Effect::SelfCollision]) };

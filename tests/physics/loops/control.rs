@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use gaitwright_physics::character::{Character, LoopKind};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Coordinates, Effect, Feedforward, Gains, Scene, Switch};
 use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::Stance;
@@ -28,7 +28,7 @@ pub fn driven_at(model: &Model, driven: &[&str]) -> Arc<Model> {
     for joint in character.links.iter_mut().filter_map(|link| link.joint.as_mut()) {
         joint.driven = driven.contains(&joint.name.as_str());
     }
-    Arc::new(Model::new(Arc::new(character), model.fixed_base))
+    Arc::new(Model::new(Arc::new(character), Base::fixed_if(model.fixed_base)))
 }
 
 /// The left elbow and the right shoulder of the uneven four-bar with its left shoulder at `crank`, rad: the end
@@ -131,7 +131,8 @@ fn feedforward_that_sees_contacts_carries_four_bar_legs() {
 fn a_joint_without_an_actuator_ignores_its_target() {
     let mut character = Character::clone(&uneven(LoopKind::Revolute, true).character);
     character.loops.clear();
-    let model = driven_at(&Model::new(Arc::new(character), true), &["left_shoulder", "right_shoulder"]);
+    let model =
+        driven_at(&Model::new(Arc::new(character), Base::Fixed), &["left_shoulder", "right_shoulder"]);
     let elbow = model.joint("left_elbow").unwrap();
     for feedforward in [Feedforward::None, Feedforward::ContactFree, Feedforward::ContactAware] {
         let gains = Gains {

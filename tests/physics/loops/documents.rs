@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use gaitwright_physics::character::{self, Character, Options, Source};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Scene};
 use gaitwright_physics::sim::{Command, Simulator};
 use gaitwright_physics::stance::Stance;
@@ -49,7 +49,7 @@ fn four_bar_legs() -> Value {
 
 /// That character.
 pub fn legged() -> Arc<Model> {
-    Arc::new(Model::new(Arc::new(read(&four_bar_legs()).unwrap()), false))
+    Arc::new(Model::new(Arc::new(read(&four_bar_legs()).unwrap()), Base::Floating))
 }
 
 fn read(document: &Value) -> Result<Character, String> {

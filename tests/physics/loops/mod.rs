@@ -7,7 +7,7 @@ mod documents;
 use std::sync::Arc;
 
 use gaitwright_physics::character::{Character, LoopKind};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{
     Accuracy, Coordinates, Feedforward, Gains, JointBias, Scene, SolverChoice, SolverKind,
 };
@@ -32,7 +32,7 @@ fn in_the_air() -> Scene {
 /// The example: two cranks of 0.3 m, 0.4 m apart, and a coupler between their ends; its frame bolted.
 fn fourbar() -> Arc<Model> {
     let free = common::example("fourbar.json");
-    Arc::new(Model::new(free.character.clone(), true))
+    Arc::new(Model::new(free.character.clone(), Base::Fixed))
 }
 
 /// The cranks at `angle`, turning at `rate`; the coupler stays level.
@@ -157,14 +157,14 @@ fn uneven(kind: LoopKind, bolted: bool) -> Arc<Model> {
     character.loops[0].kind = kind;
     character.loops[0].frames =
         [Isometry3::translation(0.0, 0.0, -0.25), Isometry3::translation(0.4, 0.0, 0.05)];
-    Arc::new(Model::new(Arc::new(character), bolted))
+    Arc::new(Model::new(Arc::new(character), Base::fixed_if(bolted)))
 }
 
 /// The example with another kind of joint at its right elbow, and its frame bolted or not.
 fn with_loop(kind: LoopKind, bolted: bool) -> Arc<Model> {
     let mut character = Character::clone(&common::example("fourbar.json").character);
     character.loops[0].kind = kind;
-    Arc::new(Model::new(Arc::new(character), bolted))
+    Arc::new(Model::new(Arc::new(character), Base::fixed_if(bolted)))
 }
 
 proptest! {
@@ -234,7 +234,7 @@ fn a_loop_moves_although_its_axes_are_a_little_askew() {
         for joint in joints.filter(|joint| joint.name == "right_shoulder") {
             joint.axis = Unit::new_normalize(Vector3::new(askew, 1.0, 0.0));
         }
-        let model = Arc::new(Model::new(Arc::new(character), true));
+        let model = Arc::new(Model::new(Arc::new(character), Base::Fixed));
         let plan = common::plan(&model, &in_the_air(), &accuracy(coordinates), None);
         let mut simulator = Simulator::new(model.clone(), plan, swung(&model, 0.5, 0.0));
         let mut apart = 0.0_f64;
@@ -270,7 +270,7 @@ fn loops_that_contradict_each_other_are_told_and_stay_finite() {
     tie.links = [place("frame"), place("coupler")];
     tie.frames = [Isometry3::translation(-0.1, 0.0, -0.3), Isometry3::translation(0.1, 0.0, 0.0)];
     character.loops.push(tie);
-    let model = Arc::new(Model::new(Arc::new(character), true));
+    let model = Arc::new(Model::new(Arc::new(character), Base::Fixed));
     for coordinates in BOTH {
         let plan = common::plan(&model, &in_the_air(), &accuracy(coordinates), None);
         // Closed, it is a rigid frame.
@@ -323,7 +323,7 @@ fn a_loop_costs_rows_only_where_there_is_one() {
     let model = fourbar();
     let mut open = Character::clone(&model.character);
     open.loops.clear();
-    let open = Arc::new(Model::new(Arc::new(open), true));
+    let open = Arc::new(Model::new(Arc::new(open), Base::Fixed));
     for _ in 0..10 {
         let state = swung(&open, rng.random_range(-1.0..1.0), rng.random_range(-2.0..2.0));
         let plan = common::plan(&open, &in_the_air(), &accuracy(Coordinates::Reduced), None);

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use gaitwright_physics::character::{self, Options, Source};
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{
     Accuracy, Coordinates, Effect, Feedforward, FrictionCone, Gains, Ground, Integrator, Scene, SolverChoice,
     SolverKind, StepPlan, Switch, Terrain,
@@ -160,7 +160,7 @@ fn drawing(rng: &mut ChaCha8Rng, scene: Scene, drive: Option<&dyn Fn(usize) -> G
     scene.effects.insert(Effect::SelfCollision, Switch::Off);
     let reading = character::read(document.to_string().as_bytes(), Source::Json, Options::default())
         .unwrap_or_else(|error| panic!("{document}: {error}"));
-    let model = Arc::new(Model::new(Arc::new(reading.character), rng.random_bool(0.2)));
+    let model = Arc::new(Model::new(Arc::new(reading.character), Base::fixed_if(rng.random_bool(0.2))));
     let mut start = State::new(&model);
     let pace = decades(rng, -1.0, 1.0);
     for joint in 0..model.joint_count() {

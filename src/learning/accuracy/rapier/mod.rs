@@ -31,7 +31,7 @@ use rapier3d::dynamics::{MotorModel, Multibody, MultibodyJointHandle, RigidBodyH
 use rapier3d::math::{Rotation, Vector};
 use rapier3d::pipeline::PhysicsWorld;
 
-use gaitwright_physics::model::{Freedom, Model};
+use gaitwright_physics::model::{DofKind, Model};
 use gaitwright_physics::scene::StepPlan;
 use gaitwright_physics::sim::{Command, Failure, State, check_finite};
 
@@ -105,12 +105,12 @@ impl Rapier {
             let carried = &self.world.bodies[child];
             let along = *carried.rotation() * world::vector(body.axis) * torque;
             let at = carried.center_of_mass();
-            match body.freedom {
-                Freedom::Revolute => {
+            match body.dof {
+                DofKind::Revolute => {
                     self.world.bodies[child].add_torque(along, false);
                     self.world.bodies[parent].add_torque(-along, false);
                 }
-                Freedom::Prismatic => {
+                DofKind::Prismatic => {
                     self.world.bodies[child].add_force_at_point(along, at, false);
                     self.world.bodies[parent].add_force_at_point(-along, at, false);
                 }
@@ -159,7 +159,7 @@ impl Rapier {
             return;
         };
         for (joint, link) in tree.links_mut().skip(1).enumerate() {
-            visit(joint, world::axis(self.model.bodies[joint + 1].freedom), &mut link.joint.data);
+            visit(joint, world::axis(self.model.bodies[joint + 1].dof), &mut link.joint.data);
         }
     }
 
@@ -171,8 +171,7 @@ impl Rapier {
         if let Some(tree) = tree {
             let rates = tree.generalized_velocity();
             for (joint, link) in tree.links().skip(1).enumerate() {
-                state.angles[joint] =
-                    link.joint().coords()[world::coordinate(model.bodies[joint + 1].freedom)];
+                state.angles[joint] = link.joint().coords()[world::coordinate(model.bodies[joint + 1].dof)];
                 state.velocities[joint] = rates[link.assembly_id()];
             }
         }

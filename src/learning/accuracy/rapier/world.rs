@@ -12,7 +12,7 @@ use rapier3d::math::{Matrix, Pose, Rotation, Vector};
 use rapier3d::pipeline::PhysicsWorld;
 
 use gaitwright_physics::character::Shape;
-use gaitwright_physics::model::{Freedom, Model};
+use gaitwright_physics::model::{DofKind, Model};
 use gaitwright_physics::scene::{Feedforward, FrictionCone, StepPlan, Terrain};
 use gaitwright_physics::sim::State;
 use gaitwright_physics::sim::reduced::kinematics::{BodyMotion, place};
@@ -53,16 +53,16 @@ pub struct Built {
 }
 
 /// The rapier axis along which a joint is free.
-pub fn axis(freedom: Freedom) -> JointAxis {
-    match freedom {
-        Freedom::Revolute => JointAxis::AngX,
-        Freedom::Prismatic => JointAxis::LinX,
+pub fn axis(dof: DofKind) -> JointAxis {
+    match dof {
+        DofKind::Revolute => JointAxis::AngX,
+        DofKind::Prismatic => JointAxis::LinX,
     }
 }
 
 /// Index of a joint's coordinate among the six of a rapier joint.
-pub fn coordinate(freedom: Freedom) -> usize {
-    axis(freedom) as usize
+pub fn coordinate(dof: DofKind) -> usize {
+    axis(dof) as usize
 }
 
 pub fn vector(vector: Vector3<f64>) -> Vector {
@@ -192,18 +192,18 @@ fn mass_properties(model: &Model, index: usize) -> MassProperties {
 /// The joint that carries body `index`, along x of frames that are turned to its axis.
 fn joint(model: &Model, plan: &StepPlan, index: usize) -> GenericJoint {
     let body = &model.bodies[index];
-    let locked = match body.freedom {
-        Freedom::Revolute => JointAxesMask::LOCKED_REVOLUTE_AXES,
-        Freedom::Prismatic => JointAxesMask::LOCKED_PRISMATIC_AXES,
+    let locked = match body.dof {
+        DofKind::Revolute => JointAxesMask::LOCKED_REVOLUTE_AXES,
+        DofKind::Prismatic => JointAxesMask::LOCKED_PRISMATIC_AXES,
     };
     let to_axis = Rotation::from_rotation_arc(Vector::X, vector(body.axis));
     let offset = body.offset - frame_offset(model, body.parent);
     let mut joint = GenericJointBuilder::new(locked)
-        .local_frame1(Pose::from_parts(vector(offset), turn(&body.turn) * to_axis))
+        .local_frame1(Pose::from_parts(vector(offset), turn(&body.joint_rotation) * to_axis))
         .local_frame2(Pose::from_rotation(to_axis))
         .build();
     if let Some([lower, upper]) = plan.limits.as_ref().and_then(|limits| limits[index - 1]) {
-        joint.set_limits(axis(body.freedom), [lower, upper]);
+        joint.set_limits(axis(body.dof), [lower, upper]);
     }
     joint
 }

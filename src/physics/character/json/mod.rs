@@ -2,12 +2,12 @@
 
 mod wire;
 
-pub use wire::Shape as ShapeDocument;
+pub use wire::ShapeDocument;
 
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::build::{LENGTH, shape_fault};
-use super::draft::{At, Draft, DraftInertial, DraftJoint, DraftLink, DraftLoop, Report, name_fault};
+use super::bounds::{LENGTH, shape_fault};
+use super::draft::{At, Diagnostics, Draft, DraftInertial, DraftJoint, DraftLink, DraftLoop, name_fault};
 use super::solid::Solid;
 use super::{About, JointKind, LoopKind, NoteKind, Placed, Shape, mesh};
 use crate::fault::{self, Fault, InputError};
@@ -36,27 +36,27 @@ pub fn draft(bytes: &[u8]) -> Result<Draft, InputError> {
     if !faults.is_empty() {
         return Err(InputError::Impossible(faults));
     }
-    let mut report = Report::default();
+    let mut diagnostics = Diagnostics::default();
     if document.format != FORMAT {
-        report.fault("/format", format!("the format is {:?}, not {FORMAT:?}", document.format));
+        diagnostics.fault("/format", format!("the format is {:?}, not {FORMAT:?}", document.format));
     }
     let links = document
         .links
         .into_iter()
         .enumerate()
-        .map(|(index, link)| read_link(&mut report, index, link))
+        .map(|(index, link)| read_link(&mut diagnostics, index, link))
         .collect();
     let joints = document
         .joints
         .into_iter()
         .enumerate()
-        .map(|(index, joint)| read_joint(&mut report, index, joint))
+        .map(|(index, joint)| read_joint(&mut diagnostics, index, joint))
         .collect();
     let loops = document
         .loops
         .into_iter()
         .enumerate()
-        .map(|(index, closing)| read_loop(&mut report, index, closing))
+        .map(|(index, closing)| read_loop(&mut diagnostics, index, closing))
         .collect();
     let standing = document.standing.map(|angles| {
         angles
@@ -67,7 +67,7 @@ pub fn draft(bytes: &[u8]) -> Result<Draft, InputError> {
             })
             .collect()
     });
-    Ok(Draft { name: document.name, links, joints, loops, standing, complete: true, report })
+    Ok(Draft { name: document.name, links, joints, loops, standing, complete: true, diagnostics })
 }
 
 /// What is wrong with the document's names.
@@ -85,27 +85,27 @@ fn name_faults(document: &wire::Document) -> Vec<Fault> {
         .collect()
 }
 
-fn read_link(report: &mut Report, index: usize, link: wire::Link) -> DraftLink {
+fn read_link(diagnostics: &mut Diagnostics, index: usize, link: wire::LinkDocument) -> DraftLink {
     let place = format!("/links/{index}");
     let about = About::Link(link.name.clone());
-    let collisions = read_shapes(report, &format!("{place}/shapes"), &about, link.shapes);
-    let visuals = read_shapes(report, &format!("{place}/visuals"), &about, link.visuals);
+    let collisions = read_shapes(diagnostics, &format!("{place}/shapes"), &about, link.shapes);
+    let visuals = read_shapes(diagnostics, &format!("{place}/visuals"), &about, link.visuals);
     let inertia = link.inertia.map(|i| Matrix3::new(i.xx, i.xy, i.xz, i.xy, i.yy, i.yz, i.xz, i.yz, i.zz));
     let center_of_mass = link.center_of_mass.map_or(Point3::origin(), Point3::from);
     let inertial = match (link.density, link.mass) {
         (Some(_), Some(_)) => {
-            report.fault(format!("{place}/density"), "give either density or mass, not both");
+            diagnostics.fault(format!("{place}/density"), "give either density or mass, not both");
             None
         }
         (None, None) => {
             if inertia.is_some() || link.center_of_mass.is_some() {
-                report.fault(place.as_str(), "an inertia or a centre of mass is given without a mass");
+                diagnostics.fault(place.as_str(), "an inertia or a centre of mass is given without a mass");
             }
             None
         }
         (None, Some(mass)) => {
             if mass > 0.0 && inertia.is_none() {
-                report.fault(place.as_str(), "a mass is given without an inertia");
+                diagnostics.fault(place.as_str(), "a mass is given without an inertia");
             }
             Some(At::new(DraftInertial { mass, center_of_mass, inertia }, format!("{place}/mass")))
         }
@@ -113,12 +113,12 @@ fn read_link(report: &mut Report, index: usize, link: wire::Link) -> DraftLink {
             let place = format!("{place}/density");
             if inertia.is_some() || link.center_of_mass.is_some() {
                 let reason = "the shapes give centre of mass and inertia where a density is given";
-                report.fault(place.as_str(), reason);
+                diagnostics.fault(place.as_str(), reason);
             }
             if density > 0.0 {
-                weighed(report, &place, density, &collisions)
+                weighed(diagnostics, &place, density, &collisions)
             } else {
-                report.fault(place, "the density must be positive");
+                diagnostics.fault(place, "the density must be positive");
                 None
             }
         }
@@ -135,13 +135,13 @@ fn read_link(report: &mut Report, index: usize, link: wire::Link) -> DraftLink {
 
 /// Mass and inertia of shapes of one density.
 fn weighed(
-    report: &mut Report,
+    diagnostics: &mut Diagnostics,
     place: &str,
     density: f64,
     shapes: &[At<Placed>],
 ) -> Option<At<DraftInertial>> {
     let Some(solid) = Solid::of_all(shapes.iter().map(|shape| &shape.value)) else {
-        report.fault(place, "a density is given, but no shape with a volume");
+        diagnostics.fault(place, "a density is given, but no shape with a volume");
         return None;
     };
     let inertial = DraftInertial {
@@ -157,11 +157,11 @@ fn weighed(
 /// # Errors
 ///
 /// Every fault, with JSON pointers into the shape.
-pub fn read_shape(document: &wire::Shape) -> Result<Placed, Vec<Fault>> {
-    let mut report = Report::default();
+pub fn read_shape(document: &wire::ShapeDocument) -> Result<Placed, Vec<Fault>> {
+    let mut diagnostics = Diagnostics::default();
     let about = About::Character(String::new());
-    let placed = read_shapes(&mut report, "", &about, vec![document.clone()]).pop();
-    let mut faults: Vec<Fault> = report
+    let placed = read_shapes(&mut diagnostics, "", &about, vec![document.clone()]).pop();
+    let mut faults: Vec<Fault> = diagnostics
         .faults
         .into_iter()
         .map(|fault| Fault { pointer: fault.pointer.trim_start_matches("/0").to_owned(), ..fault })
@@ -183,50 +183,61 @@ fn placement_fault(pose: &Isometry3<f64>) -> Option<Fault> {
     far.then(|| Fault::new("/pose/position", format!("every coordinate must be within {LENGTH:e} m")))
 }
 
-fn read_shapes(report: &mut Report, place: &str, about: &About, shapes: Vec<wire::Shape>) -> Vec<At<Placed>> {
+fn read_shapes(
+    diagnostics: &mut Diagnostics,
+    place: &str,
+    about: &About,
+    shapes: Vec<wire::ShapeDocument>,
+) -> Vec<At<Placed>> {
     let mut placed = Vec::new();
     for (index, shape) in shapes.into_iter().enumerate() {
         let place = format!("{place}/{index}");
         let (shape, pose, color) = match shape {
-            wire::Shape::Sphere { radius, pose, color } => (Shape::Sphere { radius }, pose, color),
-            wire::Shape::Box { size, pose, color } => {
+            wire::ShapeDocument::Sphere { radius, pose, color } => (Shape::Sphere { radius }, pose, color),
+            wire::ShapeDocument::Box { size, pose, color } => {
                 (Shape::Box { half_extents: Vector3::from(size) / 2.0 }, pose, color)
             }
-            wire::Shape::Cylinder { radius, length, pose, color } => {
+            wire::ShapeDocument::Cylinder { radius, length, pose, color } => {
                 (Shape::Cylinder { radius, half_length: length / 2.0 }, pose, color)
             }
-            wire::Shape::Capsule { radius, length, pose, color } => {
+            wire::ShapeDocument::Capsule { radius, length, pose, color } => {
                 (Shape::Capsule { radius, half_length: length / 2.0 }, pose, color)
             }
-            wire::Shape::Hull { vertices, pose, color } => {
-                let Some(hull) = read_hull(report, &place, about, vertices) else { continue };
+            wire::ShapeDocument::Hull { vertices, pose, color } => {
+                let Some(hull) = read_hull(diagnostics, &place, about, vertices) else { continue };
                 (hull, pose, color)
             }
         };
-        let pose = read_pose(report, &format!("{place}/pose"), pose);
+        let pose = read_pose(diagnostics, &format!("{place}/pose"), pose);
         let color = color.map(|color| color.map(|part| part.clamp(0.0, 1.0)));
         placed.push(At::new(Placed { pose, shape, color }, place));
     }
     placed
 }
 
-fn read_hull(report: &mut Report, place: &str, about: &About, vertices: Vec<[f64; 3]>) -> Option<Shape> {
+fn read_hull(
+    diagnostics: &mut Diagnostics,
+    place: &str,
+    about: &About,
+    vertices: Vec<[f64; 3]>,
+) -> Option<Shape> {
     let place = format!("{place}/vertices");
     if vertices.len() > POINTS {
-        report.fault(place, format!("the hull has {} points; at most {POINTS} are read", vertices.len()));
+        diagnostics
+            .fault(place, format!("the hull has {} points; at most {POINTS} are read", vertices.len()));
         return None;
     }
     if vertices.iter().flatten().any(|x| x.abs() > LENGTH) {
-        report.fault(place, format!("every point must be within {LENGTH:e} m"));
+        diagnostics.fault(place, format!("every point must be within {LENGTH:e} m"));
         return None;
     }
     let points: Vec<_> = vertices.into_iter().map(Point3::from).collect();
     let Some(solid) = mesh::hull(&points) else {
-        report.fault(place, "the points of a hull must not all lie in one plane");
+        diagnostics.fault(place, "the points of a hull must not all lie in one plane");
         return None;
     };
     if let Some(how) = solid.approximation {
-        report.note(
+        diagnostics.note(
             place,
             about.clone(),
             NoteKind::Approximated,
@@ -236,16 +247,16 @@ fn read_hull(report: &mut Report, place: &str, about: &About, vertices: Vec<[f64
     Some(solid.shape)
 }
 
-fn read_pose(report: &mut Report, place: &str, pose: wire::Pose) -> Isometry3<f64> {
+fn read_pose(diagnostics: &mut Diagnostics, place: &str, pose: wire::PoseDocument) -> Isometry3<f64> {
     let rotation = match (pose.orientation, pose.rpy) {
         (Some(_), Some(_)) => {
-            report.fault(place, "give either orientation or rpy, not both");
+            diagnostics.fault(place, "give either orientation or rpy, not both");
             UnitQuaternion::identity()
         }
         (Some([w, x, y, z]), None) => {
             let quaternion = Quaternion::new(w, x, y, z);
             UnitQuaternion::try_new(quaternion, 1e-6).unwrap_or_else(|| {
-                report.fault(format!("{place}/orientation"), "the quaternion has no length");
+                diagnostics.fault(format!("{place}/orientation"), "the quaternion has no length");
                 UnitQuaternion::identity()
             })
         }
@@ -255,23 +266,25 @@ fn read_pose(report: &mut Report, place: &str, pose: wire::Pose) -> Isometry3<f6
     Isometry3::from_parts(Translation3::from(Vector3::from(pose.position)), rotation)
 }
 
-fn read_joint(report: &mut Report, index: usize, joint: wire::Joint) -> DraftJoint {
+fn read_joint(diagnostics: &mut Diagnostics, index: usize, joint: wire::JointDocument) -> DraftJoint {
     let place = format!("/joints/{index}");
     let part = |name: &str| format!("{place}/{name}");
     let kind = match joint.kind {
-        wire::JointKind::Fixed => JointKind::Fixed,
-        wire::JointKind::Revolute | wire::JointKind::Continuous => JointKind::Revolute,
-        wire::JointKind::Prismatic => JointKind::Prismatic,
+        wire::JointKindDocument::Fixed => JointKind::Fixed,
+        wire::JointKindDocument::Revolute | wire::JointKindDocument::Continuous => JointKind::Revolute,
+        wire::JointKindDocument::Prismatic => JointKind::Prismatic,
     };
-    if joint.limits.is_some() && matches!(joint.kind, wire::JointKind::Fixed | wire::JointKind::Continuous) {
-        report.fault(part("limits"), "a fixed or continuous joint has no limits");
+    if joint.limits.is_some()
+        && matches!(joint.kind, wire::JointKindDocument::Fixed | wire::JointKindDocument::Continuous)
+    {
+        diagnostics.fault(part("limits"), "a fixed or continuous joint has no limits");
     }
     let bound = |name: &str, value: Option<f64>| {
         value.map(|value| At::new(value, part(&format!("actuation/{name}"))))
     };
     DraftJoint {
         kind,
-        origin: At::new(read_pose(report, &part("origin"), joint.origin), part("origin")),
+        origin: At::new(read_pose(diagnostics, &part("origin"), joint.origin), part("origin")),
         axis: At::new(Vector3::from(joint.axis), part("axis")),
         limits: joint.limits.map(|limits| At::new([limits.lower, limits.upper], part("limits"))),
         driven: joint.actuation.is_some(),
@@ -286,22 +299,22 @@ fn read_joint(report: &mut Report, index: usize, joint: wire::Joint) -> DraftJoi
     }
 }
 
-fn read_loop(report: &mut Report, index: usize, closing: wire::Loop) -> DraftLoop {
+fn read_loop(diagnostics: &mut Diagnostics, index: usize, closing: wire::LoopDocument) -> DraftLoop {
     let part = |part: &str| format!("/loops/{index}/{part}");
     let kind = match closing.kind {
-        wire::LoopKind::Ball => LoopKind::Ball,
-        wire::LoopKind::Revolute => LoopKind::Revolute,
-        wire::LoopKind::Prismatic => LoopKind::Prismatic,
-        wire::LoopKind::Fixed => LoopKind::Fixed,
+        wire::LoopKindDocument::Ball => LoopKind::Ball,
+        wire::LoopKindDocument::Revolute => LoopKind::Revolute,
+        wire::LoopKindDocument::Prismatic => LoopKind::Prismatic,
+        wire::LoopKindDocument::Fixed => LoopKind::Fixed,
     };
     DraftLoop {
         name: At::new(closing.name, part("name")),
         kind,
         ends: [At::new(closing.a, part("a")), At::new(closing.b, part("b"))],
-        origin: At::new(read_pose(report, &part("origin"), closing.origin), part("origin")),
+        origin: At::new(read_pose(diagnostics, &part("origin"), closing.origin), part("origin")),
         origin_in_second: closing
             .origin_in_b
-            .map(|pose| At::new(read_pose(report, &part("origin_in_b"), pose), part("origin_in_b"))),
+            .map(|pose| At::new(read_pose(diagnostics, &part("origin_in_b"), pose), part("origin_in_b"))),
         axis: At::new(Vector3::from(closing.axis), part("axis")),
     }
 }

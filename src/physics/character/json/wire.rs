@@ -17,13 +17,13 @@ pub struct Document {
     /// The character's name.
     pub name: String,
     /// At least one; each but the root is the child of one joint.
-    pub links: Vec<Link>,
+    pub links: Vec<LinkDocument>,
     /// In the order in which a parent's children are to follow it.
     #[serde(default)]
-    pub joints: Vec<Joint>,
+    pub joints: Vec<JointDocument>,
     /// Joints that close loops: each joins two links that the tree joins already, and is passive.
     #[serde(default)]
-    pub loops: Vec<Loop>,
+    pub loops: Vec<LoopDocument>,
     /// A standing pose, by joint name, rad or m; joints left out stand at 0.
     #[serde(default)]
     pub standing: Option<BTreeMap<String, f64>>,
@@ -33,7 +33,8 @@ pub struct Document {
 /// `center_of_mass` and `inertia`; or none of them for a mere frame.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Link {
+#[schemars(rename = "Link")]
+pub struct LinkDocument {
     /// Unique among the links.
     pub name: String,
     /// kg/m³ of all `shapes`; where shapes overlap, both count.
@@ -52,10 +53,10 @@ pub struct Link {
     pub inertia: Option<Inertia>,
     /// What touches the world.
     #[serde(default)]
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<ShapeDocument>,
     /// What is only looked at; the shapes when left out.
     #[serde(default)]
-    pub visuals: Vec<Shape>,
+    pub visuals: Vec<ShapeDocument>,
 }
 
 /// A symmetric matrix of inertia, kg m².
@@ -76,7 +77,8 @@ pub struct Inertia {
 /// A frame in another: a position in m, and either an orientation or roll, pitch and yaw.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Pose {
+#[schemars(rename = "Pose")]
+pub struct PoseDocument {
     /// m.
     #[serde(default)]
     pub position: [f64; 3],
@@ -91,14 +93,15 @@ pub struct Pose {
 /// A solid shape about its own frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Shape {
+#[schemars(rename = "Shape")]
+pub enum ShapeDocument {
     /// A ball.
     Sphere {
         /// m.
         radius: f64,
         /// The shape's frame in that of its link, or of the world for an obstacle.
         #[serde(default, deserialize_with = "object")]
-        pose: Pose,
+        pose: PoseDocument,
         /// Red, green, blue, opacity, 0 to 1.
         #[serde(default)]
         color: Option<[f32; 4]>,
@@ -109,7 +112,7 @@ pub enum Shape {
         size: [f64; 3],
         /// The shape's frame in that of its link, or of the world for an obstacle.
         #[serde(default, deserialize_with = "object")]
-        pose: Pose,
+        pose: PoseDocument,
         /// Red, green, blue, opacity, 0 to 1.
         #[serde(default)]
         color: Option<[f32; 4]>,
@@ -122,7 +125,7 @@ pub enum Shape {
         length: f64,
         /// The shape's frame in that of its link, or of the world for an obstacle.
         #[serde(default, deserialize_with = "object")]
-        pose: Pose,
+        pose: PoseDocument,
         /// Red, green, blue, opacity, 0 to 1.
         #[serde(default)]
         color: Option<[f32; 4]>,
@@ -135,7 +138,7 @@ pub enum Shape {
         length: f64,
         /// The shape's frame in that of its link, or of the world for an obstacle.
         #[serde(default, deserialize_with = "object")]
-        pose: Pose,
+        pose: PoseDocument,
         /// Red, green, blue, opacity, 0 to 1.
         #[serde(default)]
         color: Option<[f32; 4]>,
@@ -146,7 +149,7 @@ pub enum Shape {
         vertices: Vec<[f64; 3]>,
         /// The shape's frame in that of its link, or of the world for an obstacle.
         #[serde(default, deserialize_with = "object")]
-        pose: Pose,
+        pose: PoseDocument,
         /// Red, green, blue, opacity, 0 to 1.
         #[serde(default)]
         color: Option<[f32; 4]>,
@@ -156,24 +159,25 @@ pub enum Shape {
 /// What joins a child link to its parent.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Joint {
+#[schemars(rename = "Joint")]
+pub struct JointDocument {
     /// Unique among the joints.
     pub name: String,
     /// What the joint allows.
-    pub kind: JointKind,
+    pub kind: JointKindDocument,
     /// Name of the parent link.
     pub parent: String,
     /// Name of the child link.
     pub child: String,
     /// The joint frame, which is the child link's frame at angle 0, in the parent link's frame.
     #[serde(default)]
-    pub origin: Pose,
+    pub origin: PoseDocument,
     /// In the joint frame; it is normalised.
     #[serde(default = "x_axis")]
     pub axis: [f64; 3],
     /// Range of motion; none when left out.
     #[serde(default)]
-    pub limits: Option<Limits>,
+    pub limits: Option<LimitsDocument>,
     /// Bounds of the actuator, without any when left out; `null` for a passive joint, which has no actuator.
     #[serde(default = "unbounded_actuator")]
     pub actuation: Option<Actuation>,
@@ -198,7 +202,8 @@ fn x_axis() -> [f64; 3] {
 /// What a joint allows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum JointKind {
+#[schemars(rename = "JointKind")]
+pub enum JointKindDocument {
     /// No motion.
     Fixed,
     /// Rotation about the axis.
@@ -212,22 +217,23 @@ pub enum JointKind {
 /// A joint between two links of the tree, which closes a loop. With all angles at 0 it must be closed.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Loop {
+#[schemars(rename = "Loop")]
+pub struct LoopDocument {
     /// Unique among the loops.
     pub name: String,
     /// What the joint allows.
-    pub kind: LoopKind,
+    pub kind: LoopKindDocument,
     /// Name of the first link.
     pub a: String,
     /// Name of the second link.
     pub b: String,
     /// The joint frame in the frame of link `a`.
     #[serde(default)]
-    pub origin: Pose,
+    pub origin: PoseDocument,
     /// The joint frame in the frame of link `b`: where `origin` is with all angles at 0. It follows
     /// from that and may be left out.
     #[serde(default)]
-    pub origin_in_b: Option<Pose>,
+    pub origin_in_b: Option<PoseDocument>,
     /// In the joint frame; it is normalised.
     #[serde(default = "x_axis")]
     pub axis: [f64; 3],
@@ -236,7 +242,8 @@ pub struct Loop {
 /// What a joint that closes a loop allows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum LoopKind {
+#[schemars(rename = "LoopKind")]
+pub enum LoopKindDocument {
     /// All rotations.
     Ball,
     /// Rotation about the axis.
@@ -250,7 +257,8 @@ pub enum LoopKind {
 /// A range of motion, rad or m.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Limits {
+#[schemars(rename = "Limits")]
+pub struct LimitsDocument {
     pub lower: f64,
     /// Greater than `lower`.
     pub upper: f64,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::{Document, Error, Node, ParsingOptions};
 
-use crate::character::draft::{Report, name_fault};
+use crate::character::draft::{Diagnostics, name_fault};
 use crate::character::{About, NoteKind};
 use crate::fault::{Fault, InputError};
 
@@ -44,15 +44,15 @@ pub fn parse(text: &str) -> Result<Document<'_>, InputError> {
     Ok(document)
 }
 
-/// The link or joint that an element belongs to, for places and notes.
+/// The named URDF element that an XML node belongs to, for places and notes.
 #[derive(Debug, Clone)]
-pub enum Owner {
+pub enum UrdfElement {
     Link(String),
     Joint(String),
     Robot(String),
 }
 
-impl Owner {
+impl UrdfElement {
     pub fn about(&self) -> About {
         match self {
             Self::Link(name) => About::Link(name.clone()),
@@ -65,7 +65,7 @@ impl Owner {
 /// What reading a document gathers.
 pub struct Context {
     line_starts: Vec<usize>,
-    pub report: Report,
+    pub diagnostics: Diagnostics,
     /// How often an element was left out, by its parent's name and its own.
     ignored: BTreeMap<(String, String), usize>,
     /// Bytes of mesh files that may still be read.
@@ -76,7 +76,12 @@ impl Context {
     pub fn new(text: &str) -> Self {
         let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(index, _)| index + 1);
         let line_starts = std::iter::once(0).chain(ends).collect();
-        Self { line_starts, report: Report::default(), ignored: BTreeMap::new(), mesh_bytes: MESH_BYTES }
+        Self {
+            line_starts,
+            diagnostics: Diagnostics::default(),
+            ignored: BTreeMap::new(),
+            mesh_bytes: MESH_BYTES,
+        }
     }
 
     /// Whether another mesh file of `bytes` may be read; it is counted.
@@ -87,23 +92,23 @@ impl Context {
     }
 
     /// Where `node` stands: its line and the link or joint it belongs to.
-    pub fn place(&self, node: Node, owner: &Owner) -> String {
+    pub fn place(&self, node: Node, owner: &UrdfElement) -> String {
         let line = self.line_starts.partition_point(|start| *start <= node.range().start);
         match owner {
-            Owner::Link(name) => format!("line {line}, link {name:?}"),
-            Owner::Joint(name) => format!("line {line}, joint {name:?}"),
-            Owner::Robot(_) => format!("line {line}"),
+            UrdfElement::Link(name) => format!("line {line}, link {name:?}"),
+            UrdfElement::Joint(name) => format!("line {line}, joint {name:?}"),
+            UrdfElement::Robot(_) => format!("line {line}"),
         }
     }
 
-    pub fn fault(&mut self, node: Node, owner: &Owner, reason: impl Into<String>) {
+    pub fn fault(&mut self, node: Node, owner: &UrdfElement, reason: impl Into<String>) {
         let place = self.place(node, owner);
-        self.report.fault(place, reason);
+        self.diagnostics.fault(place, reason);
     }
 
-    pub fn note(&mut self, node: Node, owner: &Owner, kind: NoteKind, message: impl Into<String>) {
+    pub fn note(&mut self, node: Node, owner: &UrdfElement, kind: NoteKind, message: impl Into<String>) {
         let place = self.place(node, owner);
-        self.report.note(place, owner.about(), kind, message);
+        self.diagnostics.note(place, owner.about(), kind, message);
     }
 
     /// Counts an element that has no bearing on the character.
@@ -122,7 +127,7 @@ impl Context {
     }
 
     /// One note for every kind of element left out.
-    pub fn note_ignored(&mut self, robot: Node, owner: &Owner) {
+    pub fn note_ignored(&mut self, robot: Node, owner: &UrdfElement) {
         for ((parent, name), count) in std::mem::take(&mut self.ignored) {
             let times = if count == 1 { "once".to_owned() } else { format!("{count} times") };
             let message = format!("<{name}> in <{parent}> is not used ({times})");
@@ -132,7 +137,7 @@ impl Context {
 
     /// The name of a link or joint; a fault when it has none that can be used.
     pub fn name<'a>(&mut self, node: Node<'a, '_>) -> Option<&'a str> {
-        let nameless = Owner::Robot(String::new());
+        let nameless = UrdfElement::Robot(String::new());
         let Some(name) = node.attribute("name") else {
             self.fault(node, &nameless, format!("a <{}> has no name", tag(node)));
             return None;
@@ -145,7 +150,12 @@ impl Context {
     }
 
     /// The only child of `parent` called `name`; of several the first, noted.
-    pub fn only<'a, 'i>(&mut self, parent: Node<'a, 'i>, name: &str, owner: &Owner) -> Option<Node<'a, 'i>> {
+    pub fn only<'a, 'i>(
+        &mut self,
+        parent: Node<'a, 'i>,
+        name: &str,
+        owner: &UrdfElement,
+    ) -> Option<Node<'a, 'i>> {
         let mut found = parent.children().filter(|child| named(*child, name));
         let first = found.next()?;
         if let Some(second) = found.next() {
@@ -156,13 +166,13 @@ impl Context {
     }
 
     /// The attribute `name` as a finite number, if it is there.
-    pub fn number(&mut self, node: Node, name: &str, owner: &Owner) -> Option<f64> {
+    pub fn number(&mut self, node: Node, name: &str, owner: &UrdfElement) -> Option<f64> {
         let [number] = self.numbers(node, name, owner)?;
         Some(number)
     }
 
     /// The attribute `name` as a finite number; a fault when it is not there.
-    pub fn required(&mut self, node: Node, name: &str, owner: &Owner) -> Option<f64> {
+    pub fn required(&mut self, node: Node, name: &str, owner: &UrdfElement) -> Option<f64> {
         if node.attribute(name).is_none() {
             self.fault(node, owner, format!("<{}> has no {name}", tag(node)));
         }
@@ -170,7 +180,12 @@ impl Context {
     }
 
     /// The attribute `name` as `N` finite numbers, if it is there.
-    pub fn numbers<const N: usize>(&mut self, node: Node, name: &str, owner: &Owner) -> Option<[f64; N]> {
+    pub fn numbers<const N: usize>(
+        &mut self,
+        node: Node,
+        name: &str,
+        owner: &UrdfElement,
+    ) -> Option<[f64; N]> {
         let text = node.attribute(name)?;
         let what = format!("{name} of <{}>", tag(node));
         let mut numbers = [0.0; N];
@@ -203,7 +218,7 @@ impl Context {
 
     /// The frame that the child `<origin>` of `parent` gives; the parent's own where there is none.
     /// Roll, pitch and yaw turn about the fixed x, y and z axes, in this order.
-    pub fn origin(&mut self, parent: Node, owner: &Owner) -> Isometry3<f64> {
+    pub fn origin(&mut self, parent: Node, owner: &UrdfElement) -> Isometry3<f64> {
         let Some(node) = self.only(parent, "origin", owner) else { return Isometry3::identity() };
         let position = self.numbers(node, "xyz", owner).unwrap_or_default();
         let [roll, pitch, yaw] = self.numbers(node, "rpy", owner).unwrap_or_default();

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use roxmltree::Node;
 
-use super::document::{Context, Owner};
+use super::document::{Context, UrdfElement};
 use crate::character::draft::{At, DraftJoint};
 use crate::character::{JointKind, NoteKind};
 
@@ -13,7 +13,7 @@ const KNOWN: [&str; 9] =
 /// The joint that `node` describes; `None` after a fault that leaves nothing to build.
 pub fn read(context: &mut Context, node: Node) -> Option<DraftJoint> {
     let name = context.name(node)?;
-    let owner = Owner::Joint(name.to_owned());
+    let owner = UrdfElement::Joint(name.to_owned());
     let (kind, endless) = match node.attribute("type") {
         Some("fixed") => (Some(JointKind::Fixed), false),
         Some("revolute") => (Some(JointKind::Revolute), false),
@@ -100,7 +100,7 @@ struct Limit {
 }
 
 /// Range, effort and velocity of a movable joint; an `endless` one has no range.
-fn limit(context: &mut Context, joint: Node, owner: &Owner, endless: bool) -> Limit {
+fn limit(context: &mut Context, joint: Node, owner: &UrdfElement, endless: bool) -> Limit {
     let Some(node) = context.only(joint, "limit", owner) else {
         if !endless {
             let message = "<joint> has no <limit>; its range, effort and velocity are unlimited";
@@ -127,7 +127,7 @@ fn limit(context: &mut Context, joint: Node, owner: &Owner, endless: bool) -> Li
     Limit { range: range(context, node, owner, endless).map(|range| At::new(range, place)), effort, velocity }
 }
 
-fn range(context: &mut Context, node: Node, owner: &Owner, endless: bool) -> Option<[f64; 2]> {
+fn range(context: &mut Context, node: Node, owner: &UrdfElement, endless: bool) -> Option<[f64; 2]> {
     let given = ["lower", "upper"].map(|name| node.attribute(name).is_some());
     let [lower, upper] = ["lower", "upper"].map(|name| context.number(node, name, owner));
     if endless {

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use roxmltree::Node;
 
 use super::Materials;
-use super::document::{Context, Owner, named, tag};
+use super::document::{Context, UrdfElement, named, tag};
 use crate::character::draft::{At, DraftInertial, DraftLink};
 use crate::character::supply::Supply;
 use crate::character::{NoteKind, Placed, Shape, mesh};
@@ -12,7 +12,7 @@ use crate::character::{NoteKind, Placed, Shape, mesh};
 /// The link that `node` describes; `None` when it has no proper name, which is a fault.
 pub fn read(context: &mut Context, node: Node, materials: &Materials, supply: &Supply) -> Option<DraftLink> {
     let name = context.name(node)?;
-    let owner = Owner::Link(name.to_owned());
+    let owner = UrdfElement::Link(name.to_owned());
     let mut link = DraftLink {
         name: At::new(name.to_owned(), context.place(node, &owner)),
         inertial: context.only(node, "inertial", &owner).and_then(|node| inertial(context, node, &owner)),
@@ -51,7 +51,7 @@ pub fn read(context: &mut Context, node: Node, materials: &Materials, supply: &S
     Some(link)
 }
 
-fn inertial(context: &mut Context, node: Node, owner: &Owner) -> Option<At<DraftInertial>> {
+fn inertial(context: &mut Context, node: Node, owner: &UrdfElement) -> Option<At<DraftInertial>> {
     let pose = context.origin(node, owner);
     let inertia = context.only(node, "inertia", owner).and_then(|node| {
         let mut moment = |name: &str| {
@@ -100,7 +100,7 @@ enum Geometry {
 fn geometry(
     context: &mut Context,
     part: Node,
-    owner: &Owner,
+    owner: &UrdfElement,
     supply: &Supply,
     purpose: Use,
 ) -> Option<Geometry> {
@@ -143,7 +143,7 @@ fn geometry(
 fn mesh_geometry(
     context: &mut Context,
     node: Node,
-    owner: &Owner,
+    owner: &UrdfElement,
     supply: &Supply,
     purpose: Use,
 ) -> Option<Geometry> {
@@ -162,8 +162,8 @@ fn mesh_geometry(
     let bytes = match supply.find(name) {
         Ok(Some(bytes)) => bytes,
         Ok(None) => return Some(Geometry::Missing(format!("the mesh {name:?} is not supplied"))),
-        Err(reason) => {
-            context.fault(node, owner, reason);
+        Err(error) => {
+            context.fault(node, owner, error.to_string());
             return None;
         }
     };
@@ -176,8 +176,8 @@ fn mesh_geometry(
     }
     let mesh = match mesh::read(name, &bytes, &scale) {
         Ok(mesh) => mesh,
-        Err(reason) => {
-            context.fault(node, owner, reason);
+        Err(error) => {
+            context.fault(node, owner, error.to_string());
             return None;
         }
     };
@@ -193,7 +193,7 @@ fn mesh_geometry(
 }
 
 /// The colour that `<material>` itself gives.
-pub fn color(context: &mut Context, material: Node, owner: &Owner) -> Option<[f32; 4]> {
+pub fn color(context: &mut Context, material: Node, owner: &UrdfElement) -> Option<[f32; 4]> {
     let node = material.children().find(|child| named(*child, "color"))?;
     let color = context.numbers(node, "rgba", owner)?;
     Some(color.map(|part| part.clamp(0.0, 1.0) as f32))

@@ -15,7 +15,7 @@ use super::NoteKind;
 use super::draft::{Draft, name_fault};
 use super::supply::Supply;
 use crate::fault::{Fault, InputError};
-use document::{Context, Owner, named};
+use document::{Context, UrdfElement, named};
 
 /// Colours by the name of their material.
 type Materials = BTreeMap<String, [f32; 4]>;
@@ -32,7 +32,7 @@ pub fn draft(bytes: &[u8], supply: &Supply) -> Result<Draft, InputError> {
     let mut context = Context::new(text);
     let given = robot.attribute("name").filter(|name| !name.trim().is_empty());
     let name = given.unwrap_or("unnamed").to_owned();
-    let owner = Owner::Robot(name.clone());
+    let owner = UrdfElement::Robot(name.clone());
     if given.is_none() {
         context.note(robot, &owner, NoteKind::Ignored, "the robot has no name and is called \"unnamed\"");
     }
@@ -60,11 +60,19 @@ pub fn draft(bytes: &[u8], supply: &Supply) -> Result<Draft, InputError> {
     context.note_ignored(robot, &owner);
     let described = robot.children().filter(|child| named(*child, "link") || named(*child, "joint")).count();
     let complete = links.len() + joints.len() == described;
-    Ok(Draft { name, links, joints, loops: Vec::new(), standing: None, complete, report: context.report })
+    Ok(Draft {
+        name,
+        links,
+        joints,
+        loops: Vec::new(),
+        standing: None,
+        complete,
+        diagnostics: context.diagnostics,
+    })
 }
 
 /// Every material with a name and a colour, wherever it is defined; of several the first.
-fn materials(context: &mut Context, robot: roxmltree::Node, owner: &Owner) -> Materials {
+fn materials(context: &mut Context, robot: roxmltree::Node, owner: &UrdfElement) -> Materials {
     let mut materials = Materials::new();
     for node in robot.descendants().filter(|node| named(*node, "material")) {
         if let Some(name) = node.attribute("name").filter(|name| !name.is_empty())

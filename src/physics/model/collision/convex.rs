@@ -11,8 +11,10 @@ use parry3d::math::{Matrix, Pose, Rotation, Vector};
 use parry3d::query::gjk::{CsoPoint, VoronoiSimplex};
 use parry3d::shape::{Cuboid, Cylinder, PolygonalFeature, PolygonalFeatureMap, Segment, SupportMap};
 
-use super::hull::Hull;
+use super::hull::HullCore;
 use crate::character::{Placed, Shape};
+
+pub use super::convert::{frame, from_vector, vector};
 
 /// Share of the smaller solid's reach by which cores are drawn apart before their normal is computed.
 const DRAWN_APART: f64 = 0.05;
@@ -47,7 +49,7 @@ enum Core {
     Cuboid(Cuboid),
     /// Along y.
     Cylinder(Cylinder),
-    Hull(Hull),
+    Hull(HullCore),
 }
 
 /// Where the core of a solid is.
@@ -72,25 +74,6 @@ pub struct Approach {
     pub second: Vector,
 }
 
-/// A vector of `nalgebra` as one of `parry`.
-#[inline]
-pub fn vector(from: Vector3<f64>) -> Vector {
-    Vector::new(from.x, from.y, from.z)
-}
-
-/// A vector of `parry` as one of `nalgebra`.
-#[inline]
-pub fn from_vector(from: Vector) -> Vector3<f64> {
-    Vector3::new(from.x, from.y, from.z)
-}
-
-/// A frame of `nalgebra` as one of `parry`.
-pub fn frame(rotation: &Matrix3<f64>, origin: Vector3<f64>) -> Pose {
-    let columns = [0, 1, 2].map(|column| vector(rotation.column(column).into()));
-    let turn = Matrix::from_cols(columns[0], columns[1], columns[2]);
-    Pose { rotation: Rotation::from_mat3(&turn), translation: vector(origin) }
-}
-
 impl Convex {
     /// The solid of `placed`, whose own frame is seen from the body or the world through `pose`.
     pub fn new(placed: &Placed, pose: &Isometry3<f64>) -> Self {
@@ -106,7 +89,7 @@ impl Convex {
                 pose.rotation *= Rotation::from_rotation_x(std::f64::consts::FRAC_PI_2);
                 (Core::Cylinder(Cylinder::new(*half_length, *radius)), 0.0)
             }
-            Shape::Hull { vertices, triangles } => (Core::Hull(Hull::new(vertices, triangles)), 0.0),
+            Shape::Hull { vertices, triangles } => (Core::Hull(HullCore::new(vertices, triangles)), 0.0),
         };
         let (center, reach) = super::surface::enclosing_ball(&placed.shape, &place);
         let turn = Matrix::from_quat(pose.rotation);

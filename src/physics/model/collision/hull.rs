@@ -4,14 +4,14 @@ use nalgebra::{Point3, Vector3};
 use parry3d::math::Vector;
 use parry3d::shape::{PolygonalFeature, SupportMap};
 
-use super::convex::vector;
+use super::convert::vector;
 
 /// Triangles belong to one face if their normals differ by no more than this, rad.
 const FLAT: f64 = 1e-3;
 
-/// The corners and faces of a convex body.
+/// The corners and faces of a convex polyhedron, in the frame of the solid it is the core of.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Hull {
+pub struct HullCore {
     corners: Vec<Vector>,
     faces: Vec<Face>,
 }
@@ -24,7 +24,7 @@ struct Face {
     count: usize,
 }
 
-impl Hull {
+impl HullCore {
     /// From corners and triangles (counter-clockwise seen from outside).
     pub fn new(corners: &[Point3<f64>], triangles: &[[u32; 3]]) -> Self {
         let mut flats: Vec<(Vector3<f64>, Vec<u32>)> = Vec::new();
@@ -81,7 +81,7 @@ impl Face {
     }
 }
 
-impl SupportMap for Hull {
+impl SupportMap for HullCore {
     fn local_support_point(&self, direction: Vector) -> Vector {
         let mut best = (f64::NEG_INFINITY, Vector::ZERO);
         for corner in &self.corners {

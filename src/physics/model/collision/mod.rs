@@ -1,5 +1,6 @@
 //! Shapes that touch: where they can touch a plane, their solids, and which of them can touch each other.
 
+mod convert;
 pub mod convex;
 mod hull;
 pub mod pairs;

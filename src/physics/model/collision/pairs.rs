@@ -13,8 +13,9 @@ use std::f64::consts::PI;
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 use parry3d::math::{Pose, Vector};
 
-use super::convex::{self, Convex, vector};
-use crate::model::{Body, Freedom, GroundShape, LoopJoint};
+use super::convert::{frame, vector};
+use super::convex::Convex;
+use crate::model::{Body, DofKind, GroundShape, LoopJoint};
 
 /// Greatest number of joints between two shapes whose motion is searched; more joints are taken to bring
 /// the shapes together.
@@ -221,14 +222,12 @@ impl Pair<'_> {
 
     /// All angles that the joints of the way can have; `None` if one of them slides without end.
     fn ranges(&self) -> Option<Region> {
-        let range = |step: &Step| match (
-            self.anatomy.limits[step.joint],
-            self.anatomy.bodies[step.joint + 1].freedom,
-        ) {
-            (Some(limits), _) => Some(limits),
-            (None, Freedom::Revolute) => Some([-PI, PI]),
-            (None, Freedom::Prismatic) => None,
-        };
+        let range =
+            |step: &Step| match (self.anatomy.limits[step.joint], self.anatomy.bodies[step.joint + 1].dof) {
+                (Some(limits), _) => Some(limits),
+                (None, DofKind::Revolute) => Some([-PI, PI]),
+                (None, DofKind::Prismatic) => None,
+            };
         let ranges: Vec<[f64; 2]> = self.way.iter().map(range).collect::<Option<_>>()?;
         Some(Region {
             middle: ranges.iter().map(|[lower, upper]| (lower + upper) / 2.0).collect(),
@@ -246,9 +245,9 @@ impl Pair<'_> {
         for (index, step) in self.way.iter().enumerate().rev() {
             let body = &self.anatomy.bodies[step.joint + 1];
             let farthest = ranges.middle[index].abs() + ranges.half[index];
-            levers[index] = match body.freedom {
-                Freedom::Revolute => beyond[step.side],
-                Freedom::Prismatic => {
+            levers[index] = match body.dof {
+                DofKind::Revolute => beyond[step.side],
+                DofKind::Prismatic => {
                     beyond[step.side] += farthest;
                     1.0
                 }
@@ -269,17 +268,17 @@ fn distance([first, second]: [&Convex; 2], pose: &Pose) -> f64 {
     first.approach(second, pose, f64::INFINITY).map_or(f64::INFINITY, |approach| approach.gap)
 }
 
-fn in_parry(frame: &Isometry3<f64>) -> Pose {
-    convex::frame(frame.rotation.to_rotation_matrix().matrix(), frame.translation.vector)
+fn in_parry(pose: &Isometry3<f64>) -> Pose {
+    frame(pose.rotation.to_rotation_matrix().matrix(), pose.translation.vector)
 }
 
 /// The frame of `body` in its parent's, with its joint at `angle`.
 fn carried(body: &Body, angle: f64) -> Isometry3<f64> {
-    let turn = UnitQuaternion::from_matrix(&body.turn);
+    let turn = UnitQuaternion::from_matrix(&body.joint_rotation);
     let axis = Unit::new_unchecked(body.axis);
-    let (rotation, shift) = match body.freedom {
-        Freedom::Revolute => (UnitQuaternion::from_axis_angle(&axis, angle), Vector3::zeros()),
-        Freedom::Prismatic => (UnitQuaternion::identity(), body.axis * angle),
+    let (rotation, shift) = match body.dof {
+        DofKind::Revolute => (UnitQuaternion::from_axis_angle(&axis, angle), Vector3::zeros()),
+        DofKind::Prismatic => (UnitQuaternion::identity(), body.axis * angle),
     };
     Isometry3::from_parts(Translation3::from(body.offset + turn * shift), turn * rotation)
 }

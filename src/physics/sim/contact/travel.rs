@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use nalgebra::{Matrix3, Vector3};
 
 use super::Outlook;
-use crate::model::{Freedom, Model};
+use crate::model::{DofKind, Model};
 use crate::sim::reduced::kinematics::BodyMotion;
 use crate::sim::spatial::Motion;
 
@@ -83,9 +83,9 @@ impl Travel {
         let mut farthest = self.travelled[0];
         for (joint, (angle, last)) in angles.iter().zip(&self.angles).enumerate() {
             let body = &model.bodies[joint + 1];
-            let lever = match body.freedom {
-                Freedom::Revolute => self.beyond[joint + 1],
-                Freedom::Prismatic => 1.0,
+            let lever = match body.dof {
+                DofKind::Revolute => self.beyond[joint + 1],
+                DofKind::Prismatic => 1.0,
             };
             let moved = self.moved[body.parent] + (angle - last).abs() * lever;
             self.moved[joint + 1] = moved;
@@ -115,9 +115,9 @@ impl Travel {
         self.beyond.copy_from_slice(&self.farthest);
         for index in (1..model.bodies.len()).rev() {
             let body = &model.bodies[index];
-            let shift = match body.freedom {
-                Freedom::Revolute => 0.0,
-                Freedom::Prismatic => self.angles[index - 1].abs() + slide,
+            let shift = match body.dof {
+                DofKind::Revolute => 0.0,
+                DofKind::Prismatic => self.angles[index - 1].abs() + slide,
             };
             // Without a shape nothing beyond this joint is of interest.
             if self.beyond[index] > 0.0 {

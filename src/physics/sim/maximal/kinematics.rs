@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Point3, Rotation3, UnitQuaternion, Vector3};
 
-use crate::model::{Freedom, Model};
+use crate::model::{DofKind, Model};
 use crate::sim::reduced;
 use crate::sim::reduced::kinematics::BodyMotion;
 use crate::sim::spatial::{Motion, RigidInertia};
@@ -34,10 +34,10 @@ pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
         let center = part.center - state.root.position;
         let origin = center - rotation * body.center;
         let axis = rotation * body.axis;
-        let freedom = match body.freedom {
+        let freedom = match body.dof {
             _ if index == 0 => Motion::ZERO,
-            Freedom::Revolute => Motion { angular: axis, linear: origin.cross(&axis) },
-            Freedom::Prismatic => Motion { angular: Vector3::zeros(), linear: axis },
+            DofKind::Revolute => Motion { angular: axis, linear: origin.cross(&axis) },
+            DofKind::Prismatic => Motion { angular: Vector3::zeros(), linear: axis },
         };
         let angular = part.angular_velocity;
         let velocity = Motion { angular, linear: part.linear_velocity + center.cross(&angular) };
@@ -59,16 +59,17 @@ pub fn read_off(model: &Model, state: &mut State, step: f64) {
         let body = &model.bodies[joint + 1];
         let (parent_origin, parent) = frame(body.parent);
         let (origin, orientation) = frame(joint + 1);
-        let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(body.turn));
+        let turn =
+            UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(body.joint_rotation));
         let joint_frame = parent * turn;
-        *angle = match body.freedom {
-            Freedom::Revolute => {
+        *angle = match body.dof {
+            DofKind::Revolute => {
                 let relative = joint_frame.inverse() * orientation;
                 let turned = 2.0 * body.axis.dot(&relative.imag()).atan2(relative.scalar());
                 let expected = *angle + step * state.velocities[joint];
                 turned + TAU * ((expected - turned) / TAU).round()
             }
-            Freedom::Prismatic => {
+            DofKind::Prismatic => {
                 let from = parent_origin + parent * body.offset;
                 (joint_frame * body.axis).dot(&(origin - from))
             }

@@ -66,7 +66,7 @@ impl Stages<'_> {
             &work.mean_rates,
             &work.free,
             step,
-            plan.reads_turning(),
+            plan.has_joint_bias(),
             plan.stabilization,
             Some(&self.own.forecast.work.rows),
             |[child, parent], wrench, numbers| self.of_bodies(child, Some(parent), &[wrench], numbers),

@@ -84,7 +84,7 @@ impl Stages<'_> {
 
     /// From here on, lets the forces of velocity be those of the forecast's mean velocities.
     fn mean_velocities(&mut self) {
-        if !self.plan.reads_turning() {
+        if !self.plan.has_joint_bias() {
             return;
         }
         let Self { work, own, .. } = self;
@@ -100,7 +100,7 @@ impl Stages<'_> {
         let Self { model, plan, work, own, step, .. } = self;
         let turning = &mut own.turning;
         turning.fill(Motion::ZERO);
-        if !plan.reads_turning() {
+        if !plan.has_joint_bias() {
             return;
         }
         // First D of every body, then C.

@@ -4,7 +4,7 @@ use multiversion::multiversion;
 use nalgebra::{Matrix3, Vector3};
 
 use super::trigonometry::{LANES, sines_and_cosines};
-use crate::model::{Body, Freedom, Model};
+use crate::model::{Body, DofKind, Model};
 use crate::sim::spatial::{Motion, RigidInertia, turned};
 use crate::sim::state::State;
 
@@ -81,15 +81,17 @@ fn place_body(
 ) {
     let parent = &bodies[body.parent];
     let joint_origin = parent.point(body.offset);
-    let (rotation, origin, freedom) = match body.freedom {
-        Freedom::Revolute => {
-            let turn = body.turn + body.turn_sine * sine + body.turn_versine * (1.0 - cosine);
+    let (rotation, origin, freedom) = match body.dof {
+        DofKind::Revolute => {
+            let turn = body.joint_rotation
+                + body.joint_rotation_sine * sine
+                + body.joint_rotation_versine * (1.0 - cosine);
             let rotation = parent.rotation * turn;
             let axis = rotation * body.axis;
             (rotation, joint_origin, Motion { angular: axis, linear: joint_origin.cross(&axis) })
         }
-        Freedom::Prismatic => {
-            let rotation = parent.rotation * body.turn;
+        DofKind::Prismatic => {
+            let rotation = parent.rotation * body.joint_rotation;
             let axis = rotation * body.axis;
             let freedom = Motion { angular: Vector3::zeros(), linear: axis };
             (rotation, joint_origin + axis * angle, freedom)
@@ -135,7 +137,7 @@ pub fn levers(model: &Model) -> Vec<f64> {
         levers[body.parent - 1] = levers[body.parent - 1].max(body.offset.norm());
     }
     for (lever, body) in levers.iter_mut().zip(&model.bodies[1..]) {
-        if body.freedom == Freedom::Prismatic {
+        if body.dof == DofKind::Prismatic {
             *lever = 0.0;
         }
     }

@@ -16,7 +16,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::{Lanes, Owner, Row, Rows, SHARE_PER_STEP};
 use crate::character::LoopKind;
-use crate::model::{Freedom, LoopJoint, Model};
+use crate::model::{DofKind, LoopJoint, Model};
 use crate::sim::lcp::Bound;
 use crate::sim::reduced::kinematics::BodyMotion;
 use crate::sim::spatial::{Force, Motion};
@@ -84,19 +84,20 @@ impl Coupling {
         let child = joint + 1;
         let body = &model.bodies[child];
         let (own, parent) = (&bodies[child], &bodies[body.parent]);
-        let frame = parent.rotation * body.turn;
+        let frame = parent.rotation * body.joint_rotation;
         let axis = frame * body.axis;
         let gap = own.origin - parent.point(body.offset);
-        let (translations, rotations, turn) = match body.freedom {
-            Freedom::Revolute => (Held::All, Held::Across(axis), axis.cross(&(own.rotation * body.axis))),
-            Freedom::Prismatic => (Held::Across(axis), Held::All, turn_between(&frame, &own.rotation)),
+        let (translations, rotations, turn) = match body.dof {
+            DofKind::Revolute => (Held::All, Held::Across(axis), axis.cross(&(own.rotation * body.axis))),
+            DofKind::Prismatic => (Held::Across(axis), Held::All, turn_between(&frame, &own.rotation)),
         };
         Self { child, parent: body.parent, at: own.origin, translations, rotations, gap, turn }
     }
 
     /// Of loop `index`, whose second body is the child.
     pub fn of_loop(model: &Model, bodies: &[BodyMotion], index: usize) -> Self {
-        let LoopJoint { kind, bodies: [parent, child], at, turn: turns, axis } = &model.loops[index];
+        let LoopJoint { kind, bodies: [parent, child], origins: at, rotations: turns, axis } =
+            &model.loops[index];
         let (own, other) = (&bodies[*child], &bodies[*parent]);
         let (to, from) = (own.rotation * turns[1], other.rotation * turns[0]);
         let end = own.point(at[1]);

@@ -67,7 +67,7 @@ impl Stages<'_> {
             &work.mean_rates,
             &work.free,
             *step,
-            plan.reads_turning(),
+            plan.has_joint_bias(),
             plan.stabilization,
             None,
             |[child, parent], wrench, numbers| {

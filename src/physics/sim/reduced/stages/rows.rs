@@ -78,7 +78,7 @@ impl Stages<'_> {
             mean_rates,
             free,
             step,
-            plan.reads_turning(),
+            plan.has_joint_bias(),
             plan.stabilization,
             None,
             |[child, parent], wrench, numbers| {
