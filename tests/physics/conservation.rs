@@ -10,7 +10,8 @@ use gaitwright_physics::model::Model;
 use gaitwright_physics::scene::{
     Accuracy, Feedforward, FrictionCone, Gains, Integrator, Scene, SolverChoice, SolverKind,
 };
-use gaitwright_physics::sim::reduced::kinematics::{BodyMotion, place};
+use gaitwright_physics::sim::bodies::BodyMotion;
+use gaitwright_physics::sim::coordinates::reduced::kinematics::place;
 use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::Stance;
 use nalgebra::{UnitQuaternion, Vector3};

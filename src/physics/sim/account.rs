@@ -1,6 +1,6 @@
 //! What acted over a step that was computed in parts.
 
-use super::Contact;
+use super::contact::Contact;
 use super::workspace::Workspace;
 use crate::scene::StepPlan;
 

@@ -1,73 +1,13 @@
 //! One step of time: whole, in parts where a body turns too far, or in parts as short as an error
 //! tolerance asks.
 
-use super::account::Account;
-use super::lcp::Status;
-use super::reduced::root::RootFreedom;
-use super::reduced::stages::Outcome;
-use super::{Command, Failure, Simulator, State, maximal, reduced};
-use crate::model::Model;
-use crate::scene::{Integrator, StepPlan};
-
-/// Greatest number of parts that a step is divided into.
-const MOST_PARTS: f64 = 4096.0;
-
-/// Part of the aim at which the next part's error is put, so that most parts are not computed twice.
-const SAFETY: f64 = 0.9;
-
-/// Bounds on how much longer the next part may be than the last.
-const GROWTH: [f64; 2] = [0.2, 4.0];
-
-/// How much longer a part may be than the one before it after a part would have made energy.
-const RELAXATION: f64 = 1.1;
-
-/// What dividing a step needs to keep in mind.
-#[derive(Debug, Clone)]
-pub(super) struct Division {
-    /// The state before a part.
-    before: State,
-    /// The state before a probe.
-    probed: State,
-    /// Targets at the beginning and at the end of a part, rad or m.
-    now: Vec<f64>,
-    next: Vec<f64>,
-    /// How many parts have been computed.
-    pub parts: u64,
-    /// Under error control: whether nothing but a smooth motion of second order has been seen
-    /// since the beginning of a part.
-    smooth: bool,
-    /// Under error control: the state before a part, and that after the part taken as a whole.
-    control: Option<[State; 2]>,
-    /// What acted in the parts that were kept, and under error control in those before a part.
-    pub account: Account,
-    accounted: Account,
-}
-
-impl Division {
-    pub fn new(model: &Model, plan: &StepPlan) -> Self {
-        let joints = model.joint_count();
-        let state = || State::new(model);
-        Self {
-            before: state(),
-            probed: state(),
-            now: vec![0.0; joints],
-            next: vec![0.0; joints],
-            parts: 0,
-            smooth: false,
-            control: plan.accuracy.step_tolerance.map(|_| [state(), state()]),
-            account: Account::default(),
-            accounted: Account::default(),
-        }
-    }
-
-    fn keep_account(&mut self) {
-        self.accounted.clone_from(&self.account);
-    }
-
-    fn take_account_back(&mut self) {
-        self.account.clone_from(&self.accounted);
-    }
-}
+use super::command::Command;
+use super::coordinates::outcome::Outcome;
+use super::coordinates::{maximal, reduced};
+use super::failure::{Failure, too_fast};
+use super::simulator::Simulator;
+use super::step_control::{GROWTH, MOST_PARTS, RELAXATION, SAFETY};
+use crate::scene::Integrator;
 
 impl Simulator {
     /// One step of the plan's step length (Tokizaki & Hasegawa eqs. 8-9 with the mixed LCP of
@@ -247,37 +187,4 @@ impl Simulator {
         self.division.control = Some([before, coarse]);
         outcome
     }
-}
-
-/// In which directions the plan leaves the root of `model` free.
-pub(super) fn root_freedom(model: &Model, plan: &StepPlan) -> RootFreedom {
-    match (model.fixed_base, plan.trunk_rotation_lock) {
-        (true, _) => RootFreedom::Bolted,
-        (false, true) => RootFreedom::Translating,
-        (false, false) => RootFreedom::Free,
-    }
-}
-
-/// The failure that goes with a solver's `status`, if its forces cannot be used.
-pub(super) fn fail_unless_usable(status: Status, model: &Model, state: &State) -> Result<(), Failure> {
-    let cause = match status {
-        Status::Solved | Status::IterationLimit | Status::Singular => return Ok(()),
-        Status::Ray => "the complementarity problem has no solution that pivoting could find",
-        Status::Malformed => "the complementarity problem is malformed",
-        Status::NotFinite => "a number of the complementarity problem is not finite",
-        Status::Unsupported => "the solver does not handle this problem",
-    };
-    Err(Failure {
-        time: state.time,
-        place: format!("character {}", model.character.name),
-        cause: cause.into(),
-    })
-}
-
-fn too_fast(model: &Model, state: &State, body: usize) -> Failure {
-    let place = match body {
-        0 => format!("root link {}", model.character.links[0].name),
-        _ => format!("body of joint {}", model.joint_names[body - 1]),
-    };
-    Failure { time: state.time, place, cause: "turns or swings too fast to be followed".into() }
 }

@@ -9,8 +9,6 @@
 //! which is implicit in the new velocity and therefore stable for any K and D. A target that is
 //! tracked exactly costs no torque from K or D.
 
-use super::reduced::articulated::JointLoad;
-
 /// A drive whose resistance α is below this (N m s/rad) is a given torque: it has no slope to solve for.
 const NO_RESISTANCE: f64 = 1e-12;
 
@@ -97,12 +95,6 @@ impl Spring {
     #[inline]
     pub fn torque(self, rate: f64) -> f64 {
         self.at_rest - self.resistance * rate
-    }
-
-    /// What the drive adds to the joint's equation when the joint moves at `rate` before the step.
-    #[inline]
-    pub fn load(self, rate: f64, step: f64) -> JointLoad {
-        JointLoad { torque: self.torque(rate), inertia: step * self.resistance }
     }
 }
 

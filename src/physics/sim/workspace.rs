@@ -2,19 +2,18 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::contact::Touch;
+use super::bodies::BodyMotion;
 use super::contact::solids::Solids;
+use super::contact::{Contact, Outlook, Touch, ground};
+use super::coordinates::reduced::articulated::{Articulated, JointLoad};
+use super::coordinates::reduced::displaced::Displaced;
+use super::coordinates::reduced::kinematics::{carried_inertia, levers};
+use super::coordinates::reduced::velocity_control::VelocityControl;
 use super::lcp::{Equality, Lemke, Newton, Pgs, Problem, Solution, Solver, Status};
-use super::reduced::articulated::{Articulated, JointLoad};
-use super::reduced::kinematics::{BodyMotion, carried_inertia, levers};
-use super::reduced::response::ROOT;
-use super::reduced::stages::balance::Displaced;
-use super::reduced::velocity_control::VelocityControl;
-use super::rows::{Rows, contact};
+use super::memory::Memory;
+use super::rows::{ROOT, Rows, contact};
 use super::spatial::{Force, Motion};
-use super::state::Memory;
 use super::tracking::Spring;
-use super::{Contact, contact::Outlook, contact::ground};
 use crate::model::{Freedom, Model, SOLID_SLOTS};
 use crate::scene::{Coordinates, Feedforward, SolverChoice, SolverKind, StepPlan};
 

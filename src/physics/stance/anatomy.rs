@@ -4,8 +4,9 @@ use nalgebra::Vector3;
 
 use crate::model::Model;
 use crate::scene::Terrain;
+use crate::sim::bodies::BodyMotion;
 use crate::sim::contact::{Outlook, ground};
-use crate::sim::reduced::kinematics::{BodyMotion, place};
+use crate::sim::coordinates::reduced::kinematics::place;
 use crate::sim::{State, contact::Touch};
 
 /// A segment shorter than this share of the limb's longest one does not count for its length.

@@ -2,9 +2,10 @@
 
 use gaitwright_physics::model::Model;
 use gaitwright_physics::sim::State;
+use gaitwright_physics::sim::bodies::BodyMotion;
 use gaitwright_physics::sim::contact::Outlook;
 use gaitwright_physics::sim::contact::travel::Travel;
-use gaitwright_physics::sim::reduced::kinematics::{BodyMotion, place};
+use gaitwright_physics::sim::coordinates::reduced::kinematics::place;
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

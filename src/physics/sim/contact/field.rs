@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::{Outlook, tangents};
+use super::candidate::tangents;
+use super::outlook::Outlook;
 use crate::scene::HeightField;
 
 /// A point is on an edge or a corner of a triangle if it is this near, as a share of the triangle's size.

@@ -3,11 +3,13 @@
 use multiversion::multiversion;
 use nalgebra::Vector3;
 
+use super::candidate::{Against, Touch, keep_four};
+use super::displacement::{DRIVEN_IN, Moved};
 use super::field;
-use super::{Against, DRIVEN_IN, Moved, Outlook, Touch, keep_four};
+use super::outlook::Outlook;
 use crate::model::{CYLINDER_SLOTS, GroundShape, Model, Surface};
 use crate::scene::Terrain;
-use crate::sim::reduced::kinematics::BodyMotion;
+use crate::sim::bodies::BodyMotion;
 use crate::sim::spatial::Motion;
 
 /// Normal and tangents of a horizontal plane.

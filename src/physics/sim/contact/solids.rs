@@ -9,12 +9,14 @@
 use nalgebra::{Matrix3, Vector3};
 use parry3d::math::{Pose, Vector};
 
+use super::candidate::{Against, Touch, keep_four, tangents};
+use super::displacement::{DRIVEN_IN, Moved};
 use super::manifold::Manifold;
+use super::outlook::Outlook;
 use super::travel::Travel;
-use super::{Against, DRIVEN_IN, Moved, Outlook, Touch, keep_four, tangents};
 use crate::model::collision::convex::{self, Convex, from_vector};
 use crate::model::{Model, SOLID_SLOTS};
-use crate::sim::reduced::kinematics::BodyMotion;
+use crate::sim::bodies::BodyMotion;
 use crate::sim::spatial::Motion;
 
 /// Beyond this distance from the common point or at this reach, m, a shape is left out: the numbers of the

@@ -7,9 +7,9 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::Outlook;
+use super::outlook::Outlook;
 use crate::model::{Freedom, Model};
-use crate::sim::reduced::kinematics::BodyMotion;
+use crate::sim::bodies::BodyMotion;
 use crate::sim::spatial::Motion;
 
 /// Watches how far shapes move between one look at them and the next. They move against the root, or against the world if

@@ -19,8 +19,9 @@
 use super::residual::{evaluate, norm, project, reaches_beyond, row_scale, tangent_scale};
 use multiversion::multiversion;
 
+use super::problem::{Bound, Problem};
 use super::symmetric::Symmetric;
-use super::{Bound, Problem, linear, symmetric};
+use super::{linear, symmetric};
 
 /// Large against rounding (1e-16), small against the least eigenvalue that matters of a scaled matrix.
 const PROXIMITY: f64 = 1e-10;

@@ -9,9 +9,9 @@
 //! 1992, section 2.3). With L Lᵀ = A_ee and Y = L⁻¹ A_ei that matrix is A_ii − Yᵀ Y. Sweeps of Gauss-Seidel over
 //! rows e would need about as many as the mass ratio across them; the factor does not know of it.
 
+use super::problem::{Bound, Problem, Solution, Solver, Status};
 use super::residual::{dot, evaluate, greatest_velocity};
 use super::skyline::{DEPENDENT, Skyline};
-use super::{Bound, Problem, Solution, Solver, Status};
 
 /// A residual below this share of the greatest velocity in the problem is rounding.
 const ROUNDING: f64 = 1e-12;

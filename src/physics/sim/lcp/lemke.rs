@@ -14,9 +14,9 @@
 //! the problem itself decides whether that is a solution.
 
 use super::active::{self, ActiveSet, Step};
+use super::problem::{Bound, Problem, Solution, Solver, Status};
 use super::residual::{evaluate, greatest_velocity, project};
 use super::standard::Standard;
-use super::{Bound, Problem, Solution, Solver, Status};
 
 /// An entry of the scaled tableau below this is no pivot.
 const PIVOT: f64 = 1e-11;

@@ -13,8 +13,8 @@
 use super::active::{self, ActiveSet, Step};
 use super::lemke::Lemke;
 use super::pgs::Sweeper;
+use super::problem::{Problem, Solution, Solver, Status};
 use super::residual::{evaluate, project};
-use super::{Problem, Solution, Solver, Status};
 
 /// Newton steps in a row that may fail to lessen the residual before sweeps take over.
 const PATIENCE: u32 = 3;

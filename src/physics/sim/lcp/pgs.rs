@@ -6,8 +6,8 @@
 //! [`Tangents::solve`]). So friction follows the normal force within a sweep, and the limit obeys
 //! Coulomb's law although that law is no minimisation.
 
+use super::problem::{Bound, Problem, Solution, Solver, Status};
 use super::residual::{between, dot, error, evaluate, norm, onto_rim, project, within_disc};
-use super::{Bound, Problem, Solution, Solver, Status};
 
 /// A row whose diagonal is below this share of the greatest one cannot be moved: what it holds are
 /// rounding errors of the others.

@@ -1,6 +1,6 @@
 //! How far forces are from solving a problem, in one number, and the projection behind it.
 
-use super::{Bound, Problem};
+use super::problem::{Bound, Problem};
 use multiversion::multiversion;
 
 /// The natural-map residual of `lambda`, m/s or rad/s: how far the velocities are from what the

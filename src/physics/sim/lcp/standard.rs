@@ -9,7 +9,7 @@
 //! - Free forces are eliminated from their own equations by complete pivoting.
 //! - Every force is scaled by 1/√A_ii, which gives M a unit diagonal whatever the mass ratio.
 
-use super::{Bound, Problem, Status};
+use super::problem::{Bound, Problem, Status};
 
 /// A pivot below this share of the unit diagonal is a rounding error: its equation depends on the others.
 const DEPENDENT: f64 = 1e-13;

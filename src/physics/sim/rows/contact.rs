@@ -9,11 +9,14 @@
 
 use std::ops::Range;
 
-use super::{Lanes, Owner, Row, Rows, gap_bias, gap_recovery};
+use super::assembly::{Row, Rows};
+use super::lanes::Lanes;
+use super::owner::Owner;
+use super::stabilization::{gap_bias, gap_recovery};
 use crate::sim::contact::Touch;
 use crate::sim::lcp::Bound;
+use crate::sim::memory::ContactForces;
 use crate::sim::spatial::{Force, Motion};
-use crate::sim::state::ContactForces;
 
 /// Greatest speed at which a penetrating contact is pushed apart, m/s.
 const FASTEST_RECOVERY: f64 = 0.5;

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use super::{Lanes, Owner, Row, Rows};
+use super::assembly::{Row, Rows};
+use super::lanes::Lanes;
+use super::owner::Owner;
 use crate::sim::lcp::Bound;
 
 /// Adds a row for every joint with dry friction (N m or N).

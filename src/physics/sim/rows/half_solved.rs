@@ -6,14 +6,8 @@
 use multiversion::multiversion;
 use std::ops::Range;
 
+use super::lanes::{LANES, Lanes, ROOT};
 use crate::sim::lcp::dot;
-use crate::sim::reduced::response::ROOT;
-
-/// Rows that stand side by side.
-pub const LANES: usize = 4;
-
-/// One number of up to [`LANES`] rows; 0 for those that are not there.
-pub type Lanes = [f64; LANES];
 
 /// Rows that follow each other and reach the same places.
 #[derive(Debug, Clone)]

@@ -14,11 +14,14 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::{Lanes, Owner, Row, Rows, SHARE_PER_STEP};
+use super::assembly::{Row, Rows};
+use super::lanes::Lanes;
+use super::owner::Owner;
+use super::stabilization::SHARE_PER_STEP;
 use crate::character::LoopKind;
 use crate::model::{Freedom, LoopJoint, Model};
+use crate::sim::bodies::BodyMotion;
 use crate::sim::lcp::Bound;
-use crate::sim::reduced::kinematics::BodyMotion;
 use crate::sim::spatial::{Force, Motion};
 
 /// Directions in which the two ends of a joint are held together.

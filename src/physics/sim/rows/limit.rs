@@ -6,7 +6,10 @@
 
 use std::ops::Range;
 
-use super::{Lanes, Owner, Row, Rows, gap_bias, gap_recovery};
+use super::assembly::{Row, Rows};
+use super::lanes::Lanes;
+use super::owner::Owner;
+use super::stabilization::{gap_bias, gap_recovery};
 use crate::sim::lcp::Bound;
 
 /// Greatest speed at which a violated limit is corrected, rad/s or m/s.

@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
-use super::{Lanes, Owner, Row, Rows};
+use super::assembly::{Row, Rows};
+use super::lanes::Lanes;
+use super::owner::Owner;
 use crate::sim::lcp::Bound;
 use crate::sim::spatial::{Force, Motion};
 

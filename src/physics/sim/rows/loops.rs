@@ -18,10 +18,12 @@
 
 use std::ops::Range;
 
+use super::assembly::Rows;
 use super::joint::{self, Coupling};
-use super::{Lanes, Owner, Rows};
+use super::lanes::Lanes;
+use super::owner::Owner;
 use crate::model::Model;
-use crate::sim::reduced::kinematics::BodyMotion;
+use crate::sim::bodies::BodyMotion;
 use crate::sim::spatial::{Force, Motion};
 
 /// Greatest speed at which a loop that is open is closed, m/s and rad/s.

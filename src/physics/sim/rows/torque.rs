@@ -7,7 +7,9 @@
 
 use std::ops::Range;
 
-use super::{Lanes, Owner, Row, Rows};
+use super::assembly::{Row, Rows};
+use super::lanes::Lanes;
+use super::owner::Owner;
 use crate::sim::lcp::Bound;
 use crate::sim::tracking::Spring;
 

@@ -1,0 +1,116 @@
+//! Points considered before the solve: contacts, and what is about to become one.
+
+use nalgebra::Vector3;
+
+use crate::sim::spatial::Motion;
+
+/// A place at which the character touches something, or is about to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Touch {
+    /// The contact's slot: the place in which a step's forces are remembered for the next.
+    pub slot: usize,
+    /// Index of the character's link.
+    pub link: usize,
+    /// Index of the body.
+    pub body: usize,
+    /// What it touches.
+    pub against: Against,
+    /// The point of contact, relative to the common point, m.
+    pub at: Vector3<f64>,
+    /// Unit normal, from what is touched into the body, and two tangents, along the world axes.
+    pub frame: [Vector3<f64>; 3],
+    /// Depth of penetration, m; negative for a gap.
+    pub depth: f64,
+    /// Least speed along the normal with which it leaves if it closes within the step, m/s: 0 without
+    /// restitution.
+    pub rebound: f64,
+}
+
+/// What a link touches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Against {
+    /// The ground.
+    Ground,
+    /// An obstacle of the scene, by its index.
+    Obstacle(usize),
+    /// Another link of the character.
+    Link {
+        /// Index of the character's link.
+        link: usize,
+        /// Index of its body.
+        body: usize,
+    },
+}
+
+impl Against {
+    /// The other body that moves, if there is one.
+    #[inline]
+    pub fn body(self) -> Option<usize> {
+        match self {
+            Self::Ground | Self::Obstacle(_) => None,
+            Self::Link { body, .. } => Some(body),
+        }
+    }
+}
+
+impl Touch {
+    /// Velocity of the body at the point of contact against what it touches, m/s, where `bodies` are
+    /// the velocities of all bodies.
+    #[inline]
+    pub fn slip(&self, bodies: impl Fn(usize) -> Motion) -> Vector3<f64> {
+        let own = bodies(self.body).at(self.at);
+        match self.against.body() {
+            None => own,
+            Some(other) => own - bodies(other).at(self.at),
+        }
+    }
+
+    /// The force on the body (N, along the world axes) whose components along the frame are `forces`; those
+    /// left out are 0.
+    #[inline]
+    pub fn force(&self, forces: &[f64]) -> Vector3<f64> {
+        forces.iter().zip(self.frame).map(|(force, axis)| axis * *force).sum()
+    }
+}
+
+/// Two unit tangents of a surface with unit normal `up`: along the world's x and y where it is horizontal.
+pub(super) fn tangents(up: Vector3<f64>) -> [Vector3<f64>; 2] {
+    let axis = if up.x.abs() < 0.8 { Vector3::x() } else { Vector3::y() };
+    let along = (axis - up * axis.dot(&up)).normalize();
+    [along, up.cross(&along)]
+}
+
+/// Keeps of the touches from index `from` on the deepest, the one farthest from it, the one
+/// farthest from the line through both, and the farthest on that line's other side.
+pub(super) fn keep_four(touches: &mut Vec<Touch>, from: usize) {
+    let candidates = &touches[from..];
+    if candidates.len() <= 4 {
+        return;
+    }
+    let [_, across, beside] = candidates[0].frame;
+    let flat = |touch: &Touch| nalgebra::Vector2::new(touch.at.dot(&across), touch.at.dot(&beside));
+    let best = |score: &dyn Fn(&Touch) -> f64| {
+        let mut winner = 0;
+        for index in 1..candidates.len() {
+            if score(&candidates[index]) > score(&candidates[winner]) {
+                winner = index;
+            }
+        }
+        winner
+    };
+    let deepest = best(&|touch| touch.depth);
+    let origin = flat(&candidates[deepest]);
+    let farthest = best(&|touch| (flat(touch) - origin).norm_squared());
+    let line = flat(&candidates[farthest]) - origin;
+    let side = |touch: &Touch| line.perp(&(flat(touch) - origin));
+    let mut kept = [deepest, farthest, best(&side), best(&|touch| -side(touch))];
+    kept.sort_unstable();
+    let mut end = from;
+    for (position, index) in kept.into_iter().enumerate() {
+        if position == 0 || kept[position - 1] != index {
+            touches[end] = touches[from + index];
+            end += 1;
+        }
+    }
+    touches.truncate(end);
+}

@@ -1,0 +1,77 @@
+//! Bodies by themselves, from joint coordinates and back.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Point3, Rotation3, UnitQuaternion, Vector3};
+
+use crate::model::{Freedom, Model};
+use crate::sim::bodies::BodyMotion;
+use crate::sim::coordinates::reduced;
+use crate::sim::spatial::{Motion, RigidInertia};
+use crate::sim::state::{Part, State};
+
+/// Places the bodies where the joint coordinates of `state` have them, and makes that their own
+/// place; `bodies` receives them.
+pub fn take_apart(model: &Model, state: &mut State, bodies: &mut [BodyMotion]) {
+    reduced::kinematics::place(model, state, bodies);
+    state.parts.clear();
+    for body in bodies.iter() {
+        let rotation = Rotation3::from_matrix_unchecked(body.rotation);
+        state.parts.push(Part {
+            center: state.root.position + body.center,
+            orientation: UnitQuaternion::from_rotation_matrix(&rotation),
+            linear_velocity: body.velocity.at(body.center),
+            angular_velocity: body.velocity.angular,
+        });
+    }
+}
+
+/// Fills `bodies`, one for every body of `model`, from the bodies of `state` themselves; the common
+/// point is the root's origin as it is there.
+pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
+    for (index, (part, body)) in state.parts.iter().zip(&model.bodies).enumerate() {
+        let rotation = *part.orientation.to_rotation_matrix().matrix();
+        let center = part.center - state.root.position;
+        let origin = center - rotation * body.center;
+        let axis = rotation * body.axis;
+        let freedom = match body.freedom {
+            _ if index == 0 => Motion::ZERO,
+            Freedom::Revolute => Motion { angular: axis, linear: origin.cross(&axis) },
+            Freedom::Prismatic => Motion { angular: Vector3::zeros(), linear: axis },
+        };
+        let angular = part.angular_velocity;
+        let velocity = Motion { angular, linear: part.linear_velocity + center.cross(&angular) };
+        let inertia = RigidInertia::new(body.mass, center, rotation * body.inertia * rotation.transpose());
+        bodies[index] = BodyMotion { rotation, origin, freedom, velocity, center, inertia };
+    }
+}
+
+/// Reads the root's pose and the joint angles off the bodies of `state`. An angle is taken to have turned
+/// by less than half a turn more or less than its velocity over `step` seconds says.
+pub fn read_off(model: &Model, state: &mut State, step: f64) {
+    let frame = |index: usize| {
+        let part = &state.parts[index];
+        let origin: Point3<f64> = part.center - part.orientation * model.bodies[index].center;
+        (origin, part.orientation)
+    };
+    (state.root.position, state.root.orientation) = frame(0);
+    for (joint, angle) in state.angles.iter_mut().enumerate() {
+        let body = &model.bodies[joint + 1];
+        let (parent_origin, parent) = frame(body.parent);
+        let (origin, orientation) = frame(joint + 1);
+        let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(body.turn));
+        let joint_frame = parent * turn;
+        *angle = match body.freedom {
+            Freedom::Revolute => {
+                let relative = joint_frame.inverse() * orientation;
+                let turned = 2.0 * body.axis.dot(&relative.imag()).atan2(relative.scalar());
+                let expected = *angle + step * state.velocities[joint];
+                turned + TAU * ((expected - turned) / TAU).round()
+            }
+            Freedom::Prismatic => {
+                let from = parent_origin + parent * body.offset;
+                (joint_frame * body.axis).dot(&(origin - from))
+            }
+        };
+    }
+}

@@ -1,0 +1,192 @@
+//! Articulated-body dynamics (Featherstone 2008, chapter 7) with joint springs and dampers inside.
+//!
+//! One sweep from the leaves to the root gives every joint's share of the mass matrix's factor; another, and one
+//! back, give the velocities that the character would have after the step if no row acted. The work grows with
+//! the number of bodies.
+//!
+//! A joint that is driven toward a target has its spring and damper in the factor: eliminating
+//! λ_s = f₀ − K (q − q*) − (D + K h)(q̇⁺ − v*) from the rows s (Tokizaki & Hasegawa eqs. 19-20) adds
+//! h (D + K h) to the joint's entry of the mass matrix, so that tracking costs no row.
+
+use super::root::RootFactor;
+use crate::model::Model;
+use crate::sim::bodies::BodyMotion;
+use crate::sim::root_freedom::RootFreedom;
+use crate::sim::spatial::{ArticulatedInertia, Force, Motion};
+use crate::sim::tracking::Spring;
+use multiversion::multiversion;
+
+/// A joint's share of the factorised mass matrix.
+#[derive(Debug, Clone, Copy)]
+pub struct JointFactor {
+    /// Force on the joint's body that goes with a unit of joint acceleration.
+    pub u: Force,
+    /// Inverse of the inertia felt along the joint, 1/(kg m²).
+    pub inverse_d: f64,
+    /// Its square root.
+    pub root_inverse_d: f64,
+}
+
+/// What a step asks of the joints: force now, and force per joint acceleration.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct JointLoad {
+    /// Force along the joint at its present velocity, N m or N.
+    pub torque: f64,
+    /// What joint acceleration takes besides the inertia of bodies: armature, and h times
+    /// the coefficients of forces that are implicit in the new velocity; kg m² or kg.
+    pub inertia: f64,
+}
+
+impl JointLoad {
+    /// What the drive `spring` adds to a joint that moves at `rate` before the step.
+    #[inline]
+    pub fn of_drive(spring: Spring, rate: f64, step: f64) -> Self {
+        Self { torque: spring.torque(rate), inertia: step * spring.resistance }
+    }
+}
+
+/// The factor of a step's mass matrix and the sweeps' intermediate values.
+#[derive(Debug, Clone)]
+pub struct Articulated {
+    /// One a joint.
+    pub joints: Vec<JointFactor>,
+    /// The root's factor.
+    pub root: RootFactor,
+    /// Acceleration of each body if neither the root nor a joint accelerates.
+    drift: Vec<Motion>,
+    /// Force that this acceleration and the velocity take.
+    carried: Vec<Force>,
+    inertia: Vec<ArticulatedInertia>,
+    bias: Vec<Force>,
+    /// Joint force less bias, N m or N.
+    net: Vec<f64>,
+    /// Acceleration of each body besides its drift.
+    acceleration: Vec<Motion>,
+}
+
+/// The mass matrix is not positive definite.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Singular {
+    /// Nothing resists the acceleration of this joint.
+    Joint(usize),
+    /// Nothing resists some acceleration of the root.
+    Root,
+}
+
+impl Articulated {
+    /// Room for a model of `bodies` bodies.
+    pub fn new(bodies: usize) -> Self {
+        let zero = ArticulatedInertia::from(crate::sim::spatial::RigidInertia::ZERO);
+        let factor = JointFactor { u: Force::ZERO, inverse_d: 0.0, root_inverse_d: 0.0 };
+        Self {
+            joints: vec![factor; bodies - 1],
+            root: RootFactor::EMPTY,
+            drift: vec![Motion::ZERO; bodies],
+            carried: vec![Force::ZERO; bodies],
+            inertia: vec![zero; bodies],
+            bias: vec![Force::ZERO; bodies],
+            net: vec![0.0; bodies - 1],
+            acceleration: vec![Motion::ZERO; bodies],
+        }
+    }
+
+    /// Force that body `index` takes if neither the root nor a joint accelerates.
+    #[inline]
+    pub fn carried(&self, index: usize) -> Force {
+        self.carried[index]
+    }
+}
+
+/// Velocity-dependent forces of every body. In a simulation without them this is never called, and they
+/// stay zero.
+///
+/// They are taken together with the acceleration that the velocities alone bring, S q̈ and the root's
+/// acceleration left out, so that what remains to be solved is linear in those without a constant.
+#[multiversion(targets("x86_64+avx2"))]
+pub fn prepare(factor: &mut Articulated, model: &Model, bodies: &[BodyMotion], joint_rates: &[f64]) {
+    for &index in &model.outward {
+        let parent = model.bodies[index].parent;
+        let turned = bodies[parent].velocity.cross_motion(bodies[index].freedom);
+        factor.drift[index] = factor.drift[parent].plus_scaled(turned, joint_rates[index - 1]);
+    }
+    for ((carried, drift), body) in factor.carried.iter_mut().zip(&factor.drift).zip(bodies) {
+        let momentum = body.inertia.times(body.velocity);
+        *carried = body.velocity.cross_force(momentum).plus(body.inertia.times(*drift));
+    }
+}
+
+/// Factorises the mass matrix under `loads`.
+///
+/// # Errors
+/// [`Singular`] where nothing resists an acceleration.
+#[multiversion(targets("x86_64+avx2"))]
+pub fn factorise(
+    factor: &mut Articulated,
+    model: &Model,
+    bodies: &[BodyMotion],
+    loads: &[JointLoad],
+    freedom: RootFreedom,
+) -> Result<(), Singular> {
+    for (inertia, body) in factor.inertia.iter_mut().zip(bodies) {
+        *inertia = body.inertia.into();
+    }
+    for &index in model.outward.iter().rev() {
+        let joint = index - 1;
+        let along = bodies[index].freedom;
+        let (before, after) = factor.inertia.split_at_mut(index);
+        let u = after[0].times(along);
+        let d = along.dot(u) + loads[joint].inertia;
+        if d.is_nan() || d <= 0.0 {
+            return Err(Singular::Joint(joint));
+        }
+        let inverse_d = 1.0 / d;
+        before[model.bodies[index].parent].add_reduced(&after[0], u, inverse_d);
+        factor.joints[joint] = JointFactor { u, inverse_d, root_inverse_d: inverse_d.sqrt() };
+    }
+    factor.root = RootFactor::new(freedom, &factor.inertia[0]).ok_or(Singular::Root)?;
+    Ok(())
+}
+
+/// The accelerations without any row under the factorised `loads` and the prepared forces of velocity: of
+/// the joints into `joint_acceleration`, and of the root as the result.
+///
+/// `lifted` is the acceleration opposite to gravity. `given` is the acceleration of the root in
+/// the directions in which it is not free.
+#[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
+#[multiversion(targets("x86_64+avx2"), attrs(allow(clippy::too_many_arguments)))]
+pub fn accelerate(
+    factor: &mut Articulated,
+    model: &Model,
+    bodies: &[BodyMotion],
+    loads: &[JointLoad],
+    freedom: RootFreedom,
+    lifted: Motion,
+    given: Motion,
+    joint_acceleration: &mut [f64],
+) -> Motion {
+    factor.bias.copy_from_slice(&factor.carried);
+    for &index in model.outward.iter().rev() {
+        let joint = index - 1;
+        let share = &factor.joints[joint];
+        let net = loads[joint].torque - bodies[index].freedom.dot(factor.bias[index]);
+        let bias = factor.bias[index].plus_scaled(share.u, net * share.inverse_d);
+        let parent = model.bodies[index].parent;
+        factor.bias[parent] = factor.bias[parent].plus(bias);
+        factor.net[joint] = net;
+    }
+    let given_lifted = match freedom {
+        RootFreedom::Bolted => lifted,
+        _ => given,
+    };
+    let root = factor.root.accelerate(&factor.inertia[0], factor.bias[0].scaled(-1.0), given_lifted);
+    factor.acceleration[0] = root;
+    for &index in &model.outward {
+        let joint = index - 1;
+        let share = &factor.joints[joint];
+        let carried = factor.acceleration[model.bodies[index].parent];
+        let acceleration = (factor.net[joint] - carried.dot(share.u)) * share.inverse_d;
+        joint_acceleration[joint] = acceleration;
+        factor.acceleration[index] = carried.plus_scaled(bodies[index].freedom, acceleration);
+    }
+    root.plus(lifted.scaled(-1.0))
+}

@@ -1,0 +1,83 @@
+//! The first pass of tracking where the joints do not all move by themselves.
+//!
+//! With loops, or with joints that nothing drives, the target's velocities do not prescribe the motion of every
+//! joint: the driven ones are held at them by rows e, beside those of the loops and, if they are to be known, of the
+//! contacts (velocity control, Tokizaki & Hasegawa eq. 17 and figure 2), and the others follow. The forces of those rows
+//! are the offset torques f₀. Of joints that the loops couple to others, the first are held; a row that depends on
+//! those before it has the torque 0.
+
+use super::Stages;
+use crate::scene::Feedforward;
+use crate::sim::coordinates::reduced::response;
+use crate::sim::failure::{Failure, fail_unless_usable};
+use crate::sim::lcp::Solver;
+use crate::sim::rows::{Owner, Rows, contact, drive, loops};
+
+impl Stages<'_> {
+    /// Fills the offset torques for targets that move from `now` to `next`, while no joint is driven yet.
+    pub(super) fn hold(
+        &mut self,
+        feedforward: Feedforward,
+        now: &[f64],
+        next: &[f64],
+    ) -> Result<(), Failure> {
+        self.factorise()?;
+        self.free_velocities();
+        let mut rows = std::mem::take(&mut self.work.control_rows);
+        rows.clear();
+        self.held_rows(&mut rows, feedforward, now, next);
+        rows.assemble(self.step);
+        let (problem, force) = rows.problem(self.plan.circular_friction());
+        let solution = self.work.engine.solve(&problem, force);
+        self.work.feedforward.fill(0.0);
+        for (owner, force) in rows.owner.iter().zip(&rows.force) {
+            if let Owner::Drive(joint) = *owner {
+                self.work.feedforward[joint] = *force;
+            }
+        }
+        self.work.control_rows = rows;
+        fail_unless_usable(solution.status, self.model, self.state)
+    }
+
+    /// What holds the driven joints at the velocity of their targets, and what goes with it.
+    fn held_rows(&self, rows: &mut Rows, feedforward: Feedforward, now: &[f64], next: &[f64]) {
+        let Self { model, plan, state, work, step, .. } = self;
+        let (bodies, articulated) = (&work.bodies, &work.articulated);
+        if feedforward == Feedforward::ContactAware {
+            contact::add(
+                rows,
+                &work.touches[..work.foreseen],
+                &work.free,
+                plan.friction,
+                *step,
+                plan.stabilization,
+                &state.memory.controlled,
+                contact::compliance(model.mass, *step),
+                |touch, forces, numbers| {
+                    let other = touch.against.body();
+                    response::of_bodies(model, bodies, articulated, touch.body, other, forces, numbers)
+                },
+            );
+        }
+        loops::add(
+            rows,
+            model,
+            bodies,
+            &work.mean_rates,
+            &work.free,
+            *step,
+            plan.reads_turning(),
+            plan.stabilization,
+            None,
+            |[child, parent], wrench, numbers| {
+                response::of_bodies(model, bodies, articulated, child, Some(parent), &[wrench], numbers)
+            },
+        );
+        for joint in (0..now.len()).filter(|joint| model.driven[*joint]) {
+            let wanted = (next[joint] - now[joint]) / step;
+            drive::hold(rows, joint, wanted, work.free_rates[joint], |joint, numbers| {
+                response::of_joint(model, bodies, articulated, joint, numbers)
+            });
+        }
+    }
+}

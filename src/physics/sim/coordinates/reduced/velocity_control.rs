@@ -1,0 +1,102 @@
+//! The first of the two passes of tracking: the torque that would follow the target exactly.
+//!
+//! Rows s are held at the target's velocity as rows e (velocity control, Tokizaki & Hasegawa eq. 17
+//! and figure 2). In joint coordinates that prescribes every joint's acceleration and leaves only
+//! the root to move: the character is one rigid body whose shape is changing, and contacts (in the
+//! contact-aware form) act on that body. Where loops or passive joints leave the motion of some joints open,
+//! `stages/held.rs` does it by rows instead.
+
+use super::articulated::Articulated;
+use super::root::RootFactor;
+use crate::model::Model;
+use crate::sim::bodies::BodyMotion;
+use crate::sim::root_freedom::RootFreedom;
+use crate::sim::spatial::{ArticulatedInertia, Force, Motion, RigidInertia};
+
+/// The character as one rigid body of changing shape.
+#[derive(Debug, Clone)]
+pub struct VelocityControl {
+    /// Inertia of each body with all that it carries.
+    composite: Vec<RigidInertia>,
+    /// Force that each body with all that it carries takes when the root does not accelerate.
+    taken: Vec<Force>,
+    /// Acceleration of each body besides its drift when the root does not accelerate.
+    acceleration: Vec<Motion>,
+    /// The root's factor, of the whole character's inertia.
+    pub root: RootFactor,
+    /// Acceleration of the root without contacts, lifted by gravity.
+    lifted_root: Motion,
+}
+
+impl VelocityControl {
+    /// Room for a model of `bodies` bodies.
+    pub fn new(bodies: usize) -> Self {
+        Self {
+            composite: vec![RigidInertia::ZERO; bodies],
+            taken: vec![Force::ZERO; bodies],
+            acceleration: vec![Motion::ZERO; bodies],
+            root: RootFactor::EMPTY,
+            lifted_root: Motion::ZERO,
+        }
+    }
+
+    /// Prescribes `joint_acceleration` and gives the root's acceleration without contacts, or
+    /// `None` if the character has no inertia.
+    #[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
+    pub fn prescribe(
+        &mut self,
+        model: &Model,
+        bodies: &[BodyMotion],
+        articulated: &Articulated,
+        joint_acceleration: &[f64],
+        freedom: RootFreedom,
+        lifted: Motion,
+        given: Motion,
+    ) -> Option<Motion> {
+        self.acceleration[0] = Motion::ZERO;
+        for index in 0..bodies.len() {
+            let body = &bodies[index];
+            if index > 0 {
+                self.acceleration[index] = self.acceleration[model.bodies[index].parent]
+                    .plus_scaled(body.freedom, joint_acceleration[index - 1]);
+            }
+            self.composite[index] = body.inertia;
+            self.taken[index] = articulated.carried(index).plus(body.inertia.times(self.acceleration[index]));
+        }
+        for &index in model.outward.iter().rev() {
+            let parent = model.bodies[index].parent;
+            self.composite[parent] = self.composite[parent].plus(self.composite[index]);
+            self.taken[parent] = self.taken[parent].plus(self.taken[index]);
+        }
+        let whole = ArticulatedInertia::from(self.composite[0]);
+        self.root = RootFactor::new(freedom, &whole)?;
+        let given = if freedom == RootFreedom::Bolted { lifted } else { given };
+        self.lifted_root = self.root.accelerate(&whole, self.taken[0].scaled(-1.0), given);
+        Some(self.lifted_root.plus(lifted.scaled(-1.0)))
+    }
+
+    /// Adds a contact force on `body`, which changes what that body and all that carry it take.
+    pub fn push(&mut self, model: &Model, mut body: usize, force: Force) {
+        loop {
+            self.taken[body] = self.taken[body].plus(force.scaled(-1.0));
+            if body == 0 {
+                return;
+            }
+            body = model.bodies[body].parent;
+        }
+    }
+
+    /// Takes the change of the root's acceleration that the contacts bring.
+    pub fn accelerate_root(&mut self, change: Motion) {
+        self.lifted_root = self.lifted_root.plus(change);
+    }
+
+    /// Torque of joint `joint` that goes with the prescribed motion, N m or N, apart from armature
+    /// and damping.
+    #[inline]
+    pub fn torque(&self, bodies: &[BodyMotion], joint: usize) -> f64 {
+        let index = joint + 1;
+        let carried = self.composite[index].times(self.lifted_root);
+        bodies[index].freedom.dot(self.taken[index].plus(carried))
+    }
+}

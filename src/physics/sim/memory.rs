@@ -1,0 +1,181 @@
+//! What a step leaves for the next one beside positions and velocities.
+
+use super::contact::Touch;
+use super::rows::{Owner, Rows};
+use super::spatial::Motion;
+
+/// An actuator counts as saturated within this share of its greatest torque.
+const AT_LIMIT: f64 = 1.0 - 1e-12;
+
+/// A body that swings about its joint under tension, like a weight on a string.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Swing {
+    /// Index of the body.
+    pub body: usize,
+    /// rad/s.
+    pub rate: f64,
+}
+
+/// Change of the velocities over a step, a second.
+#[derive(Debug, PartialEq)]
+pub(super) struct Acceleration {
+    /// Of the root's angular velocity and of its origin's velocity, rad/s² and m/s².
+    pub root: Motion,
+    /// Of the joints, rad/s² or m/s².
+    pub joints: Vec<f64>,
+}
+
+/// Forces of the contacts that there were, by their slots.
+#[derive(Debug, Default, PartialEq)]
+pub struct ContactForces {
+    /// Slot, and normal and two tangential forces, N; in the order of the slots.
+    slots: Vec<(usize, [f64; 3])>,
+}
+
+impl ContactForces {
+    /// Those at `slot`; zero where there was no contact.
+    #[inline]
+    pub fn at(&self, slot: usize) -> [f64; 3] {
+        let found = self.slots.binary_search_by_key(&slot, |(slot, _)| *slot);
+        found.map_or([0.0; 3], |index| self.slots[index].1)
+    }
+
+    /// Keeps the `forces` of `touches`, of which the tangential ones may be left out.
+    pub(super) fn remember<'a>(&mut self, touches: &[Touch], forces: impl Iterator<Item = &'a [f64]>) {
+        self.slots.clear();
+        self.slots.extend(touches.iter().zip(forces).map(|(touch, forces)| {
+            let mut all = [0.0; 3];
+            all[..forces.len()].copy_from_slice(forces);
+            (touch.slot, all)
+        }));
+        if !self.slots.is_sorted_by_key(|(slot, _)| *slot) {
+            self.slots.sort_unstable_by_key(|(slot, _)| *slot);
+        }
+    }
+}
+
+/// What the solver remembers of the last step.
+#[derive(Debug, PartialEq)]
+pub(super) struct Memory {
+    /// Forces of the contacts.
+    pub contacts: ContactForces,
+    /// The same in the first pass of contact-aware tracking.
+    pub controlled: ContactForces,
+    /// Force of every joint's limit, N m, positive at the lower end and negative at the upper.
+    pub limit: Vec<f64>,
+    /// Dry friction of every joint, N m.
+    pub dry_friction: Vec<f64>,
+    /// Torque of every joint whose actuator is at its limit, N m; 0 for all others.
+    pub saturated: Vec<f64>,
+    /// With which the velocities changed.
+    pub acceleration: Acceleration,
+    /// Square of the force that every joint carried, N².
+    pub pull: Vec<f64>,
+    /// The fastest swing of a body under that force; `None` before the first step.
+    pub swing: Option<Swing>,
+    /// Length of the next part of a step under error control, s; 0 for a whole step.
+    pub part: f64,
+}
+
+impl Memory {
+    /// Nothing remembered of a character with `joints` joints.
+    pub fn new(joints: usize) -> Self {
+        Self {
+            contacts: ContactForces::default(),
+            controlled: ContactForces::default(),
+            limit: vec![0.0; joints],
+            dry_friction: vec![0.0; joints],
+            saturated: vec![0.0; joints],
+            acceleration: Acceleration { root: Motion::ZERO, joints: vec![0.0; joints] },
+            pull: vec![0.0; joints],
+            swing: None,
+            part: 0.0,
+        }
+    }
+
+    /// Forgets everything, without allocating.
+    pub fn forget(&mut self) {
+        self.contacts.slots.clear();
+        self.controlled.slots.clear();
+        self.limit.fill(0.0);
+        self.dry_friction.fill(0.0);
+        self.saturated.fill(0.0);
+        self.acceleration.root = Motion::ZERO;
+        self.acceleration.joints.fill(0.0);
+        self.pull.fill(0.0);
+        self.swing = None;
+        self.part = 0.0;
+    }
+
+    /// Takes the forces of `rows`, of which those of `touches` come first.
+    ///
+    /// `greatest` are the greatest torques of the actuators, N m or N, if they have any.
+    pub fn remember(&mut self, rows: &Rows, touches: &[Touch], per_touch: usize, greatest: Option<&[f64]>) {
+        self.contacts.remember(touches, rows.force.chunks_exact(per_touch));
+        self.limit.fill(0.0);
+        self.dry_friction.fill(0.0);
+        self.saturated.fill(0.0);
+        let of_joints = touches.len() * per_touch..;
+        for (owner, force) in rows.owner[of_joints.clone()].iter().zip(&rows.force[of_joints]) {
+            match *owner {
+                Owner::LowerLimit(joint) => self.limit[joint] += force,
+                Owner::UpperLimit(joint) => self.limit[joint] -= force,
+                Owner::DryFriction(joint) => self.dry_friction[joint] = *force,
+                Owner::Torque(joint) if greatest.is_some_and(|it| force.abs() >= it[joint] * AT_LIMIT) => {
+                    self.saturated[joint] = *force;
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+// Derived `Clone` would allocate on `clone_from`; states are copied once a transition.
+impl Clone for Memory {
+    fn clone(&self) -> Self {
+        Self {
+            contacts: self.contacts.clone(),
+            controlled: self.controlled.clone(),
+            limit: self.limit.clone(),
+            dry_friction: self.dry_friction.clone(),
+            saturated: self.saturated.clone(),
+            acceleration: self.acceleration.clone(),
+            pull: self.pull.clone(),
+            swing: self.swing,
+            part: self.part,
+        }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.contacts.clone_from(&source.contacts);
+        self.controlled.clone_from(&source.controlled);
+        self.limit.clone_from(&source.limit);
+        self.dry_friction.clone_from(&source.dry_friction);
+        self.saturated.clone_from(&source.saturated);
+        self.acceleration.clone_from(&source.acceleration);
+        self.pull.clone_from(&source.pull);
+        self.swing = source.swing;
+        self.part = source.part;
+    }
+}
+
+impl Clone for ContactForces {
+    fn clone(&self) -> Self {
+        Self { slots: self.slots.clone() }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.slots.clone_from(&source.slots);
+    }
+}
+
+impl Clone for Acceleration {
+    fn clone(&self) -> Self {
+        Self { root: self.root, joints: self.joints.clone() }
+    }
+
+    fn clone_from(&mut self, source: &Self) {
+        self.root = source.root;
+        self.joints.clone_from(&source.joints);
+    }
+}
