@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::spatial::{Motion, RigidInertia};
+use super::spatial::{RigidInertia, SpatialMotion};
 
 /// Pose, motion and inertia of a body, along the world axes about the common point (the origin of
 /// the root link).
@@ -13,9 +13,9 @@ pub struct BodyMotion {
     /// Origin of the body frame relative to the common point, m.
     pub origin: Vector3<f64>,
     /// Velocity per unit of joint rate; zero for the root.
-    pub freedom: Motion,
+    pub freedom: SpatialMotion,
     /// Velocity.
-    pub velocity: Motion,
+    pub velocity: SpatialMotion,
     /// Centre of mass relative to the common point, m.
     pub center: Vector3<f64>,
     /// Inertia.
@@ -27,8 +27,8 @@ impl BodyMotion {
     pub const REST: Self = Self {
         rotation: Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
         origin: Vector3::new(0.0, 0.0, 0.0),
-        freedom: Motion::ZERO,
-        velocity: Motion::ZERO,
+        freedom: SpatialMotion::ZERO,
+        velocity: SpatialMotion::ZERO,
         center: Vector3::new(0.0, 0.0, 0.0),
         inertia: RigidInertia::ZERO,
     };

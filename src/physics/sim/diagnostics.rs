@@ -21,7 +21,7 @@ pub struct Momentum {
 
 fn placed(model: &Model, state: &State) -> Vec<BodyMotion> {
     let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
-    if state.parts.is_empty() {
+    if state.body_states.is_empty() {
         reduced::kinematics::place(model, state, &mut bodies);
     } else {
         maximal::kinematics::place(model, state, &mut bodies);
@@ -32,7 +32,7 @@ fn placed(model: &Model, state: &State) -> Vec<BodyMotion> {
 /// Greatest distance (m) or angle (rad) by which the two bodies of a joint or of a closed loop are apart.
 /// Only loops can come apart in reduced coordinates.
 pub fn joint_separation(model: &Model, state: &State) -> f64 {
-    let joints = if state.parts.is_empty() { 0 } else { model.joint_count() };
+    let joints = if state.body_states.is_empty() { 0 } else { model.joint_count() };
     if joints == 0 && model.loops.is_empty() {
         return 0.0;
     }

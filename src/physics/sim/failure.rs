@@ -1,7 +1,7 @@
 //! Why a simulation cannot go on.
 
-use super::lcp::Status;
-use super::rows::Owner;
+use super::lcp::SolveStatus;
+use super::rows::RowOwner;
 use super::state::State;
 use crate::model::Model;
 
@@ -9,36 +9,69 @@ use crate::model::Model;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{cause} at {time} s ({place})")]
 pub struct Failure {
-    /// End of the step that failed, s.
+    /// Time of the state, s: the beginning of the substep that failed, or its end where a number became non-finite.
     pub time: f64,
     /// The body or joint.
     pub place: String,
     /// What happened.
-    pub cause: String,
+    pub cause: FailureCause,
+}
+
+/// What ended a simulation.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FailureCause {
+    /// The complementarity problem has no solution, or none that pivoting finds.
+    #[error("the complementarity problem has no solution that pivoting could find")]
+    NoSolution,
+    /// The complementarity problem's lengths or bounds disagree.
+    #[error("the complementarity problem is malformed")]
+    MalformedProblem,
+    /// A number of the complementarity problem is not finite.
+    #[error("a number of the complementarity problem is not finite")]
+    NonFiniteProblem,
+    /// The chosen solver cannot handle the problem's friction.
+    #[error("the solver does not handle this problem")]
+    UnsupportedProblem,
+    /// The mass matrix is singular.
+    #[error("nothing resists an acceleration: the mass matrix is singular")]
+    SingularMass,
+    /// A body needs shorter substeps than the shortest.
+    #[error("turns or swings too fast to be followed")]
+    TooFast,
+    /// A number of the state is not finite, and no row acted.
+    #[error("the state became non-finite; no constraint was active")]
+    NonFinite,
+    /// A number of the state is not finite.
+    #[error("the state became non-finite; the largest residual is that of {owner}")]
+    NonFiniteWithRows {
+        /// What the row with the largest residual belongs to, in words.
+        owner: String,
+    },
+    /// What another engine reports.
+    #[error("{0}")]
+    OtherEngine(&'static str),
 }
 
 /// The failure that goes with a solver's `status`, if its forces cannot be used.
-pub(super) fn fail_unless_usable(status: Status, model: &Model, state: &State) -> Result<(), Failure> {
+pub(super) fn fail_unless_usable(status: SolveStatus, model: &Model, state: &State) -> Result<(), Failure> {
     let cause = match status {
-        Status::Solved | Status::IterationLimit | Status::Singular => return Ok(()),
-        Status::Ray => "the complementarity problem has no solution that pivoting could find",
-        Status::Malformed => "the complementarity problem is malformed",
-        Status::NotFinite => "a number of the complementarity problem is not finite",
-        Status::Unsupported => "the solver does not handle this problem",
+        SolveStatus::Solved | SolveStatus::IterationLimit | SolveStatus::Singular => return Ok(()),
+        SolveStatus::Ray => FailureCause::NoSolution,
+        SolveStatus::Malformed => FailureCause::MalformedProblem,
+        SolveStatus::NotFinite => FailureCause::NonFiniteProblem,
+        SolveStatus::Unsupported => FailureCause::UnsupportedProblem,
     };
-    Err(Failure {
-        time: state.time,
-        place: format!("character {}", model.character.name),
-        cause: cause.into(),
-    })
+    Err(Failure { time: state.time, place: format!("character {}", model.character.name), cause })
 }
 
+/// The failure of `body`, which needs shorter substeps than the shortest.
 pub(super) fn too_fast(model: &Model, state: &State, body: usize) -> Failure {
     let place = match body {
         0 => format!("root link {}", model.character.links[0].name),
         _ => format!("body of joint {}", model.joint_names[body - 1]),
     };
-    Failure { time: state.time, place, cause: "turns or swings too fast to be followed".into() }
+    Failure { time: state.time, place, cause: FailureCause::TooFast }
 }
 
 /// Fails if a number of `state` is not finite, naming the body.
@@ -53,7 +86,7 @@ pub fn check_finite(model: &Model, state: &State) -> Result<(), Failure> {
 pub(super) fn check_finite_with(
     model: &Model,
     state: &State,
-    worst: impl FnOnce() -> Option<Owner>,
+    worst: impl FnOnce() -> Option<RowOwner>,
 ) -> Result<(), Failure> {
     let root = &state.root;
     let root_is_finite = root.position.coords.sum().is_finite()
@@ -71,26 +104,24 @@ pub(super) fn check_finite_with(
         (false, None) => format!("root link {}", model.character.links[0].name),
     };
     let cause = match worst() {
-        None => "the state became non-finite; no constraint was active".to_owned(),
-        Some(owner) => {
-            format!("the state became non-finite; the largest residual is that of {}", describe(model, owner))
-        }
+        None => FailureCause::NonFinite,
+        Some(owner) => FailureCause::NonFiniteWithRows { owner: describe(model, owner) },
     };
     Err(Failure { time: state.time, place, cause })
 }
 
 /// A row's owner in words.
-fn describe(model: &Model, owner: Owner) -> String {
+fn describe(model: &Model, owner: RowOwner) -> String {
     match owner {
-        Owner::Contact { link } => format!("a contact of link {}", model.character.links[link].name),
-        Owner::LowerLimit(joint) | Owner::UpperLimit(joint) => {
+        RowOwner::Contact { link } => format!("a contact of link {}", model.character.links[link].name),
+        RowOwner::LowerLimit(joint) | RowOwner::UpperLimit(joint) => {
             format!("the limit of joint {}", model.joint_names[joint])
         }
-        Owner::DryFriction(joint) => format!("the dry friction of joint {}", model.joint_names[joint]),
-        Owner::Torque(joint) => format!("the torque limit of joint {}", model.joint_names[joint]),
-        Owner::Drive(joint) => format!("the drive of joint {}", model.joint_names[joint]),
-        Owner::Joint(joint) => format!("what holds joint {} together", model.joint_names[joint]),
-        Owner::Loop(index) => format!("the loop {}", model.character.loops[index].name),
-        Owner::TrunkLock => format!("the rotation lock of link {}", model.character.links[0].name),
+        RowOwner::DryFriction(joint) => format!("the dry friction of joint {}", model.joint_names[joint]),
+        RowOwner::Torque(joint) => format!("the torque limit of joint {}", model.joint_names[joint]),
+        RowOwner::Drive(joint) => format!("the drive of joint {}", model.joint_names[joint]),
+        RowOwner::Joint(joint) => format!("what holds joint {} together", model.joint_names[joint]),
+        RowOwner::Loop(index) => format!("the loop {}", model.character.loops[index].name),
+        RowOwner::TrunkLock => format!("the rotation lock of link {}", model.character.links[0].name),
     }
 }

@@ -1,26 +1,26 @@
 //! What a step leaves for the next one beside positions and velocities.
 
-use super::contact::Touch;
-use super::rows::{Owner, Rows};
-use super::spatial::Motion;
+use super::contact::ContactCandidate;
+use super::rows::{RowOwner, Rows};
+use super::spatial::SpatialMotion;
 
 /// An actuator counts as saturated within this share of its greatest torque.
 const AT_LIMIT: f64 = 1.0 - 1e-12;
 
 /// A body that swings about its joint under tension, like a weight on a string.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Swing {
+pub(super) struct Pendulum {
     /// Index of the body.
     pub body: usize,
     /// rad/s.
-    pub rate: f64,
+    pub frequency: f64,
 }
 
 /// Change of the velocities over a step, a second.
 #[derive(Debug, PartialEq)]
 pub(super) struct Acceleration {
     /// Of the root's angular velocity and of its origin's velocity, rad/s² and m/s².
-    pub root: Motion,
+    pub root: SpatialMotion,
     /// Of the joints, rad/s² or m/s².
     pub joints: Vec<f64>,
 }
@@ -40,13 +40,17 @@ impl ContactForces {
         found.map_or([0.0; 3], |index| self.slots[index].1)
     }
 
-    /// Keeps the `forces` of `touches`, of which the tangential ones may be left out.
-    pub(super) fn remember<'a>(&mut self, touches: &[Touch], forces: impl Iterator<Item = &'a [f64]>) {
+    /// Keeps the `forces` of `candidates`, of which the tangential ones may be left out.
+    pub(super) fn remember<'a>(
+        &mut self,
+        candidates: &[ContactCandidate],
+        forces: impl Iterator<Item = &'a [f64]>,
+    ) {
         self.slots.clear();
-        self.slots.extend(touches.iter().zip(forces).map(|(touch, forces)| {
+        self.slots.extend(candidates.iter().zip(forces).map(|(candidate, forces)| {
             let mut all = [0.0; 3];
             all[..forces.len()].copy_from_slice(forces);
-            (touch.slot, all)
+            (candidate.slot, all)
         }));
         if !self.slots.is_sorted_by_key(|(slot, _)| *slot) {
             self.slots.sort_unstable_by_key(|(slot, _)| *slot);
@@ -56,11 +60,11 @@ impl ContactForces {
 
 /// What the solver remembers of the last step.
 #[derive(Debug, PartialEq)]
-pub(super) struct Memory {
+pub(super) struct StepMemory {
     /// Forces of the contacts.
     pub contacts: ContactForces,
     /// The same in the first pass of contact-aware tracking.
-    pub controlled: ContactForces,
+    pub feedforward_contacts: ContactForces,
     /// Force of every joint's limit, N m, positive at the lower end and negative at the upper.
     pub limit: Vec<f64>,
     /// Dry friction of every joint, N m.
@@ -70,58 +74,64 @@ pub(super) struct Memory {
     /// With which the velocities changed.
     pub acceleration: Acceleration,
     /// Square of the force that every joint carried, N².
-    pub pull: Vec<f64>,
+    pub tension_squared: Vec<f64>,
     /// The fastest swing of a body under that force; `None` before the first step.
-    pub swing: Option<Swing>,
+    pub pendulum: Option<Pendulum>,
     /// Length of the next part of a step under error control, s; 0 for a whole step.
-    pub part: f64,
+    pub next_substep: f64,
 }
 
-impl Memory {
+impl StepMemory {
     /// Nothing remembered of a character with `joints` joints.
     pub fn new(joints: usize) -> Self {
         Self {
             contacts: ContactForces::default(),
-            controlled: ContactForces::default(),
+            feedforward_contacts: ContactForces::default(),
             limit: vec![0.0; joints],
             dry_friction: vec![0.0; joints],
             saturated: vec![0.0; joints],
-            acceleration: Acceleration { root: Motion::ZERO, joints: vec![0.0; joints] },
-            pull: vec![0.0; joints],
-            swing: None,
-            part: 0.0,
+            acceleration: Acceleration { root: SpatialMotion::ZERO, joints: vec![0.0; joints] },
+            tension_squared: vec![0.0; joints],
+            pendulum: None,
+            next_substep: 0.0,
         }
     }
 
     /// Forgets everything, without allocating.
     pub fn forget(&mut self) {
         self.contacts.slots.clear();
-        self.controlled.slots.clear();
+        self.feedforward_contacts.slots.clear();
         self.limit.fill(0.0);
         self.dry_friction.fill(0.0);
         self.saturated.fill(0.0);
-        self.acceleration.root = Motion::ZERO;
+        self.acceleration.root = SpatialMotion::ZERO;
         self.acceleration.joints.fill(0.0);
-        self.pull.fill(0.0);
-        self.swing = None;
-        self.part = 0.0;
+        self.tension_squared.fill(0.0);
+        self.pendulum = None;
+        self.next_substep = 0.0;
     }
 
-    /// Takes the forces of `rows`, of which those of `touches` come first.
+    /// Takes the forces of `rows`, of which those of `candidates` come first.
     ///
     /// `greatest` are the greatest torques of the actuators, N m or N, if they have any.
-    pub fn remember(&mut self, rows: &Rows, touches: &[Touch], per_touch: usize, greatest: Option<&[f64]>) {
-        self.contacts.remember(touches, rows.force.chunks_exact(per_touch));
+    pub fn remember(
+        &mut self,
+        rows: &Rows,
+        candidates: &[ContactCandidate],
+        per_contact: usize,
+        greatest: Option<&[f64]>,
+    ) {
+        self.contacts.remember(candidates, rows.force.chunks_exact(per_contact));
         self.limit.fill(0.0);
         self.dry_friction.fill(0.0);
         self.saturated.fill(0.0);
-        let of_joints = touches.len() * per_touch..;
+        let of_joints = candidates.len() * per_contact..;
         for (owner, force) in rows.owner[of_joints.clone()].iter().zip(&rows.force[of_joints]) {
             match *owner {
-                Owner::LowerLimit(joint) => self.limit[joint] += force,
-                Owner::UpperLimit(joint) => self.limit[joint] -= force,
-                Owner::DryFriction(joint) => self.dry_friction[joint] = *force,
-                Owner::Torque(joint) if greatest.is_some_and(|it| force.abs() >= it[joint] * AT_LIMIT) => {
+                RowOwner::LowerLimit(joint) => self.limit[joint] += force,
+                RowOwner::UpperLimit(joint) => self.limit[joint] -= force,
+                RowOwner::DryFriction(joint) => self.dry_friction[joint] = *force,
+                RowOwner::Torque(joint) if greatest.is_some_and(|it| force.abs() >= it[joint] * AT_LIMIT) => {
                     self.saturated[joint] = *force;
                 }
                 _ => {}
@@ -131,31 +141,31 @@ impl Memory {
 }
 
 // Derived `Clone` would allocate on `clone_from`; states are copied once a transition.
-impl Clone for Memory {
+impl Clone for StepMemory {
     fn clone(&self) -> Self {
         Self {
             contacts: self.contacts.clone(),
-            controlled: self.controlled.clone(),
+            feedforward_contacts: self.feedforward_contacts.clone(),
             limit: self.limit.clone(),
             dry_friction: self.dry_friction.clone(),
             saturated: self.saturated.clone(),
             acceleration: self.acceleration.clone(),
-            pull: self.pull.clone(),
-            swing: self.swing,
-            part: self.part,
+            tension_squared: self.tension_squared.clone(),
+            pendulum: self.pendulum,
+            next_substep: self.next_substep,
         }
     }
 
     fn clone_from(&mut self, source: &Self) {
         self.contacts.clone_from(&source.contacts);
-        self.controlled.clone_from(&source.controlled);
+        self.feedforward_contacts.clone_from(&source.feedforward_contacts);
         self.limit.clone_from(&source.limit);
         self.dry_friction.clone_from(&source.dry_friction);
         self.saturated.clone_from(&source.saturated);
         self.acceleration.clone_from(&source.acceleration);
-        self.pull.clone_from(&source.pull);
-        self.swing = source.swing;
-        self.part = source.part;
+        self.tension_squared.clone_from(&source.tension_squared);
+        self.pendulum = source.pendulum;
+        self.next_substep = source.next_substep;
     }
 }
 

@@ -9,7 +9,6 @@
 //! (`multiversion`). Helpers that would not be compiled along with them by themselves are `inline(always)`. A product and
 //! a sum are never fused, so that a kernel gives the same bits with AVX2 as without.
 
-mod account;
 pub mod bodies;
 mod command;
 pub mod contact;
@@ -27,6 +26,7 @@ pub mod spatial;
 mod state;
 mod step;
 mod step_control;
+mod step_totals;
 pub mod tracking;
 mod workspace;
 
@@ -34,6 +34,6 @@ pub use command::Command;
 pub use contact::Contact;
 pub use diagnostics::{Momentum, center_of_mass, energy, link_poses, momentum};
 pub use energy::Energy;
-pub use failure::{Failure, check_finite};
+pub use failure::{Failure, FailureCause, check_finite};
 pub use simulator::Simulator;
 pub use state::{Root, State};

@@ -7,7 +7,7 @@ use crate::scene::StepPlan;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RootFreedom {
     /// In none.
-    Bolted,
+    Fixed,
     /// It keeps its orientation.
     Translating,
     /// In all.
@@ -18,7 +18,7 @@ impl RootFreedom {
     /// The directions that `plan` leaves the root of `model`.
     pub fn new(model: &Model, plan: &StepPlan) -> Self {
         match (model.fixed_base, plan.trunk_rotation_lock) {
-            (true, _) => Self::Bolted,
+            (true, _) => Self::Fixed,
             (false, true) => Self::Translating,
             (false, false) => Self::Free,
         }

@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3};
 
-use super::account::Account;
 use super::contact::Contact;
-use super::coordinates::maximal::Maximal;
+use super::coordinates::maximal::MaximalWorkspace;
 use super::diagnostics::{self, Momentum};
 use super::energy::Energy;
 use super::rows;
 use super::state::State;
-use super::step_control::Division;
+use super::step_control::StepControl;
+use super::step_totals::StepTotals;
 use super::workspace::Workspace;
 use crate::model::Model;
 use crate::scene::{Coordinates, StepPlan};
@@ -24,18 +24,18 @@ pub struct Simulator {
     pub(super) state: State,
     pub(super) work: Workspace,
     /// What maximal coordinates need besides, where the plan has them.
-    pub(super) maximal: Option<Maximal>,
-    pub(super) division: Division,
+    pub(super) maximal: Option<MaximalWorkspace>,
+    pub(super) step_control: StepControl,
 }
 
 impl Simulator {
     /// `model` in the scene of `plan` (compiled for this model), starting from `state`.
     pub fn new(model: Arc<Model>, plan: Arc<StepPlan>, state: State) -> Self {
         let work = Workspace::new(&model, &plan);
-        let division = Division::new(&model, &plan);
+        let step_control = StepControl::new(&model, &plan);
         let maximal =
-            (plan.accuracy.coordinates == Coordinates::Maximal).then(|| Maximal::new(&model, &plan));
-        Self { model, plan, state, work, maximal, division }
+            (plan.accuracy.coordinates == Coordinates::Maximal).then(|| MaximalWorkspace::new(&model, &plan));
+        Self { model, plan, state, work, maximal, step_control }
     }
 
     /// The model.
@@ -60,13 +60,13 @@ impl Simulator {
 
     /// Torques of the actuators, N m or N, one a joint: the means over the last step.
     pub fn torques(&self) -> &[f64] {
-        self.division.account.of_parts().map_or(&self.work.torque, Account::torques)
+        self.step_control.totals.of_substeps().map_or(&self.work.torque, StepTotals::torques)
     }
 
     /// Residual of the last step's complementarity problem, m/s or rad/s (see [`lcp::residual`]); the greatest if the
     /// step was computed in parts.
     pub fn residual(&self) -> f64 {
-        self.division.account.of_parts().map_or(self.work.residual, Account::residual)
+        self.step_control.totals.of_substeps().map_or(self.work.residual, StepTotals::residual)
     }
 
     /// How often new velocities have been computed since this simulator was made: once a step where the forces of
@@ -76,12 +76,12 @@ impl Simulator {
     }
 
     /// In how many parts steps have been computed since this simulator was made, those that were taken back included.
-    pub fn parts(&self) -> u64 {
-        self.division.parts
+    pub fn substeps(&self) -> u64 {
+        self.step_control.substeps
     }
 
     /// What each row of the last step's complementarity problem belonged to, in the order of the rows.
-    pub fn rows(&self) -> &[rows::Owner] {
+    pub fn rows(&self) -> &[rows::RowOwner] {
         &self.work.rows.owner
     }
 
@@ -104,11 +104,11 @@ impl Simulator {
 
     /// Contacts of the last step that carried force or penetrate, in the order of the model's slots.
     pub fn contacts(&self) -> impl Iterator<Item = Contact> + '_ {
-        let account = self.division.account.of_parts();
-        let whole = account.is_none().then(|| self.work.contacts(&self.plan));
-        account
+        let totals = self.step_control.totals.of_substeps();
+        let whole = totals.is_none().then(|| self.work.contacts(&self.plan));
+        totals
             .into_iter()
-            .flat_map(Account::contacts)
+            .flat_map(StepTotals::contacts)
             .chain(whole.into_iter().flatten())
             .filter(|contact| contact.depth > 0.0 || contact.force.dot(&contact.normal) > 0.0)
     }

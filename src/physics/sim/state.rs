@@ -2,8 +2,8 @@
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
-use super::memory::Memory;
-use super::spatial::Motion;
+use super::memory::StepMemory;
+use super::spatial::SpatialMotion;
 use crate::model::Model;
 
 /// Position and motion of the root link's frame, in the world frame.
@@ -22,8 +22,8 @@ pub struct Root {
 impl Root {
     /// Its velocity, with the world frame's axes about its origin.
     #[inline]
-    pub(super) fn motion(&self) -> Motion {
-        Motion { angular: self.angular_velocity, linear: self.linear_velocity }
+    pub(super) fn motion(&self) -> SpatialMotion {
+        SpatialMotion { angular: self.angular_velocity, linear: self.linear_velocity }
     }
 }
 
@@ -54,14 +54,14 @@ pub struct State {
     pub velocities: Vec<f64>,
     /// The bodies of maximal coordinates, one each; empty in reduced coordinates and before the first
     /// step, where the joint coordinates above say it all.
-    pub(super) parts: Vec<Part>,
+    pub(super) body_states: Vec<BodyState>,
     /// Forces of the last step, where the next one starts to look for its own.
-    pub(super) memory: Memory,
+    pub(super) memory: StepMemory,
 }
 
 /// Position and motion of a body by itself, in the world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Part {
+pub(super) struct BodyState {
     /// Centre of mass, m.
     pub center: Point3<f64>,
     /// Orientation of the body frame.
@@ -81,8 +81,8 @@ impl State {
             root: Root::default(),
             angles: vec![0.0; joints],
             velocities: vec![0.0; joints],
-            parts: Vec::new(),
-            memory: Memory::new(joints),
+            body_states: Vec::new(),
+            memory: StepMemory::new(joints),
         }
     }
 
@@ -116,7 +116,7 @@ impl State {
     /// Forgets what the last step left beside root and joints, as has to be done after a change of them by
     /// hand: its forces, and in maximal coordinates where each body is by itself.
     pub fn forget(&mut self) {
-        self.parts.clear();
+        self.body_states.clear();
         self.memory.forget();
     }
 }
@@ -129,7 +129,7 @@ impl Clone for State {
             root: self.root,
             angles: self.angles.clone(),
             velocities: self.velocities.clone(),
-            parts: self.parts.clone(),
+            body_states: self.body_states.clone(),
             memory: self.memory.clone(),
         }
     }
@@ -139,7 +139,7 @@ impl Clone for State {
         self.root = source.root;
         self.angles.clone_from(&source.angles);
         self.velocities.clone_from(&source.velocities);
-        self.parts.clone_from(&source.parts);
+        self.body_states.clone_from(&source.body_states);
         self.memory.clone_from(&source.memory);
     }
 }

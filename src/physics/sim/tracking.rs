@@ -47,12 +47,12 @@ impl Spring {
     ///
     /// with q* the mean of the target's ends. For σ = 0 the spring acts at the mean of old and new position, which
     /// conserves its energy for any K, and for σ = 1 a half step after the new one, which damps what
-    /// the step cannot resolve; `shares` says which (see [`Shares`]).
+    /// the step cannot resolve; `weights` says which (see [`ImplicitWeights`]).
     #[allow(clippy::too_many_arguments)] // the letters of the equation
-    pub fn in_the_middle(
+    pub fn at_midpoint(
         stiffness: f64,
         damping: f64,
-        shares: Shares,
+        weights: ImplicitWeights,
         offset: f64,
         angle: f64,
         rate: f64,
@@ -60,26 +60,26 @@ impl Spring {
         step: f64,
     ) -> Self {
         let target_velocity = (target.next - target.now) / step;
-        let late = shares.late * step;
-        let mean = 0.25 * step * (1.0 - shares.late);
+        let late = weights.late * step;
+        let mean = 0.25 * step * (1.0 - weights.late);
         let displacement = angle - late * target_velocity - mean * rate - 0.5 * (target.now + target.next);
-        let slip = (1.0 - shares.implicit) * rate - target_velocity;
+        let slip = (1.0 - weights.implicit) * rate - target_velocity;
         Self {
             at_rest: offset - stiffness * displacement - damping * slip,
-            resistance: shares.implicit * damping + stiffness * (late + mean),
+            resistance: weights.implicit * damping + stiffness * (late + mean),
         }
     }
 
     /// Whether this is a torque whatever the velocity.
     #[inline]
-    pub fn is_given(self) -> bool {
+    pub fn is_prescribed(self) -> bool {
         self.resistance <= NO_RESISTANCE
     }
 
     /// A given torque within `greatest`; what depends on the velocity as it is.
     #[inline]
     pub fn clamped(self, greatest: f64) -> Self {
-        match self.is_given() {
+        match self.is_prescribed() {
             true => Self { at_rest: self.at_rest.clamp(-greatest, greatest), ..self },
             false => self,
         }
@@ -101,20 +101,20 @@ impl Spring {
 /// How far a spring and damper in the middle of a step lean on the step's end, so that they are of second
 /// order where the step resolves them and damped where it does not.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shares {
+pub struct ImplicitWeights {
     /// σ: 0 for soft springs, with h² K / I to the second power, and 1 in the limit of stiff ones.
     pub late: f64,
-    /// θ (see [`implicit_share`]).
+    /// θ (see [`implicit_damper_weight`]).
     pub implicit: f64,
 }
 
-impl Shares {
+impl ImplicitWeights {
     /// For spring K and damper D on an inertia I over a step of h: `spring` = h² K / I, `decay` = h D / I.
     pub fn new(spring: f64, decay: f64) -> Self {
         // A spring of two steps a radian, at which an explicit step becomes unstable, is half late.
         let stiffness = (0.25 * spring).powi(2);
         let late = if stiffness.is_finite() { stiffness / (1.0 + stiffness) } else { 1.0 };
-        Self { late, implicit: implicit_share(decay) }
+        Self { late, implicit: implicit_damper_weight(decay) }
     }
 }
 
@@ -122,7 +122,7 @@ impl Shares {
 /// which a single damper on an inertia I slows down exactly, θ = 1/(1 − e^−z) − 1/z. It is 1/2 for
 /// gentle dampers, which makes the scheme of second order, and tends to 1 for stiff ones, which keeps them
 /// from ringing.
-pub fn implicit_share(decay: f64) -> f64 {
+pub fn implicit_damper_weight(decay: f64) -> f64 {
     if decay < 1e-3 {
         // The series, where the two fractions cancel.
         0.5 + decay / 12.0

@@ -4,15 +4,15 @@ use nalgebra::{Point3, Vector3};
 
 use super::bodies::BodyMotion;
 use super::contact::solids::Solids;
-use super::contact::{Contact, Outlook, Touch, ground};
+use super::contact::{Contact, ContactCandidate, DetectionSettings, ground};
 use super::coordinates::reduced::articulated::{Articulated, JointLoad};
 use super::coordinates::reduced::displaced::Displaced;
-use super::coordinates::reduced::kinematics::{carried_inertia, levers};
+use super::coordinates::reduced::kinematics::{composite_inertia, moment_arms};
 use super::coordinates::reduced::velocity_control::VelocityControl;
-use super::lcp::{Equality, Lemke, Newton, Pgs, Problem, Solution, Solver, Status};
-use super::memory::Memory;
+use super::lcp::{Equality, Lemke, Newton, Pgs, Problem, Solution, SolveStatus, Solver};
+use super::memory::StepMemory;
 use super::rows::{ROOT, Rows, contact};
-use super::spatial::{Force, Motion};
+use super::spatial::{SpatialForce, SpatialMotion};
 use super::tracking::Spring;
 use crate::model::{Freedom, Model, SOLID_SLOTS};
 use crate::scene::{Coordinates, Feedforward, SolverChoice, SolverKind, StepPlan};
@@ -23,19 +23,19 @@ pub(super) struct Workspace {
     /// Poses of the bodies, and the velocities at which forces of velocity are taken. (kinematics, mean motion)
     pub bodies: Vec<BodyMotion>,
     /// Velocities of the bodies at the beginning of the step. (kinematics)
-    pub old: Vec<Motion>,
+    pub old: Vec<SpatialMotion>,
     /// Touches that were known before others were looked for. (struck)
-    pub known: Vec<Touch>,
+    pub known: Vec<ContactCandidate>,
     /// Farthest that a collision shape reaches from the centre of its body's mass, m.
     pub reach: f64,
     /// Farthest that the centre of a body's mass can be from the root's origin, m.
     pub span: f64,
     /// Touches. (detection)
-    pub touches: Vec<Touch>,
+    pub candidates: Vec<ContactCandidate>,
     /// Shapes that may yet touch the ground elsewhere. (detection)
     pub close: Vec<usize>,
     /// How many of them were foreseen; the others came with a blow. (detection)
-    pub foreseen: usize,
+    pub detected: usize,
     /// What finds touches of solids, if the plan asks for it. (detection)
     pub solids: Option<Solids>,
     /// Common point of the step: the root's origin at its beginning, m. (kinematics)
@@ -61,31 +61,31 @@ pub(super) struct Workspace {
     /// Joint velocities after the step. (response)
     pub joint_rates: Vec<f64>,
     /// Velocity of the root along which it moves. (recovery)
-    pub drift: Motion,
+    pub recovery_root: SpatialMotion,
     /// Joint velocities along which the joints move. (recovery)
-    pub drift_rates: Vec<f64>,
+    pub recovery_rates: Vec<f64>,
     /// Change of each body's velocity by rows that also correct positions. (recovery)
-    pub drift_changes: Vec<Motion>,
+    pub recovery_changes: Vec<SpatialMotion>,
     /// Forces of the rows while those of the recovery are looked for. (recovery)
     pub forces: Vec<f64>,
     /// Inertia that each joint carries, kg m² or kg.
-    pub carried_inertia: Vec<f64>,
+    pub composite_inertia: Vec<f64>,
     /// Distance from each joint to the farthest place of its body that pulls at it, m; 0 for a prismatic one.
-    pub levers: Vec<f64>,
+    pub moment_arms: Vec<f64>,
     /// Force that each body hands on to its parent, N. (pulls)
-    pub carried: Vec<Vector3<f64>>,
+    pub transmitted_force: Vec<Vector3<f64>>,
     /// What the joint of every loop hands from its first body to its second. (pulls)
-    pub loops: Vec<Force>,
+    pub loops: Vec<SpatialForce>,
     /// Velocity of each body after the step if no row acted. (free motion)
-    pub free: Vec<Motion>,
+    pub free: Vec<SpatialMotion>,
     /// Rows and their problem. (rows)
     pub rows: Rows,
     /// The half-solved impulse of all rows. (response)
     pub half: Vec<f64>,
     /// Change of each body's velocity by the rows. (response)
-    pub changes: Vec<Motion>,
+    pub changes: Vec<SpatialMotion>,
     /// Velocity of each body after the step. (response)
-    pub new: Vec<Motion>,
+    pub new: Vec<SpatialMotion>,
     /// The character half a step away. (balance)
     pub displaced: Displaced,
     /// Torques of the actuators, N m or N. (saturation)
@@ -99,18 +99,18 @@ pub(super) struct Workspace {
     /// The rows of the first pass. (velocity control)
     pub control_rows: Rows,
     /// The solver.
-    pub engine: Equality<Engine>,
+    pub solver: Equality<ChosenSolver>,
 }
 
 /// The solver that the plan chose.
 #[derive(Debug, Clone)]
-pub(super) enum Engine {
+pub(super) enum ChosenSolver {
     Newton(Box<Newton>),
     Pgs(Pgs),
     Lemke(Box<Lemke>),
 }
 
-impl Engine {
+impl ChosenSolver {
     fn new(choice: &SolverChoice) -> Self {
         match choice.kind {
             SolverKind::Newton => Self::Newton(Box::new(Newton::new(choice.iterations, choice.tolerance))),
@@ -120,7 +120,7 @@ impl Engine {
     }
 }
 
-impl Solver for Engine {
+impl Solver for ChosenSolver {
     fn solve(&mut self, problem: &Problem<'_>, force: &mut [f64]) -> Solution {
         match self {
             Self::Newton(newton) => newton.solve(problem, force),
@@ -139,23 +139,23 @@ impl Workspace {
         let ground_slots = if plan.ground.is_some() { model.ground_slots } else { 0 };
         let solid_slots = if solids.is_some() { SOLID_SLOTS * model.solids.len() } else { 0 };
         let slots = ground_slots + solid_slots;
-        let contact_rows = slots.min(64) * contact::rows_per_touch(plan.friction);
+        let contact_rows = slots.min(64) * contact::rows_per_contact(plan.friction);
         let feedforward = plan.drive.as_ref().map_or(Feedforward::None, |drive| drive.feedforward);
         let held = feedforward != Feedforward::None && !model.joints_are_independent();
         let control_rows = if feedforward == Feedforward::ContactAware { contact_rows } else { 0 };
         let maximal = plan.accuracy.coordinates == Coordinates::Maximal;
         // Of the rows that the joints themselves have in maximal coordinates, at most six each.
-        let (width, held_rows) = if maximal { (6 * bodies, 3 + 6 * joints) } else { (ROOT + joints, 0) };
+        let (width, velocity_rows) = if maximal { (6 * bodies, 3 + 6 * joints) } else { (ROOT + joints, 0) };
         let loop_rows = 6 * model.loops.len();
         Self {
             bodies: vec![BodyMotion::REST; bodies],
-            old: vec![Motion::ZERO; bodies],
+            old: vec![SpatialMotion::ZERO; bodies],
             known: Vec::with_capacity(slots),
             reach: reach(model),
             span: span(model),
-            touches: Vec::with_capacity(slots),
+            candidates: Vec::with_capacity(slots),
             close: Vec::with_capacity(model.ground_shapes.len()),
-            foreseen: 0,
+            detected: 0,
             solids,
             common_point: Point3::origin(),
             feedforward: vec![0.0; joints],
@@ -168,19 +168,19 @@ impl Workspace {
             mean_rates: vec![0.0; joints],
             free_rates: vec![0.0; joints],
             joint_rates: vec![0.0; joints],
-            drift: Motion::ZERO,
-            drift_rates: vec![0.0; joints],
-            drift_changes: vec![Motion::ZERO; bodies],
+            recovery_root: SpatialMotion::ZERO,
+            recovery_rates: vec![0.0; joints],
+            recovery_changes: vec![SpatialMotion::ZERO; bodies],
             forces: Vec::with_capacity(contact_rows + 2 * joints),
-            carried_inertia: carried_inertia(model),
-            levers: levers(model),
-            carried: vec![Vector3::zeros(); bodies],
-            loops: vec![Force::ZERO; model.loops.len()],
-            free: vec![Motion::ZERO; bodies],
-            rows: Rows::new(contact_rows + joint_rows(plan).min(64) + held_rows + loop_rows, width),
+            composite_inertia: composite_inertia(model),
+            moment_arms: moment_arms(model),
+            transmitted_force: vec![Vector3::zeros(); bodies],
+            loops: vec![SpatialForce::ZERO; model.loops.len()],
+            free: vec![SpatialMotion::ZERO; bodies],
+            rows: Rows::new(contact_rows + joint_rows(plan).min(64) + velocity_rows + loop_rows, width),
             half: vec![0.0; width],
-            changes: vec![Motion::ZERO; bodies],
-            new: vec![Motion::ZERO; bodies],
+            changes: vec![SpatialMotion::ZERO; bodies],
+            new: vec![SpatialMotion::ZERO; bodies],
             displaced: Displaced::new(model),
             torque: vec![0.0; joints],
             evaluations: 0,
@@ -188,52 +188,52 @@ impl Workspace {
             control: (feedforward != Feedforward::None && !held).then(|| VelocityControl::new(bodies)),
             control_rows: match held {
                 true => Rows::new(control_rows + loop_rows + joints, width),
-                false => Rows::new(control_rows + held_rows, if maximal { width } else { ROOT }),
+                false => Rows::new(control_rows + velocity_rows, if maximal { width } else { ROOT }),
             },
-            engine: Equality::new(Engine::new(&plan.accuracy.solver), plan.accuracy.solver.tolerance),
+            solver: Equality::new(ChosenSolver::new(&plan.accuracy.solver), plan.accuracy.solver.tolerance),
         }
     }
 
     /// Finds what the character touches within a step of `step` seconds. `angles` are those of the joints if the bodies
     /// are where they say.
     pub fn detect(&mut self, model: &Model, plan: &StepPlan, angles: Option<&[f64]>, step: f64) {
-        let Self { bodies, touches, close, solids, common_point, .. } = self;
-        let outlook = Outlook {
+        let Self { bodies, candidates, close, solids, common_point, .. } = self;
+        let settings = DetectionSettings {
             step,
             gravity: plan.gravity.norm(),
             anticipate: plan.stabilization,
             restitution: plan.restitution.unwrap_or(0.0),
         };
         let origin = common_point.coords;
-        touches.clear();
+        candidates.clear();
         if let Some(ground) = &plan.ground {
-            ground::detect(model, bodies, ground, origin, &outlook, touches, close);
+            ground::detect(model, bodies, ground, origin, &settings, candidates, close);
         }
         if let Some(solids) = solids {
-            solids.detect(model, bodies, angles, &plan.obstacles, origin, &outlook, touches);
+            solids.detect(model, bodies, angles, &plan.obstacles, origin, &settings, candidates);
         }
     }
 
     /// Solves the rows' problem for a step of `step` seconds.
-    pub fn solve(&mut self, plan: &StepPlan, step: f64) -> Status {
+    pub fn solve(&mut self, plan: &StepPlan, step: f64) -> SolveStatus {
         self.residual = 0.0;
         if self.rows.is_empty() {
-            return Status::Solved;
+            return SolveStatus::Solved;
         }
         self.rows.assemble(step);
         let (problem, force) = self.rows.problem(plan.circular_friction());
-        let solution = self.engine.solve(&problem, force);
+        let solution = self.solver.solve(&problem, force);
         self.residual = solution.residual;
         solution.status
     }
 
     /// Solves the problem of the velocities along which positions move, and leaves the half-solved impulse of its
     /// forces in `half`; the rows keep those of the step.
-    pub fn solve_recovery(&mut self, plan: &StepPlan, step: f64) -> Status {
+    pub fn solve_recovery(&mut self, plan: &StepPlan, step: f64) -> SolveStatus {
         self.forces.clone_from(&self.rows.force);
         self.rows.ask_for_recovery(true);
         let (problem, force) = self.rows.problem(plan.circular_friction());
-        let solution = self.engine.solve(&problem, force);
+        let solution = self.solver.solve(&problem, force);
         self.rows.impulse(step, &mut self.half);
         self.rows.ask_for_recovery(false);
         self.rows.force.clone_from(&self.forces);
@@ -249,7 +249,7 @@ impl Workspace {
 
     /// Marks the ends of the ranges `limits` that joints at `angles` would pass in `step` seconds; whether one of
     /// them had no row.
-    pub fn passing(&mut self, limits: &[Option<[f64; 2]>], angles: &[f64], step: f64) -> bool {
+    pub fn mark_crossed_limits(&mut self, limits: &[Option<[f64; 2]>], angles: &[f64], step: f64) -> bool {
         let mut again = false;
         for (joint, limit) in limits.iter().enumerate() {
             let Some([lower, upper]) = *limit else { continue };
@@ -263,12 +263,12 @@ impl Workspace {
     }
 
     /// Whether the step changes the velocity of a body by more than touches are looked ahead for (see
-    /// [`Outlook::margin`]): by a blow, or because nothing holds it any more.
-    pub fn is_blow(&self, plan: &StepPlan, step: f64) -> bool {
+    /// [`DetectionSettings::margin`]): by a blow, or because nothing holds it any more.
+    pub fn is_impact(&self, plan: &StepPlan, step: f64) -> bool {
         if plan.ground.is_none() && self.solids.is_none() {
             return false;
         }
-        let foreseen = 4.0 * step * plan.gravity.norm();
+        let detected = 4.0 * step * plan.gravity.norm();
         // In most steps nothing can change as much, wherever the bodies are.
         let (mut linear, mut angular) = (0.0_f64, 0.0_f64);
         for (new, old) in self.new.iter().zip(&self.old) {
@@ -276,86 +276,95 @@ impl Workspace {
             linear = linear.max(change.linear.amax());
             angular = angular.max(change.angular.amax());
         }
-        if linear + angular * (2.0 * self.span + self.reach) <= foreseen {
+        if linear + angular * (2.0 * self.span + self.reach) <= detected {
             return false;
         }
         let mut changes = self.new.iter().zip(&self.old).zip(&self.bodies);
         changes.any(|((new, old), body)| {
             let change = new.minus(*old);
-            change.at(body.center).amax() + change.angular.amax() * self.reach > foreseen
+            change.at(body.center).amax() + change.angular.amax() * self.reach > detected
         })
     }
 
     /// Looks for touches again at the new velocities, and keeps those that are known; whether there are
     /// others.
-    pub fn look_again(&mut self, model: &Model, plan: &StepPlan, angles: Option<&[f64]>, step: f64) -> bool {
-        let Self { bodies, new, known, touches, .. } = self;
+    pub fn detect_again(
+        &mut self,
+        model: &Model,
+        plan: &StepPlan,
+        angles: Option<&[f64]>,
+        step: f64,
+    ) -> bool {
+        let Self { bodies, new, known, candidates, .. } = self;
         for (body, new) in bodies.iter_mut().zip(&mut *new) {
             std::mem::swap(&mut body.velocity, new);
         }
-        known.clone_from(touches);
+        known.clone_from(candidates);
         self.detect(model, plan, angles, step);
-        let Self { bodies, new, known, touches, .. } = self;
+        let Self { bodies, new, known, candidates, .. } = self;
         for (body, new) in bodies.iter_mut().zip(new) {
             std::mem::swap(&mut body.velocity, new);
         }
         let count = known.len();
-        for touch in touches.iter() {
-            if known[..count].iter().all(|other| other.slot != touch.slot) {
-                known.push(Touch { rebound: 0.0, ..*touch });
+        for candidate in candidates.iter() {
+            if known[..count].iter().all(|other| other.slot != candidate.slot) {
+                known.push(ContactCandidate { rebound: 0.0, ..*candidate });
             }
         }
-        std::mem::swap(known, touches);
-        touches.len() > count
+        std::mem::swap(known, candidates);
+        candidates.len() > count
     }
 
     /// Makes touches of what the new velocities would drive into what it touches in a step of `step` seconds; whether there
     /// is any.
-    pub fn follow(&mut self, model: &Model, plan: &StepPlan, step: f64) -> bool {
-        let Self { bodies, new, touches, close, solids, common_point, .. } = self;
+    pub fn add_driven_in(&mut self, model: &Model, plan: &StepPlan, step: f64) -> bool {
+        let Self { bodies, new, candidates, close, solids, common_point, .. } = self;
         if !plan.stabilization {
             return false;
         }
         let origin = common_point.coords;
         let ground = plan.ground.as_ref();
-        let driven = ground
-            .is_some_and(|ground| ground::follow(model, close, bodies, new, ground, origin, step, touches));
+        let driven = ground.is_some_and(|ground| {
+            ground::add_driven_in(model, close, bodies, new, ground, origin, step, candidates)
+        });
         let into = solids.as_ref();
-        into.is_some_and(|solids| solids.follow(model, bodies, new, &plan.obstacles, origin, step, touches))
-            || driven
+        into.is_some_and(|solids| {
+            solids.add_driven_in(model, bodies, new, &plan.obstacles, origin, step, candidates)
+        }) || driven
     }
 
     /// Keeps in `memory` the forces that the next step starts from.
-    pub fn remember(&self, plan: &StepPlan, memory: &mut Memory) {
-        let per_touch = contact::rows_per_touch(plan.friction);
+    pub fn remember(&self, plan: &StepPlan, memory: &mut StepMemory) {
+        let per_contact = contact::rows_per_contact(plan.friction);
         let greatest = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_deref());
-        memory.remember(&self.rows, &self.touches, per_touch, greatest);
+        memory.remember(&self.rows, &self.candidates, per_contact, greatest);
         let aware = plan.drive.as_ref().is_some_and(|drive| drive.feedforward == Feedforward::ContactAware);
-        let touches = if aware { &self.touches[..self.foreseen] } else { &[] };
+        let candidates = if aware { &self.candidates[..self.detected] } else { &[] };
         let rows =
-            self.control_rows.force.chunks_exact(per_touch).zip(self.rows.force.chunks_exact(per_touch));
+            self.control_rows.force.chunks_exact(per_contact).zip(self.rows.force.chunks_exact(per_contact));
         // What links do to each other does not show in the first pass, which goes on from what they did in the step.
-        let forces = touches.iter().zip(rows).map(|(touch, (control, step))| match touch.against.body() {
-            Some(_) => step,
-            None => control,
-        });
-        memory.controlled.remember(touches, forces);
+        let forces =
+            candidates.iter().zip(rows).map(|(candidate, (control, step))| match candidate.against.body() {
+                Some(_) => step,
+                None => control,
+            });
+        memory.feedforward_contacts.remember(candidates, forces);
     }
 
     /// Every touch of the last step with its force.
     pub fn contacts(&self, plan: &StepPlan) -> impl Iterator<Item = Contact> + '_ {
-        let rows_per_touch = contact::rows_per_touch(plan.friction);
-        self.touches.iter().enumerate().map(move |(index, touch)| {
-            let first = index * rows_per_touch;
-            let forces = self.rows.force.get(first..first + rows_per_touch).unwrap_or_default();
+        let rows_per_contact = contact::rows_per_contact(plan.friction);
+        self.candidates.iter().enumerate().map(move |(index, candidate)| {
+            let first = index * rows_per_contact;
+            let forces = self.rows.force.get(first..first + rows_per_contact).unwrap_or_default();
             Contact {
-                link: touch.link,
-                position: self.common_point + touch.at,
-                against: touch.against,
-                normal: touch.frame[0],
-                force: touch.force(forces),
-                velocity: touch.slip(|body| self.new[body]),
-                depth: touch.depth,
+                link: candidate.link,
+                position: self.common_point + candidate.at,
+                against: candidate.against,
+                normal: candidate.frame[0],
+                force: candidate.force(forces),
+                velocity: candidate.slip(|body| self.new[body]),
+                depth: candidate.depth,
             }
         })
     }

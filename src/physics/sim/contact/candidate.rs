@@ -2,11 +2,11 @@
 
 use nalgebra::Vector3;
 
-use crate::sim::spatial::Motion;
+use crate::sim::spatial::SpatialMotion;
 
 /// A place at which the character touches something, or is about to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Touch {
+pub struct ContactCandidate {
     /// The contact's slot: the place in which a step's forces are remembered for the next.
     pub slot: usize,
     /// Index of the character's link.
@@ -53,11 +53,11 @@ impl Against {
     }
 }
 
-impl Touch {
+impl ContactCandidate {
     /// Velocity of the body at the point of contact against what it touches, m/s, where `bodies` are
     /// the velocities of all bodies.
     #[inline]
-    pub fn slip(&self, bodies: impl Fn(usize) -> Motion) -> Vector3<f64> {
+    pub fn slip(&self, bodies: impl Fn(usize) -> SpatialMotion) -> Vector3<f64> {
         let own = bodies(self.body).at(self.at);
         match self.against.body() {
             None => own,
@@ -82,35 +82,37 @@ pub(super) fn tangents(up: Vector3<f64>) -> [Vector3<f64>; 2] {
 
 /// Keeps of the touches from index `from` on the deepest, the one farthest from it, the one
 /// farthest from the line through both, and the farthest on that line's other side.
-pub(super) fn keep_four(touches: &mut Vec<Touch>, from: usize) {
-    let candidates = &touches[from..];
-    if candidates.len() <= 4 {
+pub(super) fn keep_four(candidates: &mut Vec<ContactCandidate>, from: usize) {
+    let found = &candidates[from..];
+    if found.len() <= 4 {
         return;
     }
-    let [_, across, beside] = candidates[0].frame;
-    let flat = |touch: &Touch| nalgebra::Vector2::new(touch.at.dot(&across), touch.at.dot(&beside));
-    let best = |score: &dyn Fn(&Touch) -> f64| {
+    let [_, across, beside] = found[0].frame;
+    let flat = |candidate: &ContactCandidate| {
+        nalgebra::Vector2::new(candidate.at.dot(&across), candidate.at.dot(&beside))
+    };
+    let best = |score: &dyn Fn(&ContactCandidate) -> f64| {
         let mut winner = 0;
-        for index in 1..candidates.len() {
-            if score(&candidates[index]) > score(&candidates[winner]) {
+        for index in 1..found.len() {
+            if score(&found[index]) > score(&found[winner]) {
                 winner = index;
             }
         }
         winner
     };
-    let deepest = best(&|touch| touch.depth);
-    let origin = flat(&candidates[deepest]);
-    let farthest = best(&|touch| (flat(touch) - origin).norm_squared());
-    let line = flat(&candidates[farthest]) - origin;
-    let side = |touch: &Touch| line.perp(&(flat(touch) - origin));
-    let mut kept = [deepest, farthest, best(&side), best(&|touch| -side(touch))];
+    let deepest = best(&|candidate| candidate.depth);
+    let origin = flat(&found[deepest]);
+    let farthest = best(&|candidate| (flat(candidate) - origin).norm_squared());
+    let line = flat(&found[farthest]) - origin;
+    let side = |candidate: &ContactCandidate| line.perp(&(flat(candidate) - origin));
+    let mut kept = [deepest, farthest, best(&side), best(&|candidate| -side(candidate))];
     kept.sort_unstable();
     let mut end = from;
     for (position, index) in kept.into_iter().enumerate() {
         if position == 0 || kept[position - 1] != index {
-            touches[end] = touches[from + index];
+            candidates[end] = candidates[from + index];
             end += 1;
         }
     }
-    touches.truncate(end);
+    candidates.truncate(end);
 }

@@ -3,42 +3,42 @@
 use nalgebra::{Rotation3, Vector3};
 
 use crate::sim::bodies::BodyMotion;
-use crate::sim::spatial::Motion;
+use crate::sim::spatial::SpatialMotion;
 
 /// A step may drive a point into what it touches by this much, m, before it becomes a touch.
-pub(super) const DRIVEN_IN: f64 = 1e-5;
+pub(super) const PENETRATION_ALLOWED: f64 = 1e-5;
 
 /// Where a step at a given velocity takes a body.
-pub(super) struct Moved {
+pub(super) struct BodyDisplacement {
     /// Its origin at the beginning, relative to the common point, m.
     pub(super) origin: Vector3<f64>,
     /// How far that moves, m.
     pub(super) shift: Vector3<f64>,
-    pub(super) turn: Rotation3<f64>,
+    pub(super) rotation: Rotation3<f64>,
 }
 
-impl Moved {
+impl BodyDisplacement {
     /// For `step` seconds of the velocity `new`.
-    pub(super) fn new(body: &BodyMotion, new: Motion, step: f64) -> Self {
+    pub(super) fn new(body: &BodyMotion, new: SpatialMotion, step: f64) -> Self {
         let shift = new.at(body.origin) * step;
-        Self { origin: body.origin, shift, turn: Rotation3::new(new.angular * step) }
+        Self { origin: body.origin, shift, rotation: Rotation3::new(new.angular * step) }
     }
 
     /// Where it takes the point `at` of the body.
     pub(super) fn point(&self, at: Vector3<f64>) -> Vector3<f64> {
-        self.origin + self.shift + self.turn * (at - self.origin)
+        self.origin + self.shift + self.rotation * (at - self.origin)
     }
 
     /// Which point of the body it takes to `at`.
     pub(super) fn point_back(&self, at: Vector3<f64>) -> Vector3<f64> {
-        self.origin + self.turned_back(at - self.origin - self.shift)
+        self.origin + self.rotated_back(at - self.origin - self.shift)
     }
 
-    pub(super) fn turned(&self, direction: Vector3<f64>) -> Vector3<f64> {
-        self.turn * direction
+    pub(super) fn rotated(&self, direction: Vector3<f64>) -> Vector3<f64> {
+        self.rotation * direction
     }
 
-    pub(super) fn turned_back(&self, direction: Vector3<f64>) -> Vector3<f64> {
-        self.turn.inverse_transform_vector(&direction)
+    pub(super) fn rotated_back(&self, direction: Vector3<f64>) -> Vector3<f64> {
+        self.rotation.inverse_transform_vector(&direction)
     }
 }

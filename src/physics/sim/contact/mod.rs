@@ -1,18 +1,18 @@
 //! Where the character touches the world and itself.
 
 mod candidate;
+mod detection;
 mod displacement;
 mod field;
 pub mod ground;
 mod manifold;
-mod outlook;
 pub mod solids;
 pub mod travel;
 
 use nalgebra::{Point3, Vector3};
 
-pub use candidate::{Against, Touch};
-pub use outlook::Outlook;
+pub use candidate::{Against, ContactCandidate};
+pub use detection::DetectionSettings;
 
 /// A contact of the last step. Where the step was computed in parts, what follows is that of all parts in which it touched.
 #[derive(Debug, Clone, Copy, PartialEq)]

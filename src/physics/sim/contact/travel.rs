@@ -7,10 +7,10 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::outlook::Outlook;
+use super::detection::DetectionSettings;
 use crate::model::{Freedom, Model};
 use crate::sim::bodies::BodyMotion;
-use crate::sim::spatial::Motion;
+use crate::sim::spatial::SpatialMotion;
 
 /// Watches how far shapes move between one look at them and the next. They move against the root, or against the world if
 /// there are things in it that they may touch.
@@ -61,7 +61,7 @@ impl Travel {
     /// Follows the character to where it is, and gives the farthest that a body has travelled since [`Travel::measure`], m;
     /// infinite if that is not known. `angles` are those of the joints if `bodies` follow from them, `origin` is the common
     /// point in the world.
-    pub fn follow(
+    pub fn update(
         &mut self,
         model: &Model,
         bodies: &[BodyMotion],
@@ -83,11 +83,11 @@ impl Travel {
         let mut farthest = self.travelled[0];
         for (joint, (angle, last)) in angles.iter().zip(&self.angles).enumerate() {
             let body = &model.bodies[joint + 1];
-            let lever = match body.freedom {
+            let moment_arm = match body.freedom {
                 Freedom::Revolute => self.beyond[joint + 1],
                 Freedom::Prismatic => 1.0,
             };
-            let moved = self.moved[body.parent] + (angle - last).abs() * lever;
+            let moved = self.moved[body.parent] + (angle - last).abs() * moment_arm;
             self.moved[joint + 1] = moved;
             self.travelled[joint + 1] += moved;
             farthest = farthest.max(self.travelled[joint + 1]);
@@ -127,9 +127,9 @@ impl Travel {
         }
     }
 
-    /// Measures how fast the bodies move. The greatest gap of two shapes that is within `outlook`, m.
-    pub fn hasten(&mut self, bodies: &[BodyMotion], outlook: &Outlook) -> f64 {
-        let frame = if self.world { Motion::ZERO } else { bodies[0].velocity };
+    /// Measures how fast the bodies move. The greatest gap of two shapes that is within `settings`, m.
+    pub fn measure_speeds(&mut self, bodies: &[BodyMotion], settings: &DetectionSettings) -> f64 {
+        let frame = if self.world { SpatialMotion::ZERO } else { bodies[0].velocity };
         let mut fastest = 0.0_f64;
         for ((body, farthest), speed) in bodies.iter().zip(&self.farthest).zip(&mut self.speed) {
             let velocity = body.velocity.minus(frame);
@@ -137,12 +137,12 @@ impl Travel {
             *speed = velocity.at(body.origin).abs().sum() + velocity.angular.abs().sum() * farthest;
             fastest = fastest.max(*speed);
         }
-        outlook.margin(2.0 * fastest)
+        settings.margin(2.0 * fastest)
     }
 
-    /// The greatest gap of shapes of the two bodies that is within `outlook`, m.
+    /// The greatest gap of shapes of the two bodies that is within `settings`, m.
     #[inline]
-    pub fn within(&self, body: usize, other: Option<usize>, outlook: &Outlook) -> f64 {
-        outlook.margin(self.speed[body] + other.map_or(0.0, |other| self.speed[other]))
+    pub fn within(&self, body: usize, other: Option<usize>, settings: &DetectionSettings) -> f64 {
+        settings.margin(self.speed[body] + other.map_or(0.0, |other| self.speed[other]))
     }
 }

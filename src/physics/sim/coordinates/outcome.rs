@@ -2,9 +2,9 @@
 
 /// How a step ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Outcome {
+pub enum StepOutcome {
     /// The state is that after the step.
-    Done,
+    Completed,
     /// A body turns or swings too fast for the step. The state's positions may have moved, its
     /// velocities not.
     TooFast {
@@ -14,7 +14,7 @@ pub enum Outcome {
         longest: f64,
     },
     /// The step would make energy or drive what touches into the ground. The state is as after
-    /// [`TooFast`](Outcome::TooFast).
+    /// [`TooFast`](StepOutcome::TooFast).
     TooCoarse {
         /// Longest step that is likely not to, s.
         longest: f64,

@@ -59,7 +59,7 @@ struct Extent {
 
 /// What came of a step.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Step {
+pub(super) enum NewtonStep {
     /// The forces are those of the active set, and leave this residual.
     Taken {
         /// m/s or rad/s.
@@ -98,7 +98,7 @@ pub(super) fn step(
     problem: &Problem<'_>,
     lambda: &mut [f64],
     velocity: &mut [f64],
-) -> Step {
+) -> NewtonStep {
     if active.guess(problem, lambda, velocity) {
         evaluate(problem, lambda, velocity);
     }
@@ -106,15 +106,15 @@ pub(super) fn step(
     let symmetric = problem.symmetric && active.sliding.is_empty();
     let extent = if symmetric { active.solve_symmetric(problem, velocity) } else { None };
     let Some(Extent { asked, gone }) = extent.or_else(|| active.solve(problem, velocity)) else {
-        return Step::Singular;
+        return NewtonStep::Singular;
     };
     // What the equations lack after the step is the share of the unknowns that was added to them.
     if PROXIMITY * gone > 0.5 * asked {
-        return Step::Contradiction;
+        return NewtonStep::Contradiction;
     }
     active.apply(lambda);
     project(problem, lambda);
-    Step::Taken { residual: evaluate(problem, lambda, velocity) }
+    NewtonStep::Taken { residual: evaluate(problem, lambda, velocity) }
 }
 
 impl ActiveSet {

@@ -29,6 +29,6 @@ pub use equality::Equality;
 pub use lemke::Lemke;
 pub use newton::Newton;
 pub use pgs::Pgs;
-pub use problem::{Bound, Problem, Solution, Solver, Status};
+pub use problem::{Bound, Problem, Solution, SolveStatus, Solver};
 pub(super) use residual::dot;
 pub use residual::{project, residual};

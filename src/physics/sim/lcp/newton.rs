@@ -10,10 +10,10 @@
 //! each other, and few of the many active sets are consistent. What is left unsolved then is given to the
 //! pivoting method, with the pyramid for the cone, and the Newton steps start again from what it finds.
 
-use super::active::{self, ActiveSet, Step};
+use super::active::{self, ActiveSet, NewtonStep};
 use super::lemke::Lemke;
 use super::pgs::Sweeper;
-use super::problem::{Problem, Solution, Solver, Status};
+use super::problem::{Problem, Solution, SolveStatus, Solver};
 use super::residual::{evaluate, project};
 
 /// Newton steps in a row that may fail to lessen the residual before sweeps take over.
@@ -82,13 +82,13 @@ impl Newton {
         while *residual > self.tolerance && taken < most && patience > 0 {
             taken += 1;
             match active::step(&mut self.active, problem, &mut self.trial, &mut self.velocity) {
-                Step::Taken { residual: stepped } if stepped < *residual => {
+                NewtonStep::Taken { residual: stepped } if stepped < *residual => {
                     *residual = stepped;
                     lambda.copy_from_slice(&self.trial);
                 }
-                Step::Taken { residual: stepped } if stepped.is_finite() => patience -= 1,
-                Step::Taken { .. } | Step::Singular => patience = 0,
-                Step::Contradiction => {
+                NewtonStep::Taken { residual: stepped } if stepped.is_finite() => patience -= 1,
+                NewtonStep::Taken { .. } | NewtonStep::Singular => patience = 0,
+                NewtonStep::Contradiction => {
                     // Earlier steps may have gone far along the contradiction.
                     *residual = before;
                     lambda.copy_from_slice(&self.start);
@@ -165,7 +165,7 @@ impl Solver for Newton {
         self.velocity.resize(problem.rows(), 0.0);
         let mut residual = evaluate(problem, lambda, &mut self.velocity);
         if !residual.is_finite() {
-            return Solution::refused(Status::NotFinite);
+            return Solution::refused(SolveStatus::NotFinite);
         }
         let (mut iterations, mut contradiction) = self.search(problem, lambda, &mut residual);
         if residual > NEARLY * self.tolerance && problem.rows() <= MOST_PIVOTED {
@@ -182,9 +182,9 @@ impl Solver for Newton {
             }
         }
         let status = if residual <= self.tolerance {
-            Status::Solved
+            SolveStatus::Solved
         } else if contradiction {
-            Status::Singular
+            SolveStatus::Singular
         } else {
             evaluate(problem, lambda, &mut self.velocity);
             self.sweeper.prepare(problem);

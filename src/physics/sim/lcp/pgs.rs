@@ -6,7 +6,7 @@
 //! [`Tangents::solve`]). So friction follows the normal force within a sweep, and the limit obeys
 //! Coulomb's law although that law is no minimisation.
 
-use super::problem::{Bound, Problem, Solution, Solver, Status};
+use super::problem::{Bound, Problem, Solution, SolveStatus, Solver};
 use super::residual::{between, dot, error, evaluate, norm, onto_rim, project, within_disc};
 
 /// A row whose diagonal is below this share of the greatest one cannot be moved: what it holds are
@@ -42,7 +42,7 @@ impl Solver for Pgs {
         self.velocity.resize(problem.rows(), 0.0);
         let mut residual = evaluate(problem, lambda, &mut self.velocity);
         if !residual.is_finite() {
-            return Solution::refused(Status::NotFinite);
+            return Solution::refused(SolveStatus::NotFinite);
         }
         let mut iterations = 0;
         if residual > self.tolerance {
@@ -144,23 +144,23 @@ impl Sweeper {
         velocity: &[f64],
         residual: f64,
         tolerance: f64,
-    ) -> Status {
+    ) -> SolveStatus {
         if residual <= tolerance {
-            return Status::Solved;
+            return SolveStatus::Solved;
         }
         if !residual.is_finite() {
-            return Status::NotFinite;
+            return SolveStatus::NotFinite;
         }
         let mut row = 0;
         while row < self.inverse.len() {
             let block = problem.block(row);
             let immobile = self.inverse[row + block - 1] == 0.0;
             if immobile && error(problem, row, lambda, velocity) > tolerance {
-                return Status::Singular;
+                return SolveStatus::Singular;
             }
             row += block;
         }
-        Status::IterationLimit
+        SolveStatus::IterationLimit
     }
 }
 

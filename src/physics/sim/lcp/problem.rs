@@ -57,10 +57,10 @@ impl Problem<'_> {
 
     /// Why this is no problem that a solver could start on with `lambda`: lengths and bounds alone,
     /// for the numbers of A and b show in the first product.
-    pub(super) fn refusal(&self, lambda: &[f64]) -> Option<Status> {
+    pub(super) fn refusal(&self, lambda: &[f64]) -> Option<SolveStatus> {
         let n = self.rows();
         if self.matrix.len() != n * n || self.offset.len() != n || lambda.len() != n {
-            return Some(Status::Malformed);
+            return Some(SolveStatus::Malformed);
         }
         let mut row = 0;
         while row < n {
@@ -68,20 +68,20 @@ impl Problem<'_> {
                 Bound::Free | Bound::NonNegative => {}
                 Bound::Box { lower, upper } => {
                     if lower.is_nan() || upper.is_nan() {
-                        return Some(Status::NotFinite);
+                        return Some(SolveStatus::NotFinite);
                     }
                     if lower > upper || lower == f64::INFINITY || upper == f64::NEG_INFINITY {
-                        return Some(Status::Malformed);
+                        return Some(SolveStatus::Malformed);
                     }
                 }
                 Bound::Friction { normal, coefficient } => {
                     if !coefficient.is_finite() {
-                        return Some(Status::NotFinite);
+                        return Some(SolveStatus::NotFinite);
                     }
                     let paired = self.bounds.get(row + 1) == Some(&self.bounds[row]);
                     let pressed = matches!(self.bounds.get(normal), Some(bound) if !bound.is_friction());
                     if !paired || !pressed || coefficient < 0.0 {
-                        return Some(Status::Malformed);
+                        return Some(SolveStatus::Malformed);
                     }
                     row += 1;
                 }
@@ -115,7 +115,7 @@ impl Bound {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Solution {
     /// Whether λ solves the problem, and if not, why.
-    pub status: Status,
+    pub status: SolveStatus,
     /// Sweeps, Newton steps or pivots used.
     pub iterations: u32,
     /// Of the returned λ, m/s or rad/s, see [`residual`](super::residual()).
@@ -123,14 +123,14 @@ pub struct Solution {
 }
 
 impl Solution {
-    pub(super) fn refused(status: Status) -> Self {
+    pub(super) fn refused(status: SolveStatus) -> Self {
         Self { status, iterations: 0, residual: f64::NAN }
     }
 }
 
 /// Whether a solve found a solution, and if not, why.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Status {
+pub enum SolveStatus {
     /// The residual is within the tolerance.
     Solved,
     /// The budget ended first.
@@ -156,7 +156,7 @@ pub enum Status {
 pub trait Solver {
     /// Solves `problem` from the start `lambda` (n, N or N m) and leaves the solution there.
     ///
-    /// The forces left satisfy their bounds whatever the status, but for [`Status::Malformed`] and
-    /// [`Status::NotFinite`], which leave nothing of use.
+    /// The forces left satisfy their bounds whatever the status, but for [`SolveStatus::Malformed`] and
+    /// [`SolveStatus::NotFinite`], which leave nothing of use.
     fn solve(&mut self, problem: &Problem<'_>, lambda: &mut [f64]) -> Solution;
 }

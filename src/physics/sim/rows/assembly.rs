@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::half_solved::{self, HalfSolved};
 use super::lanes::Lanes;
-use super::owner::Owner;
+use super::owner::RowOwner;
 use crate::sim::lcp::{Bound, Problem};
 
 /// Half-solved numbers of a row for which there is room from the beginning; hardly a row has more.
@@ -14,7 +14,7 @@ const WIDTH: usize = 64;
 #[derive(Debug, Clone, Copy)]
 pub struct Row {
     /// What it belongs to.
-    pub owner: Owner,
+    pub owner: RowOwner,
     /// Bound of its force.
     pub bound: Bound,
     /// J v_free + bias, m/s or rad/s.
@@ -22,7 +22,7 @@ pub struct Row {
     /// Added to its diagonal entry of A, (m/s)/N or the like.
     pub softness: f64,
     /// Where to start to look for its force, N or N m.
-    pub guess: f64,
+    pub warm_start: f64,
     /// Speed at which it corrects its position, m/s or rad/s: positions move along velocities for which w is
     /// greater by it.
     pub recovery: f64,
@@ -30,8 +30,8 @@ pub struct Row {
 
 impl Row {
     /// A row that nothing softens or corrects, and of whose force nothing is known.
-    pub fn new(owner: Owner, bound: Bound, offset: f64) -> Self {
-        Self { owner, bound, offset, softness: 0.0, guess: 0.0, recovery: 0.0 }
+    pub fn new(owner: RowOwner, bound: Bound, offset: f64) -> Self {
+        Self { owner, bound, offset, softness: 0.0, warm_start: 0.0, recovery: 0.0 }
     }
 }
 
@@ -54,7 +54,7 @@ pub struct Rows {
     /// Forces: the guess before the solve, the solution after it; N or N m.
     pub force: Vec<f64>,
     /// What each row belongs to.
-    pub owner: Vec<Owner>,
+    pub owner: Vec<RowOwner>,
 }
 
 impl Rows {
@@ -106,18 +106,18 @@ impl Rows {
         self.offset.extend(rows.iter().map(|row| row.offset));
         self.softness.extend(rows.iter().map(|row| row.softness));
         self.recovery.extend(rows.iter().map(|row| row.recovery));
-        self.force.extend(rows.iter().map(|row| row.guess));
+        self.force.extend(rows.iter().map(|row| row.warm_start));
     }
 
     /// Row `row` asks for nothing and does nothing from here on.
-    pub fn silence(&mut self, row: usize) {
-        self.half.silence(row);
+    pub fn disable(&mut self, row: usize) {
+        self.half.disable(row);
         self.offset[row] = 0.0;
     }
 
     /// Whether nothing moves row `row`.
-    pub fn is_silent(&self, row: usize) -> bool {
-        self.half.is_silent(row)
+    pub fn is_disabled(&self, row: usize) -> bool {
+        self.half.is_disabled(row)
     }
 
     /// How much a unit of the force of row `row` moves it: J M⁻¹ Jᵀ.
@@ -126,7 +126,7 @@ impl Rows {
     }
 
     /// Whether a row corrects its position.
-    pub fn recovering(&self) -> bool {
+    pub fn needs_recovery(&self) -> bool {
         self.recovery.iter().any(|speed| *speed != 0.0)
     }
 
@@ -167,7 +167,7 @@ impl Rows {
 
     /// The row whose velocity at the solution is not finite or else strays farthest from what its
     /// bound asks, judged by its own natural-map residual; `None` without rows.
-    pub fn worst(&self) -> Option<Owner> {
+    pub fn worst(&self) -> Option<RowOwner> {
         let count = self.len();
         let stray = |row: usize| {
             let w: f64 = self.offset[row]

@@ -11,12 +11,12 @@ use std::ops::Range;
 
 use super::assembly::{Row, Rows};
 use super::lanes::Lanes;
-use super::owner::Owner;
+use super::owner::RowOwner;
 use super::stabilization::{gap_bias, gap_recovery};
-use crate::sim::contact::Touch;
+use crate::sim::contact::ContactCandidate;
 use crate::sim::lcp::Bound;
 use crate::sim::memory::ContactForces;
-use crate::sim::spatial::{Force, Motion};
+use crate::sim::spatial::{SpatialForce, SpatialMotion};
 
 /// Greatest speed at which a penetrating contact is pushed apart, m/s.
 const FASTEST_RECOVERY: f64 = 0.5;
@@ -34,56 +34,57 @@ pub fn compliance(mass: f64, step: f64) -> f64 {
     COMPLIANCE * step / mass
 }
 
-/// Adds the rows of all `touches`.
+/// Adds the rows of all `candidates`.
 ///
-/// `free` gives each body's velocity if no row acted; `guess` forces to start from by slot; `compliance`
+/// `free` gives each body's velocity if no row acted; `warm_start` forces to start from by slot; `compliance`
 /// the speed with which what does not move gives way to a unit of force, (m/s)/N;
 /// `half_solve` half-solves the rows of forces on a touch's body (see [`Rows::push`]).
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,
-    touches: &[Touch],
-    free: &[Motion],
+    candidates: &[ContactCandidate],
+    free: &[SpatialMotion],
     friction: Option<f64>,
     step: f64,
     stabilization: bool,
-    guess: &ContactForces,
+    warm_start: &ContactForces,
     compliance: f64,
-    mut half_solve: impl FnMut(&Touch, &[Force], &mut Vec<Lanes>) -> Range<usize>,
+    mut half_solve: impl FnMut(&ContactCandidate, &[SpatialForce], &mut Vec<Lanes>) -> Range<usize>,
 ) {
-    for touch in touches {
-        let owner = Owner::Contact { link: touch.link };
-        let velocity = touch.slip(|body| free[body]);
-        let softness = if touch.against.body().is_none() { compliance } else { 0.0 };
-        let remembered = guess.at(touch.slot);
+    for candidate in candidates {
+        let owner = RowOwner::Contact { link: candidate.link };
+        let velocity = candidate.slip(|body| free[body]);
+        let softness = if candidate.against.body().is_none() { compliance } else { 0.0 };
+        let remembered = warm_start.at(candidate.slot);
         let normal = rows.len();
-        let [up, tangents @ ..] = touch.frame;
+        let [up, tangents @ ..] = candidate.frame;
         let free = up.dot(&velocity);
-        let gap = -touch.depth;
+        let gap = -candidate.depth;
         let mut bias = gap_bias(gap, step);
-        if gap + step * free < 0.0 && touch.rebound > 0.0 {
-            bias = bias.min(-touch.rebound);
+        if gap + step * free < 0.0 && candidate.rebound > 0.0 {
+            bias = bias.min(-candidate.rebound);
         }
         let recovery = if stabilization { gap_recovery(gap, step, FASTEST_RECOVERY) } else { 0.0 };
-        let guess = remembered[0];
-        let above = Row { guess, recovery, softness, ..Row::new(owner, Bound::NonNegative, free + bias) };
-        let push = Force::at(touch.at, up);
+        let warm_start = remembered[0];
+        let above =
+            Row { warm_start, recovery, softness, ..Row::new(owner, Bound::NonNegative, free + bias) };
+        let push = SpatialForce::at(candidate.at, up);
         let Some(coefficient) = friction else {
-            rows.push([above], |numbers| half_solve(touch, &[push], numbers));
+            rows.push([above], |numbers| half_solve(candidate, &[push], numbers));
             continue;
         };
         let bound = Bound::Friction { normal, coefficient };
         let [first, second] = std::array::from_fn(|index| Row {
-            guess: remembered[index + 1],
+            warm_start: remembered[index + 1],
             softness,
             ..Row::new(owner, bound, tangents[index].dot(&velocity))
         });
-        let [along, across] = tangents.map(|tangent| Force::at(touch.at, tangent));
-        rows.push([above, first, second], |numbers| half_solve(touch, &[push, along, across], numbers));
+        let [along, across] = tangents.map(|tangent| SpatialForce::at(candidate.at, tangent));
+        rows.push([above, first, second], |numbers| half_solve(candidate, &[push, along, across], numbers));
     }
 }
 
 /// Number of rows of a touch.
-pub fn rows_per_touch(friction: Option<f64>) -> usize {
+pub fn rows_per_contact(friction: Option<f64>) -> usize {
     if friction.is_some() { 3 } else { 1 }
 }

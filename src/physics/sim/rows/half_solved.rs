@@ -81,14 +81,14 @@ impl HalfSolved {
     }
 
     /// Sets the numbers of row `row` to zero.
-    pub fn silence(&mut self, row: usize) {
+    pub fn disable(&mut self, row: usize) {
         let (group, lane) = self.find(row);
         let range = group.start..group.start + ROOT + group.places.len();
         self.numbers[range].iter_mut().for_each(|lanes| lanes[lane] = 0.0);
     }
 
     /// Whether all numbers of row `row` are zero.
-    pub fn is_silent(&self, row: usize) -> bool {
+    pub fn is_disabled(&self, row: usize) -> bool {
         self.of(row).all(|number| number == 0.0)
     }
 

@@ -21,10 +21,10 @@ use std::ops::Range;
 use super::assembly::Rows;
 use super::joint::{self, Coupling};
 use super::lanes::Lanes;
-use super::owner::Owner;
+use super::owner::RowOwner;
 use crate::model::Model;
 use crate::sim::bodies::BodyMotion;
-use crate::sim::spatial::{Force, Motion};
+use crate::sim::spatial::{SpatialForce, SpatialMotion};
 
 /// Greatest speed at which a loop that is open is closed, m/s and rad/s.
 const FASTEST_RECOVERY: f64 = 5.0;
@@ -36,7 +36,7 @@ const WEAK: f64 = 1e-6;
 /// Adds the rows of all loops of `model`.
 ///
 /// `bodies` are as they move at `rates` before the step, `free` gives each body's velocity if no row acted;
-/// `turning` asks for the bias. Which rows are left out shows in joint coordinates alone, where the tree's joints hold
+/// `joint_bias` asks for the bias. Which rows are left out shows in joint coordinates alone, where the tree's joints hold
 /// what they hold: `reduced` are the rows there, unless these are they. `half_solve` half-solves the row of a
 /// wrench on the first body and its opposite on the second (see [`Rows::push`]).
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
@@ -45,28 +45,28 @@ pub fn add(
     model: &Model,
     bodies: &[BodyMotion],
     rates: &[f64],
-    free: &[Motion],
+    free: &[SpatialMotion],
     step: f64,
-    turning: bool,
+    joint_bias: bool,
     stabilization: bool,
     reduced: Option<&Rows>,
-    mut half_solve: impl FnMut([usize; 2], Force, &mut Vec<Lanes>) -> Range<usize>,
+    mut half_solve: impl FnMut([usize; 2], SpatialForce, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     let begin = rows.len();
     for index in 0..model.loops.len() {
         let first = rows.len();
         let coupling = Coupling::of_loop(model, bodies, index);
         let (child, parent) = (coupling.child, coupling.parent);
-        let wanted = if turning {
+        let wanted = if joint_bias {
             let own = bodies[parent].velocity.cross_motion(bodies[child].velocity);
-            let by_tree =
-                drift(model, bodies, rates, child).plus(drift(model, bodies, rates, parent).scaled(-1.0));
+            let by_tree = bias_acceleration(model, bodies, rates, child)
+                .plus(bias_acceleration(model, bodies, rates, parent).scaled(-1.0));
             own.plus(by_tree.scaled(-1.0)).scaled(step)
         } else {
-            Motion::ZERO
+            SpatialMotion::ZERO
         };
         let fastest = if stabilization { FASTEST_RECOVERY } else { 0.0 };
-        joint::add(rows, Owner::Loop(index), &coupling, free, wanted, step, fastest, |wrench, numbers| {
+        joint::add(rows, RowOwner::Loop(index), &coupling, free, wanted, step, fastest, |wrench, numbers| {
             half_solve([child, parent], wrench, numbers)
         });
         if reduced.is_none() {
@@ -75,8 +75,8 @@ pub fn add(
     }
     if let Some(reduced) = reduced {
         let there = of_loops(reduced);
-        for row in (begin..rows.len()).filter(|row| reduced.is_silent(there + row - begin)) {
-            rows.silence(row);
+        for row in (begin..rows.len()).filter(|row| reduced.is_disabled(there + row - begin)) {
+            rows.disable(row);
         }
     }
 }
@@ -91,22 +91,22 @@ fn leave_out_weak(rows: &mut Rows, first: usize, shifts: usize) {
     for row in first..rows.len() {
         let beside = if row < first + shifts { shift } else { any };
         if rows.mobility(row) < WEAK * beside {
-            rows.silence(row);
+            rows.disable(row);
         }
     }
 }
 
 /// The first row of a loop, or the number of rows without one.
 fn of_loops(rows: &Rows) -> usize {
-    rows.owner.iter().position(|owner| matches!(owner, Owner::Loop(_))).unwrap_or(rows.len())
+    rows.owner.iter().position(|owner| matches!(owner, RowOwner::Loop(_))).unwrap_or(rows.len())
 }
 
 /// What every loop's joint hands from its first body to its second, about the common point, N m and N: into
 /// `forces`, one a loop. The rows of all loops follow each other in `rows`.
-pub fn forces(rows: &Rows, model: &Model, bodies: &[BodyMotion], forces: &mut [Force]) {
+pub fn forces(rows: &Rows, model: &Model, bodies: &[BodyMotion], forces: &mut [SpatialForce]) {
     let mut numbers = rows.force[of_loops(rows)..].iter();
     for (index, sum) in forces.iter_mut().enumerate() {
-        *sum = Force::ZERO;
+        *sum = SpatialForce::ZERO;
         Coupling::of_loop(model, bodies, index).each(|wrench, _| {
             *sum = numbers.next().map_or(*sum, |number| sum.plus_scaled(wrench, *number));
         });
@@ -114,8 +114,8 @@ pub fn forces(rows: &Rows, model: &Model, bodies: &[BodyMotion], forces: &mut [F
 }
 
 /// D: acceleration of `body` by the velocities of the joints between it and the root alone.
-fn drift(model: &Model, bodies: &[BodyMotion], rates: &[f64], mut body: usize) -> Motion {
-    let mut sum = Motion::ZERO;
+fn bias_acceleration(model: &Model, bodies: &[BodyMotion], rates: &[f64], mut body: usize) -> SpatialMotion {
+    let mut sum = SpatialMotion::ZERO;
     while body > 0 {
         let parent = model.bodies[body].parent;
         sum = sum.plus_scaled(bodies[parent].velocity.cross_motion(bodies[body].freedom), rates[body - 1]);

@@ -16,4 +16,4 @@ pub mod torque;
 
 pub use assembly::{Row, Rows};
 pub use lanes::{LANES, Lanes, ROOT};
-pub use owner::Owner;
+pub use owner::RowOwner;

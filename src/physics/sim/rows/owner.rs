@@ -2,7 +2,7 @@
 
 /// What a row belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Owner {
+pub enum RowOwner {
     /// A contact of a link: its normal row, or a tangential one.
     Contact {
         /// Index of the character's link.

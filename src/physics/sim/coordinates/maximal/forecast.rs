@@ -3,7 +3,7 @@
 use crate::model::Model;
 use crate::scene::{Accuracy, Coordinates, StepPlan};
 use crate::sim::command::Command;
-use crate::sim::coordinates::outcome::Outcome;
+use crate::sim::coordinates::outcome::StepOutcome;
 use crate::sim::coordinates::reduced::stages;
 use crate::sim::failure::Failure;
 use crate::sim::state::State;
@@ -37,7 +37,7 @@ impl Forecast {
         state: &State,
         command: Command<'_>,
         step: f64,
-    ) -> Result<Outcome, Failure> {
+    ) -> Result<StepOutcome, Failure> {
         self.state.clone_from(state);
         stages::step(model, plan, &mut self.state, &mut self.work, command, step)
     }

@@ -7,17 +7,17 @@ use nalgebra::{Point3, Rotation3, UnitQuaternion, Vector3};
 use crate::model::{Freedom, Model};
 use crate::sim::bodies::BodyMotion;
 use crate::sim::coordinates::reduced;
-use crate::sim::spatial::{Motion, RigidInertia};
-use crate::sim::state::{Part, State};
+use crate::sim::spatial::{RigidInertia, SpatialMotion};
+use crate::sim::state::{BodyState, State};
 
 /// Places the bodies where the joint coordinates of `state` have them, and makes that their own
 /// place; `bodies` receives them.
-pub fn take_apart(model: &Model, state: &mut State, bodies: &mut [BodyMotion]) {
+pub fn bodies_from_joints(model: &Model, state: &mut State, bodies: &mut [BodyMotion]) {
     reduced::kinematics::place(model, state, bodies);
-    state.parts.clear();
+    state.body_states.clear();
     for body in bodies.iter() {
         let rotation = Rotation3::from_matrix_unchecked(body.rotation);
-        state.parts.push(Part {
+        state.body_states.push(BodyState {
             center: state.root.position + body.center,
             orientation: UnitQuaternion::from_rotation_matrix(&rotation),
             linear_velocity: body.velocity.at(body.center),
@@ -29,18 +29,18 @@ pub fn take_apart(model: &Model, state: &mut State, bodies: &mut [BodyMotion]) {
 /// Fills `bodies`, one for every body of `model`, from the bodies of `state` themselves; the common
 /// point is the root's origin as it is there.
 pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
-    for (index, (part, body)) in state.parts.iter().zip(&model.bodies).enumerate() {
-        let rotation = *part.orientation.to_rotation_matrix().matrix();
-        let center = part.center - state.root.position;
+    for (index, (body_state, body)) in state.body_states.iter().zip(&model.bodies).enumerate() {
+        let rotation = *body_state.orientation.to_rotation_matrix().matrix();
+        let center = body_state.center - state.root.position;
         let origin = center - rotation * body.center;
         let axis = rotation * body.axis;
         let freedom = match body.freedom {
-            _ if index == 0 => Motion::ZERO,
-            Freedom::Revolute => Motion { angular: axis, linear: origin.cross(&axis) },
-            Freedom::Prismatic => Motion { angular: Vector3::zeros(), linear: axis },
+            _ if index == 0 => SpatialMotion::ZERO,
+            Freedom::Revolute => SpatialMotion { angular: axis, linear: origin.cross(&axis) },
+            Freedom::Prismatic => SpatialMotion { angular: Vector3::zeros(), linear: axis },
         };
-        let angular = part.angular_velocity;
-        let velocity = Motion { angular, linear: part.linear_velocity + center.cross(&angular) };
+        let angular = body_state.angular_velocity;
+        let velocity = SpatialMotion { angular, linear: body_state.linear_velocity + center.cross(&angular) };
         let inertia = RigidInertia::new(body.mass, center, rotation * body.inertia * rotation.transpose());
         bodies[index] = BodyMotion { rotation, origin, freedom, velocity, center, inertia };
     }
@@ -48,11 +48,11 @@ pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
 
 /// Reads the root's pose and the joint angles off the bodies of `state`. An angle is taken to have turned
 /// by less than half a turn more or less than its velocity over `step` seconds says.
-pub fn read_off(model: &Model, state: &mut State, step: f64) {
+pub fn joints_from_bodies(model: &Model, state: &mut State, step: f64) {
     let frame = |index: usize| {
-        let part = &state.parts[index];
-        let origin: Point3<f64> = part.center - part.orientation * model.bodies[index].center;
-        (origin, part.orientation)
+        let body_state = &state.body_states[index];
+        let origin: Point3<f64> = body_state.center - body_state.orientation * model.bodies[index].center;
+        (origin, body_state.orientation)
     };
     (state.root.position, state.root.orientation) = frame(0);
     for (joint, angle) in state.angles.iter_mut().enumerate() {

@@ -36,4 +36,4 @@ pub mod stages;
 mod velocity_control;
 mod workspace;
 
-pub use workspace::Maximal;
+pub use workspace::MaximalWorkspace;

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::model::Body;
 use crate::sim::bodies::BodyMotion;
 use crate::sim::rows::{LANES, Lanes, ROOT};
-use crate::sim::spatial::{Force, Motion};
+use crate::sim::spatial::{SpatialForce, SpatialMotion};
 
 /// Numbers of a half-solved row that belong to a body: of the force, and of the moment about its
 /// centre of mass.
@@ -24,7 +24,7 @@ pub struct BodyFactor {
 
 impl BodyFactor {
     /// Of a body that nothing moves.
-    pub const BOLTED: Self = Self {
+    pub const FIXED: Self = Self {
         root_inverse_mass: 0.0,
         inverse_lower: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
@@ -38,18 +38,18 @@ impl BodyFactor {
             Some(inverse_lower) if body.mass > 0.0 => {
                 Self { root_inverse_mass: 1.0 / body.mass.sqrt(), inverse_lower }
             }
-            _ => Self::BOLTED,
+            _ => Self::FIXED,
         }
     }
 
     /// Whether nothing moves the body.
-    pub fn is_bolted(&self) -> bool {
+    pub fn is_fixed(&self) -> bool {
         self.root_inverse_mass == 0.0
     }
 
     /// L⁻¹ of `force`, which is about the common point.
     #[inline]
-    fn half_solve(&self, body: &BodyMotion, force: Force) -> [f64; BODY] {
+    fn half_solve(&self, body: &BodyMotion, force: SpatialForce) -> [f64; BODY] {
         let moment = force.moment - body.center.cross(&force.force);
         let linear = force.force * self.root_inverse_mass;
         let angular = self.inverse_lower * body.rotation.tr_mul(&moment);
@@ -58,23 +58,23 @@ impl BodyFactor {
 
     /// L⁻ᵀ of `half`: the change of velocity about the common point.
     #[inline]
-    fn finish(&self, body: &BodyMotion, half: &[f64]) -> Motion {
+    fn finish(&self, body: &BodyMotion, half: &[f64]) -> SpatialMotion {
         let number = |index: usize| half.get(index).copied().unwrap_or_default();
         let linear = Vector3::new(number(0), number(1), number(2)) * self.root_inverse_mass;
         let angular =
             body.rotation * self.inverse_lower.tr_mul(&Vector3::new(number(3), number(4), number(5)));
-        Motion { angular, linear: linear + body.center.cross(&angular) }
+        SpatialMotion { angular, linear: linear + body.center.cross(&angular) }
     }
 
     /// Acceleration of the body under `force`, both about the common point.
     #[inline]
-    pub fn accelerate(&self, body: &BodyMotion, force: Force) -> Motion {
+    pub fn accelerate(&self, body: &BodyMotion, force: SpatialForce) -> SpatialMotion {
         self.finish(body, &self.half_solve(body, force))
     }
 }
 
 /// The changes of velocity of all `bodies` by the half-solved impulse `half`, about the common point.
-pub fn finish(factors: &[BodyFactor], bodies: &[BodyMotion], half: &[f64], changes: &mut [Motion]) {
+pub fn finish(factors: &[BodyFactor], bodies: &[BodyMotion], half: &[f64], changes: &mut [SpatialMotion]) {
     for (((factor, body), half), change) in
         factors.iter().zip(bodies).zip(half.chunks_exact(BODY)).zip(changes)
     {
@@ -90,7 +90,7 @@ pub fn of_bodies(
     bodies: &[BodyMotion],
     body: usize,
     other: Option<usize>,
-    forces: &[Force],
+    forces: &[SpatialForce],
     numbers: &mut Vec<Lanes>,
 ) -> Range<usize> {
     let of = |body: usize| BODY * body.max(1)..BODY * (body + 1);
@@ -120,11 +120,11 @@ pub fn of_bodies(
 
 /// The wrench on its child body of a unit of force along the joint that carries `body`: a moment about its
 /// axis, or a force along it.
-pub fn along(body: &BodyMotion) -> Force {
+pub fn along(body: &BodyMotion) -> SpatialForce {
     let axis = body.freedom.angular;
     if axis == Vector3::zeros() {
-        Force::at(body.origin, body.freedom.linear)
+        SpatialForce::at(body.origin, body.freedom.linear)
     } else {
-        Force { moment: axis, force: Vector3::zeros() }
+        SpatialForce { moment: axis, force: Vector3::zeros() }
     }
 }

@@ -7,15 +7,17 @@ use super::stages::Stages;
 use crate::sim::memory::ContactForces;
 use crate::sim::root_freedom::RootFreedom;
 use crate::sim::rows::joint::Coupling;
-use crate::sim::rows::{Lanes, Owner, Rows, contact, drive, dry_friction, joint, limit, lock, loops, torque};
-use crate::sim::spatial::{Force, Motion};
+use crate::sim::rows::{
+    Lanes, RowOwner, Rows, contact, drive, dry_friction, joint, limit, lock, loops, torque,
+};
+use crate::sim::spatial::{SpatialForce, SpatialMotion};
 use crate::sim::tracking::Spring;
 
 impl Stages<'_> {
     /// The greatest torque of joint `joint`'s actuator, if its drive has a row within bounds.
     fn greatest_torque(&self, joint: usize) -> Option<f64> {
         let greatest = self.plan.drive.as_ref()?.max_torque.as_ref()?[joint];
-        (greatest.is_finite() && !self.work.springs[joint].is_given()).then_some(greatest)
+        (greatest.is_finite() && !self.work.springs[joint].is_prescribed()).then_some(greatest)
     }
 
     /// All rows: contacts first, then what has bounds, then the joints from the leaves to the root, an
@@ -46,14 +48,14 @@ impl Stages<'_> {
         }
         for (joint, rate) in rates.iter().enumerate() {
             if let Some(greatest) = self.greatest_torque(joint) {
-                let guess = memory.saturated[joint];
-                torque::add(&mut rows, joint, work.springs[joint], greatest, *rate, guess, of_joint);
+                let warm_start = memory.saturated[joint];
+                torque::add(&mut rows, joint, work.springs[joint], greatest, *rate, warm_start, of_joint);
             }
         }
         for joint in (0..rates.len()).rev() {
             self.joint(&mut rows, joint);
             let line = self.line(joint);
-            if !line.is_given() {
+            if !line.is_prescribed() {
                 drive::add(&mut rows, joint, line, rates[joint], of_joint);
             }
         }
@@ -80,26 +82,28 @@ impl Stages<'_> {
             line.resistance += damping[joint];
         }
         let spring = self.work.springs[joint];
-        if !spring.is_given() && self.greatest_torque(joint).is_none() {
+        if !spring.is_prescribed() && self.greatest_torque(joint).is_none() {
             line = line.plus(spring);
         }
         line
     }
 
-    /// Adds the rows of contacts, whose forces are looked for from `guess` on; for both see
+    /// Adds the rows of contacts, whose forces are looked for from `warm_start` on; for both see
     /// [`contact::add`].
-    pub(super) fn contacts(&self, rows: &mut Rows, guess: &ContactForces, compliance: f64) {
+    pub(super) fn contacts(&self, rows: &mut Rows, warm_start: &ContactForces, compliance: f64) {
         let Self { plan, work, step, .. } = self;
         contact::add(
             rows,
-            &work.touches,
+            &work.candidates,
             &work.free,
             plan.friction,
             *step,
             plan.stabilization,
-            guess,
+            warm_start,
             compliance,
-            |touch, forces, numbers| self.of_bodies(touch.body, touch.against.body(), forces, numbers),
+            |candidate, forces, numbers| {
+                self.of_bodies(candidate.body, candidate.against.body(), forces, numbers)
+            },
         );
     }
 
@@ -108,8 +112,8 @@ impl Stages<'_> {
         let coupling = Coupling::of_joint(self.model, &self.work.bodies, joint);
         // What a step has moved apart the next may take back at once, however fast that was.
         let fastest = if self.plan.stabilization { f64::INFINITY } else { 0.0 };
-        let (owner, free, step) = (Owner::Joint(joint), &self.work.free, self.step);
-        joint::add(rows, owner, &coupling, free, Motion::ZERO, step, fastest, |wrench, numbers| {
+        let (owner, free, step) = (RowOwner::Joint(joint), &self.work.free, self.step);
+        joint::add(rows, owner, &coupling, free, SpatialMotion::ZERO, step, fastest, |wrench, numbers| {
             self.of_bodies(coupling.child, Some(coupling.parent), &[wrench], numbers)
         });
     }
@@ -125,7 +129,7 @@ impl Stages<'_> {
         &self,
         body: usize,
         other: Option<usize>,
-        forces: &[Force],
+        forces: &[SpatialForce],
         numbers: &mut Vec<Lanes>,
     ) -> Range<usize> {
         response::of_bodies(&self.own.factors, &self.work.bodies, body, other, forces, numbers)

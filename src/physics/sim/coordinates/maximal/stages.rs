@@ -2,16 +2,16 @@
 
 use nalgebra::UnitQuaternion;
 
-use super::kinematics::{place, read_off, take_apart};
+use super::kinematics::{bodies_from_joints, joints_from_bodies, place};
 use super::response;
-use super::workspace::Maximal;
+use super::workspace::MaximalWorkspace;
 use crate::model::Model;
 use crate::scene::StepPlan;
 use crate::sim::command::Command;
-use crate::sim::coordinates::outcome::Outcome;
+use crate::sim::coordinates::outcome::StepOutcome;
 use crate::sim::failure::{Failure, check_finite_with, fail_unless_usable};
-use crate::sim::rows::Owner;
-use crate::sim::spatial::{Force, Motion};
+use crate::sim::rows::RowOwner;
+use crate::sim::spatial::{SpatialForce, SpatialMotion};
 use crate::sim::state::State;
 use crate::sim::tracking::{Spring, Target};
 use crate::sim::workspace::Workspace;
@@ -25,27 +25,27 @@ pub fn step(
     plan: &StepPlan,
     state: &mut State,
     work: &mut Workspace,
-    own: &mut Maximal,
+    own: &mut MaximalWorkspace,
     command: Command<'_>,
     step: f64,
-) -> Result<Outcome, Failure> {
+) -> Result<StepOutcome, Failure> {
     let ahead = own.forecast.run(model, plan, state, command, step)?;
-    if ahead != Outcome::Done {
+    if ahead != StepOutcome::Completed {
         return Ok(ahead);
     }
     let mut stages = Stages { model, plan, state, work, own, step };
     stages.kinematics();
     stages.detection();
     stages.mean_velocities();
-    stages.turning();
+    stages.row_correction();
     stages.free_motion();
     stages.drives(command)?;
-    stages.given_torques();
+    stages.prescribed_torques();
     stages.velocities()?;
     stages.recovery()?;
     stages.commit();
     check_finite_with(model, state, || work.rows.worst())?;
-    Ok(Outcome::Done)
+    Ok(StepOutcome::Completed)
 }
 
 /// The stages of a step over their common data.
@@ -54,7 +54,7 @@ pub(super) struct Stages<'a> {
     pub plan: &'a StepPlan,
     pub state: &'a mut State,
     pub work: &'a mut Workspace,
-    pub own: &'a mut Maximal,
+    pub own: &'a mut MaximalWorkspace,
     /// Length of the step, s.
     pub step: f64,
 }
@@ -63,8 +63,8 @@ impl Stages<'_> {
     /// Where the bodies are and how they move.
     fn kinematics(&mut self) {
         let Self { model, state, work, own, .. } = self;
-        if state.parts.is_empty() {
-            take_apart(model, state, &mut work.bodies);
+        if state.body_states.is_empty() {
+            bodies_from_joints(model, state, &mut work.bodies);
         } else {
             place(model, state, &mut work.bodies);
         }
@@ -96,10 +96,10 @@ impl Stages<'_> {
     }
 
     /// How much more than a body's own velocity the rows read: C of every body.
-    fn turning(&mut self) {
+    fn row_correction(&mut self) {
         let Self { model, plan, work, own, step, .. } = self;
-        let turning = &mut own.turning;
-        turning.fill(Motion::ZERO);
+        let row_correction = &mut own.row_correction;
+        row_correction.fill(SpatialMotion::ZERO);
         if !plan.reads_turning() {
             return;
         }
@@ -107,14 +107,14 @@ impl Stages<'_> {
         for index in 1..work.bodies.len() {
             let parent = model.bodies[index].parent;
             let drift = work.bodies[parent].velocity.cross_motion(work.bodies[index].freedom);
-            turning[index] = turning[parent].plus_scaled(drift, work.mean_rates[index - 1]);
+            row_correction[index] = row_correction[parent].plus_scaled(drift, work.mean_rates[index - 1]);
         }
         let root = work.bodies[0].velocity;
         let of_root = root.angular.cross(&root.linear);
-        for (turning, body) in turning.iter_mut().zip(&work.bodies) {
+        for (row_correction, body) in row_correction.iter_mut().zip(&work.bodies) {
             let of_body = body.velocity.angular.cross(&body.velocity.at(body.center));
-            *turning = turning.scaled(-*step);
-            turning.linear += (of_root - of_body) * *step;
+            *row_correction = row_correction.scaled(-*step);
+            row_correction.linear += (of_root - of_body) * *step;
         }
     }
 
@@ -123,15 +123,18 @@ impl Stages<'_> {
         let Self { model, plan, work, own, step, .. } = self;
         for (index, body) in work.bodies.iter().enumerate() {
             let factor = &own.factors[index];
-            let mut free = work.old[index].plus(own.turning[index]);
-            if !factor.is_bolted() {
+            let mut free = work.old[index].plus(own.row_correction[index]);
+            if !factor.is_fixed() {
                 free.linear += plan.gravity * *step;
             }
             if plan.velocity_forces {
-                let turning = body.velocity.angular;
-                let momentum = body.rotation * (model.bodies[index].inertia * body.rotation.tr_mul(&turning));
-                let gyroscopic =
-                    Force { moment: momentum.cross(&turning), force: nalgebra::Vector3::zeros() };
+                let row_correction = body.velocity.angular;
+                let momentum =
+                    body.rotation * (model.bodies[index].inertia * body.rotation.tr_mul(&row_correction));
+                let gyroscopic = SpatialForce {
+                    moment: momentum.cross(&row_correction),
+                    force: nalgebra::Vector3::zeros(),
+                };
                 free = free.plus_scaled(factor.accelerate(body, gyroscopic), *step);
             }
             work.free[index] = free;
@@ -155,8 +158,8 @@ impl Stages<'_> {
         self.work.torque.fill(0.0);
         match command {
             Command::Passive => {}
-            Command::Torque(given) => {
-                for (spring, torque) in self.work.springs.iter_mut().zip(given) {
+            Command::Torque(prescribed) => {
+                for (spring, torque) in self.work.springs.iter_mut().zip(prescribed) {
                     spring.at_rest = *torque;
                 }
             }
@@ -178,9 +181,9 @@ impl Stages<'_> {
     }
 
     /// Torques that do not depend on the velocity act at once.
-    fn given_torques(&mut self) {
+    fn prescribed_torques(&mut self) {
         let Self { model, work, own, step, .. } = self;
-        for (joint, spring) in work.springs.iter().enumerate().filter(|(_, it)| it.is_given()) {
+        for (joint, spring) in work.springs.iter().enumerate().filter(|(_, it)| it.is_prescribed()) {
             let wrench = response::along(&work.bodies[joint + 1]).scaled(spring.at_rest);
             for (body, wrench) in [(joint + 1, wrench), (model.bodies[joint + 1].parent, wrench.scaled(-1.0))]
             {
@@ -199,8 +202,8 @@ impl Stages<'_> {
             self.response();
             // A limit that would be passed gets a row, and so does a touch that a blow brings about. Each can
             // be added only once, so this ends.
-            let passing = self.passing();
-            if !self.struck() && !passing {
+            let crossing = self.crosses_limit();
+            if !self.impact_contacts() && !crossing {
                 return Ok(());
             }
         }
@@ -228,31 +231,31 @@ impl Stages<'_> {
     }
 
     /// Whether a joint without a row for its limit would pass it in this step; it gets one.
-    fn passing(&mut self) -> bool {
+    fn crosses_limit(&mut self) -> bool {
         self.plan
             .limits
             .as_ref()
-            .is_some_and(|limits| self.work.passing(limits, &self.state.angles, self.step))
+            .is_some_and(|limits| self.work.mark_crossed_limits(limits, &self.state.angles, self.step))
     }
 
     /// Whether a blow in this step lets something else touch; it gets rows.
-    fn struck(&mut self) -> bool {
+    fn impact_contacts(&mut self) -> bool {
         let Self { model, plan, work, step, .. } = self;
-        let struck = work.is_blow(plan, *step) && work.look_again(model, plan, None, *step);
-        work.follow(model, plan, *step) || struck
+        let found = work.is_impact(plan, *step) && work.detect_again(model, plan, None, *step);
+        work.add_driven_in(model, plan, *step) || found
     }
 
     /// Changes of the velocities along which positions move: those by the rows, and where a penetration or a
     /// violated limit is to be corrected, ones that also correct it. Correcting leaves no speed behind.
     fn recovery(&mut self) -> Result<(), Failure> {
         let Self { model, plan, state, work, own, step } = self;
-        work.drift_changes.copy_from_slice(&work.changes);
-        if !work.rows.recovering() {
+        work.recovery_changes.copy_from_slice(&work.changes);
+        if !work.rows.needs_recovery() {
             return Ok(());
         }
         let status = work.solve_recovery(plan, *step);
         fail_unless_usable(status, model, state)?;
-        response::finish(&own.factors, &work.bodies, &work.half, &mut work.drift_changes);
+        response::finish(&own.factors, &work.bodies, &work.half, &mut work.recovery_changes);
         Ok(())
     }
 
@@ -262,24 +265,25 @@ impl Stages<'_> {
         work.remember(plan, &mut state.memory);
         let ahead = &own.forecast.state.memory;
         if !model.joints_are_independent() {
-            state.memory.controlled.clone_from(&ahead.controlled);
+            state.memory.feedforward_contacts.clone_from(&ahead.feedforward_contacts);
         }
         state.memory.acceleration.clone_from(&ahead.acceleration);
-        state.memory.pull.copy_from_slice(&ahead.pull);
-        state.memory.swing = ahead.swing;
-        for (index, part) in state.parts.iter_mut().enumerate() {
-            if own.factors[index].is_bolted() {
+        state.memory.tension_squared.copy_from_slice(&ahead.tension_squared);
+        state.memory.pendulum = ahead.pendulum;
+        for (index, body_state) in state.body_states.iter_mut().enumerate() {
+            if own.factors[index].is_fixed() {
                 continue;
             }
             let body = &work.bodies[index];
-            let by_itself = work.free[index].plus(own.turning[index].scaled(-1.0));
+            let by_itself = work.free[index].plus(own.row_correction[index].scaled(-1.0));
             let velocity = by_itself.plus(work.changes[index]);
-            part.linear_velocity = velocity.at(body.center);
-            part.angular_velocity = velocity.angular;
-            let drift = by_itself.plus(work.drift_changes[index]);
-            part.center += drift.at(body.center) * *step;
-            part.orientation = UnitQuaternion::from_scaled_axis(drift.angular * *step) * part.orientation;
-            part.orientation.renormalize();
+            body_state.linear_velocity = velocity.at(body.center);
+            body_state.angular_velocity = velocity.angular;
+            let drift = by_itself.plus(work.recovery_changes[index]);
+            body_state.center += drift.at(body.center) * *step;
+            body_state.orientation =
+                UnitQuaternion::from_scaled_axis(drift.angular * *step) * body_state.orientation;
+            body_state.orientation.renormalize();
         }
         if !model.fixed_base {
             state.root.linear_velocity = work.new[0].linear;
@@ -290,11 +294,11 @@ impl Stages<'_> {
             work.torque[joint] = work.springs[joint].torque(work.joint_rates[joint]);
         }
         for (owner, force) in work.rows.owner.iter().zip(&work.rows.force) {
-            if let Owner::Torque(joint) = *owner {
+            if let RowOwner::Torque(joint) = *owner {
                 work.torque[joint] = *force;
             }
         }
-        read_off(model, state, *step);
+        joints_from_bodies(model, state, *step);
         state.time += *step;
     }
 }

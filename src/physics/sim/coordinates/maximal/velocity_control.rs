@@ -10,7 +10,7 @@ use super::stages::Stages;
 use crate::scene::{DrivePlan, Feedforward};
 use crate::sim::failure::{Failure, fail_unless_usable};
 use crate::sim::lcp::Solver;
-use crate::sim::rows::{Owner, contact, drive};
+use crate::sim::rows::{RowOwner, contact, drive};
 
 impl Stages<'_> {
     /// Fills the offset torques for targets that move from `now` to `next`.
@@ -33,22 +33,22 @@ impl Stages<'_> {
         rows.clear();
         if drive.feedforward == Feedforward::ContactAware {
             let compliance = contact::compliance(model.mass, step);
-            self.contacts(&mut rows, &self.state.memory.controlled, compliance);
+            self.contacts(&mut rows, &self.state.memory.feedforward_contacts, compliance);
         }
         let wanted = |joint: usize| (next[joint] - now[joint]) / step;
         for joint in (0..now.len()).rev() {
             self.joint(&mut rows, joint);
             let free = self.work.free_rates[joint];
-            drive::hold(&mut rows, joint, wanted(joint), free, |joint, numbers| {
+            drive::prescribe_velocity(&mut rows, joint, wanted(joint), free, |joint, numbers| {
                 self.of_joint(joint, numbers)
             });
         }
         self.lock(&mut rows);
         rows.assemble(step);
         let (problem, force) = rows.problem(plan.circular_friction());
-        let solution = self.work.engine.solve(&problem, force);
+        let solution = self.work.solver.solve(&problem, force);
         for (owner, force) in rows.owner.iter().zip(&rows.force) {
-            if let Owner::Drive(joint) = *owner {
+            if let RowOwner::Drive(joint) = *owner {
                 let damping = plan.damping.as_ref().map_or(0.0, |damping| damping[joint]);
                 let acceleration = (wanted(joint) - self.state.velocities[joint]) / step;
                 self.work.feedforward[joint] =

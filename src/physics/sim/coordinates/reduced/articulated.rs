@@ -12,7 +12,7 @@ use super::root::RootFactor;
 use crate::model::Model;
 use crate::sim::bodies::BodyMotion;
 use crate::sim::root_freedom::RootFreedom;
-use crate::sim::spatial::{ArticulatedInertia, Force, Motion};
+use crate::sim::spatial::{ArticulatedInertia, SpatialForce, SpatialMotion};
 use crate::sim::tracking::Spring;
 use multiversion::multiversion;
 
@@ -20,7 +20,7 @@ use multiversion::multiversion;
 #[derive(Debug, Clone, Copy)]
 pub struct JointFactor {
     /// Force on the joint's body that goes with a unit of joint acceleration.
-    pub u: Force,
+    pub u: SpatialForce,
     /// Inverse of the inertia felt along the joint, 1/(kg m²).
     pub inverse_d: f64,
     /// Its square root.
@@ -53,15 +53,15 @@ pub struct Articulated {
     /// The root's factor.
     pub root: RootFactor,
     /// Acceleration of each body if neither the root nor a joint accelerates.
-    drift: Vec<Motion>,
+    bias_acceleration: Vec<SpatialMotion>,
     /// Force that this acceleration and the velocity take.
-    carried: Vec<Force>,
+    bias_force: Vec<SpatialForce>,
     inertia: Vec<ArticulatedInertia>,
-    bias: Vec<Force>,
+    articulated_bias: Vec<SpatialForce>,
     /// Joint force less bias, N m or N.
     net: Vec<f64>,
     /// Acceleration of each body besides its drift.
-    acceleration: Vec<Motion>,
+    acceleration: Vec<SpatialMotion>,
 }
 
 /// The mass matrix is not positive definite.
@@ -77,23 +77,23 @@ impl Articulated {
     /// Room for a model of `bodies` bodies.
     pub fn new(bodies: usize) -> Self {
         let zero = ArticulatedInertia::from(crate::sim::spatial::RigidInertia::ZERO);
-        let factor = JointFactor { u: Force::ZERO, inverse_d: 0.0, root_inverse_d: 0.0 };
+        let factor = JointFactor { u: SpatialForce::ZERO, inverse_d: 0.0, root_inverse_d: 0.0 };
         Self {
             joints: vec![factor; bodies - 1],
             root: RootFactor::EMPTY,
-            drift: vec![Motion::ZERO; bodies],
-            carried: vec![Force::ZERO; bodies],
+            bias_acceleration: vec![SpatialMotion::ZERO; bodies],
+            bias_force: vec![SpatialForce::ZERO; bodies],
             inertia: vec![zero; bodies],
-            bias: vec![Force::ZERO; bodies],
+            articulated_bias: vec![SpatialForce::ZERO; bodies],
             net: vec![0.0; bodies - 1],
-            acceleration: vec![Motion::ZERO; bodies],
+            acceleration: vec![SpatialMotion::ZERO; bodies],
         }
     }
 
     /// Force that body `index` takes if neither the root nor a joint accelerates.
     #[inline]
-    pub fn carried(&self, index: usize) -> Force {
-        self.carried[index]
+    pub fn bias_force(&self, index: usize) -> SpatialForce {
+        self.bias_force[index]
     }
 }
 
@@ -106,12 +106,15 @@ impl Articulated {
 pub fn prepare(factor: &mut Articulated, model: &Model, bodies: &[BodyMotion], joint_rates: &[f64]) {
     for &index in &model.outward {
         let parent = model.bodies[index].parent;
-        let turned = bodies[parent].velocity.cross_motion(bodies[index].freedom);
-        factor.drift[index] = factor.drift[parent].plus_scaled(turned, joint_rates[index - 1]);
+        let by_velocity = bodies[parent].velocity.cross_motion(bodies[index].freedom);
+        factor.bias_acceleration[index] =
+            factor.bias_acceleration[parent].plus_scaled(by_velocity, joint_rates[index - 1]);
     }
-    for ((carried, drift), body) in factor.carried.iter_mut().zip(&factor.drift).zip(bodies) {
+    for ((bias_force, bias_acceleration), body) in
+        factor.bias_force.iter_mut().zip(&factor.bias_acceleration).zip(bodies)
+    {
         let momentum = body.inertia.times(body.velocity);
-        *carried = body.velocity.cross_force(momentum).plus(body.inertia.times(*drift));
+        *bias_force = body.velocity.cross_force(momentum).plus(body.inertia.times(*bias_acceleration));
     }
 }
 
@@ -150,7 +153,7 @@ pub fn factorise(
 /// The accelerations without any row under the factorised `loads` and the prepared forces of velocity: of
 /// the joints into `joint_acceleration`, and of the root as the result.
 ///
-/// `lifted` is the acceleration opposite to gravity. `given` is the acceleration of the root in
+/// `minus_gravity` is the acceleration opposite to gravity. `prescribed` is the acceleration of the root in
 /// the directions in which it is not free.
 #[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
 #[multiversion(targets("x86_64+avx2"), attrs(allow(clippy::too_many_arguments)))]
@@ -160,33 +163,37 @@ pub fn accelerate(
     bodies: &[BodyMotion],
     loads: &[JointLoad],
     freedom: RootFreedom,
-    lifted: Motion,
-    given: Motion,
+    minus_gravity: SpatialMotion,
+    prescribed: SpatialMotion,
     joint_acceleration: &mut [f64],
-) -> Motion {
-    factor.bias.copy_from_slice(&factor.carried);
+) -> SpatialMotion {
+    factor.articulated_bias.copy_from_slice(&factor.bias_force);
     for &index in model.outward.iter().rev() {
         let joint = index - 1;
         let share = &factor.joints[joint];
-        let net = loads[joint].torque - bodies[index].freedom.dot(factor.bias[index]);
-        let bias = factor.bias[index].plus_scaled(share.u, net * share.inverse_d);
+        let net = loads[joint].torque - bodies[index].freedom.dot(factor.articulated_bias[index]);
+        let handed_on = factor.articulated_bias[index].plus_scaled(share.u, net * share.inverse_d);
         let parent = model.bodies[index].parent;
-        factor.bias[parent] = factor.bias[parent].plus(bias);
+        factor.articulated_bias[parent] = factor.articulated_bias[parent].plus(handed_on);
         factor.net[joint] = net;
     }
-    let given_lifted = match freedom {
-        RootFreedom::Bolted => lifted,
-        _ => given,
+    let prescribed_minus_gravity = match freedom {
+        RootFreedom::Fixed => minus_gravity,
+        _ => prescribed,
     };
-    let root = factor.root.accelerate(&factor.inertia[0], factor.bias[0].scaled(-1.0), given_lifted);
+    let root = factor.root.accelerate(
+        &factor.inertia[0],
+        factor.articulated_bias[0].scaled(-1.0),
+        prescribed_minus_gravity,
+    );
     factor.acceleration[0] = root;
     for &index in &model.outward {
         let joint = index - 1;
         let share = &factor.joints[joint];
-        let carried = factor.acceleration[model.bodies[index].parent];
-        let acceleration = (factor.net[joint] - carried.dot(share.u)) * share.inverse_d;
+        let of_parent = factor.acceleration[model.bodies[index].parent];
+        let acceleration = (factor.net[joint] - of_parent.dot(share.u)) * share.inverse_d;
         joint_acceleration[joint] = acceleration;
-        factor.acceleration[index] = carried.plus_scaled(bodies[index].freedom, acceleration);
+        factor.acceleration[index] = of_parent.plus_scaled(bodies[index].freedom, acceleration);
     }
-    root.plus(lifted.scaled(-1.0))
+    root.plus(minus_gravity.scaled(-1.0))
 }

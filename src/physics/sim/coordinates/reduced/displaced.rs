@@ -5,7 +5,7 @@ use crate::model::Model;
 use crate::sim::bodies::BodyMotion;
 use crate::sim::energy::kinetic_energy;
 use crate::sim::integrate::advance;
-use crate::sim::spatial::Motion;
+use crate::sim::spatial::SpatialMotion;
 use crate::sim::state::State;
 
 /// The character half a step away from where forces are taken.
@@ -23,7 +23,14 @@ impl Displaced {
 
     /// The character of `from` moved for `time` seconds along the velocity `root` of its root and the joint
     /// velocities `rates`, with which it moves there too. Gives its kinetic energy, J.
-    pub fn displace(&mut self, model: &Model, from: &State, root: Motion, rates: &[f64], time: f64) -> f64 {
+    pub fn displace(
+        &mut self,
+        model: &Model,
+        from: &State,
+        root: SpatialMotion,
+        rates: &[f64],
+        time: f64,
+    ) -> f64 {
         let Self { state, bodies } = self;
         state.root = from.root;
         state.root.linear_velocity = root.linear;

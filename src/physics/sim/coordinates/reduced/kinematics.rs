@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::trigonometry::{LANES, sines_and_cosines};
 use crate::model::{Body, Freedom, Model};
 use crate::sim::bodies::BodyMotion;
-use crate::sim::spatial::{Motion, RigidInertia, turned};
+use crate::sim::spatial::{RigidInertia, SpatialMotion, rotated};
 use crate::sim::state::State;
 
 /// Fills `bodies`, one for every body of `model`, from `state`.
@@ -16,7 +16,7 @@ pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
     let placed = &mut bodies[0];
     placed.rotation = *root.orientation.to_rotation_matrix().matrix();
     placed.origin = Vector3::zeros();
-    placed.freedom = Motion::ZERO;
+    placed.freedom = SpatialMotion::ZERO;
     placed.velocity = root.motion();
     for chunk in model.outward.chunks(LANES) {
         let mut angles = [0.0; LANES];
@@ -29,7 +29,8 @@ pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
     }
     for (body, placed) in model.bodies.iter().zip(bodies) {
         placed.center = placed.point(body.center);
-        placed.inertia = RigidInertia::new(body.mass, placed.center, turned(&placed.rotation, &body.inertia));
+        placed.inertia =
+            RigidInertia::new(body.mass, placed.center, rotated(&placed.rotation, &body.inertia));
     }
 }
 
@@ -51,12 +52,12 @@ fn place_body(
             let turn = body.turn + body.turn_sine * sine + body.turn_versine * (1.0 - cosine);
             let rotation = parent.rotation * turn;
             let axis = rotation * body.axis;
-            (rotation, joint_origin, Motion { angular: axis, linear: joint_origin.cross(&axis) })
+            (rotation, joint_origin, SpatialMotion { angular: axis, linear: joint_origin.cross(&axis) })
         }
         Freedom::Prismatic => {
             let rotation = parent.rotation * body.turn;
             let axis = rotation * body.axis;
-            let freedom = Motion { angular: Vector3::zeros(), linear: axis };
+            let freedom = SpatialMotion { angular: Vector3::zeros(), linear: axis };
             (rotation, joint_origin + axis * angle, freedom)
         }
     };
@@ -70,7 +71,7 @@ fn place_body(
 
 /// Gives `bodies` the velocities that go with `root` and the joint velocities `rates`, where they are.
 #[multiversion(targets("x86_64+avx2"))]
-pub fn move_along(model: &Model, root: Motion, rates: &[f64], bodies: &mut [BodyMotion]) {
+pub fn move_along(model: &Model, root: SpatialMotion, rates: &[f64], bodies: &mut [BodyMotion]) {
     bodies[0].velocity = root;
     for &index in &model.outward {
         let body = &model.bodies[index];
@@ -80,7 +81,7 @@ pub fn move_along(model: &Model, root: Motion, rates: &[f64], bodies: &mut [Body
 }
 
 /// Inertia that each joint carries with all joints beyond it stiff and at zero, and its rotor's, kg m² or kg.
-pub fn carried_inertia(model: &Model) -> Vec<f64> {
+pub fn composite_inertia(model: &Model) -> Vec<f64> {
     let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
     place(model, &State::new(model), &mut bodies);
     let mut carried: Vec<RigidInertia> = bodies.iter().map(|body| body.inertia).collect();
@@ -94,15 +95,15 @@ pub fn carried_inertia(model: &Model) -> Vec<f64> {
 
 /// Distance from each joint to the farthest of its body's centre of mass and of the joints beyond, m; 0 for
 /// a prismatic joint, whose body does not swing.
-pub fn levers(model: &Model) -> Vec<f64> {
-    let mut levers: Vec<f64> = model.bodies.iter().skip(1).map(|body| body.center.norm()).collect();
+pub fn moment_arms(model: &Model) -> Vec<f64> {
+    let mut moment_arms: Vec<f64> = model.bodies.iter().skip(1).map(|body| body.center.norm()).collect();
     for body in model.bodies.iter().skip(1).filter(|body| body.parent > 0) {
-        levers[body.parent - 1] = levers[body.parent - 1].max(body.offset.norm());
+        moment_arms[body.parent - 1] = moment_arms[body.parent - 1].max(body.offset.norm());
     }
-    for (lever, body) in levers.iter_mut().zip(&model.bodies[1..]) {
+    for (moment_arm, body) in moment_arms.iter_mut().zip(&model.bodies[1..]) {
         if body.freedom == Freedom::Prismatic {
-            *lever = 0.0;
+            *moment_arm = 0.0;
         }
     }
-    levers
+    moment_arms
 }

@@ -12,7 +12,7 @@ use super::articulated::{Articulated, JointFactor};
 use crate::model::Model;
 use crate::sim::bodies::BodyMotion;
 use crate::sim::rows::{LANES, Lanes, ROOT};
-use crate::sim::spatial::{Force, Motion};
+use crate::sim::spatial::{SpatialForce, SpatialMotion};
 
 /// Half-solves units of the rows that are `forces`, no more than [`LANES`], on body `body`, and the opposite on body
 /// `other` if there is one: appends side by side to `numbers` [`ROOT`] of the root and one for each joint in the
@@ -24,19 +24,19 @@ pub fn of_bodies(
     factor: &Articulated,
     body: usize,
     other: Option<usize>,
-    forces: &[Force],
+    forces: &[SpatialForce],
     numbers: &mut Vec<Lanes>,
 ) -> Range<usize> {
     let mut own = side_by_side(forces);
     let joints = other.iter().fold(way(model, body), |joints, other| union(joints, way(model, *other)));
     let start = numbers.len();
     numbers.resize(start + ROOT + joints.len(), [0.0; LANES]);
-    let (root, shares) = numbers[start..].split_at_mut(ROOT);
+    let (root, weights) = numbers[start..].split_at_mut(ROOT);
     let opposite = own;
-    climb(model, bodies, factor, body, &mut own, &joints, shares);
+    climb(model, bodies, factor, body, &mut own, &joints, weights);
     if let Some(other) = other {
         let mut rest = opposite.map(|lanes| lanes.map(|component| -component));
-        climb(model, bodies, factor, other, &mut rest, &joints, shares);
+        climb(model, bodies, factor, other, &mut rest, &joints, weights);
         for (own, rest) in own.iter_mut().zip(rest) {
             *own = std::array::from_fn(|lane| own[lane] + rest[lane]);
         }
@@ -47,7 +47,7 @@ pub fn of_bodies(
 
 /// The components of `forces`, no more than [`LANES`], moments first.
 #[inline]
-pub fn side_by_side(forces: &[Force]) -> [Lanes; 6] {
+pub fn side_by_side(forces: &[SpatialForce]) -> [Lanes; 6] {
     let mut sides = [[0.0; LANES]; 6];
     for (lane, force) in forces.iter().enumerate() {
         for (lanes, component) in sides.iter_mut().zip(force.components()) {
@@ -95,7 +95,7 @@ fn union(first: Range<usize>, second: Range<usize>) -> Range<usize> {
     }
 }
 
-/// Walks `forces` (moments first) on `body` to the root, adds each joint's share to `shares`, which are those of
+/// Walks `forces` (moments first) on `body` to the root, adds each joint's share to `weights`, which are those of
 /// `joints`, and leaves what reaches the root.
 #[inline(always)] // the rows of contacts spend most of their time here
 fn climb(
@@ -105,7 +105,7 @@ fn climb(
     mut body: usize,
     forces: &mut [Lanes; 6],
     joints: &Range<usize>,
-    shares: &mut [Lanes],
+    weights: &mut [Lanes],
 ) {
     while body > 0 {
         let joint = body - 1;
@@ -115,7 +115,7 @@ fn climb(
         for (freedom, lanes) in freedom.angular.iter().chain(&freedom.linear).zip(&*forces) {
             along = std::array::from_fn(|lane| along[lane] + freedom * lanes[lane]);
         }
-        let share = &mut shares[ROOT + joint - joints.start];
+        let share = &mut weights[ROOT + joint - joints.start];
         *share = std::array::from_fn(|lane| share[lane] + along[lane] * root_inverse_d);
         let along = along.map(|along| along * inverse_d);
         for (u, lanes) in u.components().iter().zip(&mut *forces) {
@@ -134,18 +134,18 @@ pub fn finish(
     factor: &Articulated,
     half: &[f64],
     joint_rates: &mut [f64],
-    changes: &mut [Motion],
-) -> Motion {
+    changes: &mut [SpatialMotion],
+) -> SpatialMotion {
     let mut z = [0.0; ROOT];
     z.copy_from_slice(&half[..ROOT]);
     changes[0] = factor.root.finish(z);
     for &index in &model.outward {
         let joint = index - 1;
         let share = &factor.joints[joint];
-        let carried = changes[model.bodies[index].parent];
-        let change = half[ROOT + joint] * share.root_inverse_d - carried.dot(share.u) * share.inverse_d;
+        let of_parent = changes[model.bodies[index].parent];
+        let change = half[ROOT + joint] * share.root_inverse_d - of_parent.dot(share.u) * share.inverse_d;
         joint_rates[joint] += change;
-        changes[index] = carried.plus_scaled(bodies[index].freedom, change);
+        changes[index] = of_parent.plus_scaled(bodies[index].freedom, change);
     }
     changes[0]
 }

@@ -5,7 +5,7 @@
 //! at no cost, instead of being iterated on. A bolted root keeps none.
 
 use crate::sim::root_freedom::RootFreedom;
-use crate::sim::spatial::{ArticulatedInertia, Force, Motion};
+use crate::sim::spatial::{ArticulatedInertia, SpatialForce, SpatialMotion};
 
 /// Cholesky factor of the inertia the root shows, translations first, over the directions in which
 /// it may accelerate.
@@ -25,7 +25,7 @@ impl RootFactor {
     #[inline(always)] // part of the kernels
     pub fn new(freedom: RootFreedom, inertia: &ArticulatedInertia) -> Option<Self> {
         let size = match freedom {
-            RootFreedom::Bolted => 0,
+            RootFreedom::Fixed => 0,
             RootFreedom::Translating => 3,
             RootFreedom::Free => 6,
         };
@@ -79,7 +79,7 @@ impl RootFactor {
 
     /// `L⁻ᵀ z`: the acceleration that belongs to the half-solved force `z`.
     #[inline(always)] // part of the kernels
-    pub fn finish(&self, mut z: [f64; 6]) -> Motion {
+    pub fn finish(&self, mut z: [f64; 6]) -> SpatialMotion {
         for row in (0..6).rev() {
             let mut entry = z[row];
             for below in row + 1..6 {
@@ -87,14 +87,19 @@ impl RootFactor {
             }
             z[row] = entry * self.inverse[row];
         }
-        Motion { linear: [z[0], z[1], z[2]].into(), angular: [z[3], z[4], z[5]].into() }
+        SpatialMotion { linear: [z[0], z[1], z[2]].into(), angular: [z[3], z[4], z[5]].into() }
     }
 
-    /// Acceleration under `force`, where directions that are not free accelerate as `given`.
+    /// Acceleration under `force`, where directions that are not free accelerate as `prescribed`.
     #[inline(always)] // part of the kernels
-    pub fn accelerate(&self, inertia: &ArticulatedInertia, force: Force, given: Motion) -> Motion {
-        let rest = force.plus(inertia.times(given).scaled(-1.0));
+    pub fn accelerate(
+        &self,
+        inertia: &ArticulatedInertia,
+        force: SpatialForce,
+        prescribed: SpatialMotion,
+    ) -> SpatialMotion {
+        let rest = force.plus(inertia.times(prescribed).scaled(-1.0));
         let half = self.half_solve(rest.components().map(|each| [each]));
-        given.plus(self.finish(half.map(|[each]| each)))
+        prescribed.plus(self.finish(half.map(|[each]| each)))
     }
 }

@@ -11,7 +11,7 @@ use super::root::RootFactor;
 use crate::model::Model;
 use crate::sim::bodies::BodyMotion;
 use crate::sim::root_freedom::RootFreedom;
-use crate::sim::spatial::{ArticulatedInertia, Force, Motion, RigidInertia};
+use crate::sim::spatial::{ArticulatedInertia, RigidInertia, SpatialForce, SpatialMotion};
 
 /// The character as one rigid body of changing shape.
 #[derive(Debug, Clone)]
@@ -19,13 +19,13 @@ pub struct VelocityControl {
     /// Inertia of each body with all that it carries.
     composite: Vec<RigidInertia>,
     /// Force that each body with all that it carries takes when the root does not accelerate.
-    taken: Vec<Force>,
+    taken: Vec<SpatialForce>,
     /// Acceleration of each body besides its drift when the root does not accelerate.
-    acceleration: Vec<Motion>,
+    acceleration: Vec<SpatialMotion>,
     /// The root's factor, of the whole character's inertia.
     pub root: RootFactor,
     /// Acceleration of the root without contacts, lifted by gravity.
-    lifted_root: Motion,
+    root_minus_gravity: SpatialMotion,
 }
 
 impl VelocityControl {
@@ -33,10 +33,10 @@ impl VelocityControl {
     pub fn new(bodies: usize) -> Self {
         Self {
             composite: vec![RigidInertia::ZERO; bodies],
-            taken: vec![Force::ZERO; bodies],
-            acceleration: vec![Motion::ZERO; bodies],
+            taken: vec![SpatialForce::ZERO; bodies],
+            acceleration: vec![SpatialMotion::ZERO; bodies],
             root: RootFactor::EMPTY,
-            lifted_root: Motion::ZERO,
+            root_minus_gravity: SpatialMotion::ZERO,
         }
     }
 
@@ -50,10 +50,10 @@ impl VelocityControl {
         articulated: &Articulated,
         joint_acceleration: &[f64],
         freedom: RootFreedom,
-        lifted: Motion,
-        given: Motion,
-    ) -> Option<Motion> {
-        self.acceleration[0] = Motion::ZERO;
+        minus_gravity: SpatialMotion,
+        prescribed: SpatialMotion,
+    ) -> Option<SpatialMotion> {
+        self.acceleration[0] = SpatialMotion::ZERO;
         for index in 0..bodies.len() {
             let body = &bodies[index];
             if index > 0 {
@@ -61,7 +61,8 @@ impl VelocityControl {
                     .plus_scaled(body.freedom, joint_acceleration[index - 1]);
             }
             self.composite[index] = body.inertia;
-            self.taken[index] = articulated.carried(index).plus(body.inertia.times(self.acceleration[index]));
+            self.taken[index] =
+                articulated.bias_force(index).plus(body.inertia.times(self.acceleration[index]));
         }
         for &index in model.outward.iter().rev() {
             let parent = model.bodies[index].parent;
@@ -70,13 +71,13 @@ impl VelocityControl {
         }
         let whole = ArticulatedInertia::from(self.composite[0]);
         self.root = RootFactor::new(freedom, &whole)?;
-        let given = if freedom == RootFreedom::Bolted { lifted } else { given };
-        self.lifted_root = self.root.accelerate(&whole, self.taken[0].scaled(-1.0), given);
-        Some(self.lifted_root.plus(lifted.scaled(-1.0)))
+        let prescribed = if freedom == RootFreedom::Fixed { minus_gravity } else { prescribed };
+        self.root_minus_gravity = self.root.accelerate(&whole, self.taken[0].scaled(-1.0), prescribed);
+        Some(self.root_minus_gravity.plus(minus_gravity.scaled(-1.0)))
     }
 
     /// Adds a contact force on `body`, which changes what that body and all that carry it take.
-    pub fn push(&mut self, model: &Model, mut body: usize, force: Force) {
+    pub fn push(&mut self, model: &Model, mut body: usize, force: SpatialForce) {
         loop {
             self.taken[body] = self.taken[body].plus(force.scaled(-1.0));
             if body == 0 {
@@ -87,8 +88,8 @@ impl VelocityControl {
     }
 
     /// Takes the change of the root's acceleration that the contacts bring.
-    pub fn accelerate_root(&mut self, change: Motion) {
-        self.lifted_root = self.lifted_root.plus(change);
+    pub fn accelerate_root(&mut self, change: SpatialMotion) {
+        self.root_minus_gravity = self.root_minus_gravity.plus(change);
     }
 
     /// Torque of joint `joint` that goes with the prescribed motion, N m or N, apart from armature
@@ -96,7 +97,7 @@ impl VelocityControl {
     #[inline]
     pub fn torque(&self, bodies: &[BodyMotion], joint: usize) -> f64 {
         let index = joint + 1;
-        let carried = self.composite[index].times(self.lifted_root);
-        bodies[index].freedom.dot(self.taken[index].plus(carried))
+        let of_root = self.composite[index].times(self.root_minus_gravity);
+        bodies[index].freedom.dot(self.taken[index].plus(of_root))
     }
 }

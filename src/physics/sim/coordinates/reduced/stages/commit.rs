@@ -4,30 +4,30 @@ use super::Stages;
 use crate::sim::coordinates::reduced::response;
 use crate::sim::failure::{Failure, fail_unless_usable};
 use crate::sim::integrate::advance;
-use crate::sim::spatial::Motion;
+use crate::sim::spatial::SpatialMotion;
 
 impl Stages<'_> {
     /// The velocities along which positions move: the new ones, and where a penetration or a violated
     /// limit is to be corrected, new ones that also correct it. Correcting leaves no speed behind.
     pub(super) fn recovery(&mut self) -> Result<(), Failure> {
         let Self { model, plan, state, work, step, .. } = self;
-        work.drift = work.new[0];
-        work.drift_rates.copy_from_slice(&work.joint_rates);
-        if !work.rows.recovering() {
+        work.recovery_root = work.new[0];
+        work.recovery_rates.copy_from_slice(&work.joint_rates);
+        if !work.rows.needs_recovery() {
             return Ok(());
         }
         let status = work.solve_recovery(plan, *step);
         fail_unless_usable(status, model, state)?;
-        work.drift_rates.copy_from_slice(&work.free_rates);
+        work.recovery_rates.copy_from_slice(&work.free_rates);
         let change = response::finish(
             model,
             &work.bodies,
             &work.articulated,
             &work.half,
-            &mut work.drift_rates,
-            &mut work.drift_changes,
+            &mut work.recovery_rates,
+            &mut work.recovery_changes,
         );
-        work.drift = work.free[0].plus(change);
+        work.recovery_root = work.free[0].plus(change);
         Ok(())
     }
 
@@ -48,8 +48,8 @@ impl Stages<'_> {
             *acceleration = (new - old) / step;
         }
         state.velocities.copy_from_slice(&work.joint_rates);
-        let drift = if model.fixed_base { Motion::ZERO } else { work.drift };
-        advance(state, drift, &work.drift_rates, if self.middle { 0.5 * step } else { step });
+        let root = if model.fixed_base { SpatialMotion::ZERO } else { work.recovery_root };
+        advance(state, root, &work.recovery_rates, if self.midpoint { 0.5 * step } else { step });
         state.time = time + step;
     }
 }

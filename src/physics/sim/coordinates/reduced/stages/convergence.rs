@@ -1,41 +1,44 @@
-//! Whether the repeated passes over the forces of velocity converge.
+//! Whether the fixed-point iteration for the mean velocities converges.
 
-/// Greatest number of passes until then. Each has to halve what is left, or the step is too long.
-const MOST_PASSES: usize = 20;
+/// Greatest number of iterations. Each has to halve the error, or the step is too long.
+const MAX_ITERATIONS: usize = 20;
 
-/// Passes over the forces of velocity, which depend on the new velocities that they help to make.
+/// The fixed-point iteration for the velocities at which velocity-dependent forces are taken: they depend on the new
+/// velocities, which they help to determine.
 #[derive(Debug)]
-pub(super) struct Passes {
+pub(super) struct FixedPoint {
     count: usize,
-    /// By how much the last pass was off, rad or m a step.
+    /// Error of the last iteration, rad or m a step.
     last: f64,
 }
 
-/// What a pass leaves to do.
+/// State of an iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Left {
-    Nothing,
-    Something,
-    /// The passes do not approach anything.
-    Everything,
+pub(super) enum Convergence {
+    /// The error is within the tolerance.
+    Converged,
+    /// The error is likely to halve in the next iteration.
+    Improving,
+    /// The error does not halve from one iteration to the next, or there have been too many.
+    Stalled,
 }
 
-impl Passes {
-    /// None so far.
-    pub(super) const NONE: Self = Self { count: 0, last: f64::INFINITY };
+impl FixedPoint {
+    /// Before the first iteration.
+    pub(super) const START: Self = Self { count: 0, last: f64::INFINITY };
 
-    /// What is left after a pass whose mean was off by `change`, where no more than `settled` may be. The next one
-    /// will be off by about the share of it that a body turns in the step, `turn` (rad).
-    pub(super) fn left(&mut self, change: f64, turn: f64, settled: f64) -> Left {
-        let share = turn.max(change / self.last);
+    /// Judges an iteration whose error was `error`, where no more than `tolerance` may be. The error of the next one
+    /// will be about that times `rotation_angle` (rad), by which a body rotates in the step.
+    pub(super) fn judge(&mut self, error: f64, rotation_angle: f64, tolerance: f64) -> Convergence {
+        let ratio = rotation_angle.max(error / self.last);
         self.count += 1;
-        self.last = change;
-        if change <= settled {
-            Left::Nothing
-        } else if share <= 0.5 && self.count < MOST_PASSES {
-            Left::Something
+        self.last = error;
+        if error <= tolerance {
+            Convergence::Converged
+        } else if ratio <= 0.5 && self.count < MAX_ITERATIONS {
+            Convergence::Improving
         } else {
-            Left::Everything
+            Convergence::Stalled
         }
     }
 }

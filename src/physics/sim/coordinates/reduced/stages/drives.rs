@@ -3,14 +3,14 @@
 use super::{Stages, free_motion::after, free_motion::singular};
 use crate::scene::{DrivePlan, Feedforward};
 use crate::sim::command::Command;
-use crate::sim::contact::Touch;
+use crate::sim::contact::ContactCandidate;
 use crate::sim::coordinates::reduced::articulated::Singular;
 use crate::sim::coordinates::reduced::response;
 use crate::sim::failure::{Failure, fail_unless_usable};
 use crate::sim::lcp::Solver;
 use crate::sim::rows::{ROOT, contact};
-use crate::sim::spatial::Force;
-use crate::sim::tracking::{Shares, Spring, Target};
+use crate::sim::spatial::SpatialForce;
+use crate::sim::tracking::{ImplicitWeights, Spring, Target};
 
 impl Stages<'_> {
     /// What each joint is asked to do, and the torque that would do it exactly.
@@ -24,8 +24,8 @@ impl Stages<'_> {
         work.control_rows.clear();
         match command {
             Command::Passive => {}
-            Command::Torque(given) => {
-                for (spring, torque) in work.springs.iter_mut().zip(given) {
+            Command::Torque(prescribed) => {
+                for (spring, torque) in work.springs.iter_mut().zip(prescribed) {
                     spring.at_rest = *torque;
                 }
             }
@@ -39,11 +39,12 @@ impl Stages<'_> {
                     let (stiffness, damping) = (drive.stiffness[joint], drive.damping[joint]);
                     let angle = self.state.angles[joint];
                     let target = Target { now: now[joint], next: next[joint] };
-                    let spring = if self.middle {
-                        let per_inertia = step / work.carried_inertia[joint];
-                        let shares = Shares::new(per_inertia * step * stiffness, per_inertia * damping);
+                    let spring = if self.midpoint {
+                        let per_inertia = step / work.composite_inertia[joint];
+                        let weights =
+                            ImplicitWeights::new(per_inertia * step * stiffness, per_inertia * damping);
                         let rate = self.state.velocities[joint];
-                        Spring::in_the_middle(stiffness, damping, shares, offset, angle, rate, target, step)
+                        Spring::at_midpoint(stiffness, damping, weights, offset, angle, rate, target, step)
                     } else {
                         Spring::new(stiffness, damping, offset, angle, target, step)
                     };
@@ -52,7 +53,8 @@ impl Stages<'_> {
                         continue;
                     };
                     work.springs[joint] = spring.clamped(limits[joint]);
-                    work.saturated[joint] = !spring.is_given() && self.state.memory.saturated[joint] != 0.0;
+                    work.saturated[joint] =
+                        !spring.is_prescribed() && self.state.memory.saturated[joint] != 0.0;
                 }
             }
         }
@@ -68,9 +70,9 @@ impl Stages<'_> {
         next: &[f64],
     ) -> Result<(), Failure> {
         if drive.feedforward != Feedforward::None && !self.model.joints_are_independent() {
-            return self.hold(drive.feedforward, now, next);
+            return self.prescribe_velocity(drive.feedforward, now, next);
         }
-        let (given, lifted, step) = (self.given(), self.lifted(), self.step);
+        let (prescribed, minus_gravity, step) = (self.prescribed(), self.minus_gravity(), self.step);
         let Self { model, plan, state, work, freedom, .. } = self;
         let Some(control) = &mut work.control else {
             work.feedforward.fill(0.0);
@@ -87,12 +89,12 @@ impl Stages<'_> {
                 &work.articulated,
                 &work.joint_acceleration,
                 *freedom,
-                lifted,
-                given,
+                minus_gravity,
+                prescribed,
             )
             .ok_or_else(|| singular(model, state, Singular::Root))?;
-        let touches = &work.touches[..work.foreseen];
-        if drive.feedforward == Feedforward::ContactAware && !touches.is_empty() {
+        let candidates = &work.candidates[..work.detected];
+        if drive.feedforward == Feedforward::ContactAware && !candidates.is_empty() {
             work.free[0] = after(state, root, &work.bodies[0], plan.velocity_forces, step);
             for index in 1..work.bodies.len() {
                 let parent = work.free[model.bodies[index].parent];
@@ -101,28 +103,28 @@ impl Stages<'_> {
             }
             contact::add(
                 &mut work.control_rows,
-                touches,
+                candidates,
                 &work.free,
                 plan.friction,
                 step,
                 plan.stabilization,
-                &state.memory.controlled,
+                &state.memory.feedforward_contacts,
                 contact::compliance(model.mass, step),
-                |touch, forces, numbers| {
+                |candidate, forces, numbers| {
                     // Bodies that touch each other push the rigid whole nowhere.
-                    let forces = if touch.against.body().is_none() { forces } else { &[] };
+                    let forces = if candidate.against.body().is_none() { forces } else { &[] };
                     numbers.extend(control.root.half_solve(response::side_by_side(forces)));
                     ROOT..ROOT
                 },
             );
             work.control_rows.assemble(step);
             let (problem, force) = work.control_rows.problem(plan.circular_friction());
-            let solution = work.engine.solve(&problem, force);
+            let solution = work.solver.solve(&problem, force);
             fail_unless_usable(solution.status, model, state)?;
             let mut half = [0.0; ROOT];
             work.control_rows.impulse(1.0, &mut half);
             control.accelerate_root(control.root.finish(half));
-            push_contacts(touches, &work.control_rows.force, plan.friction, |body, force| {
+            push_contacts(candidates, &work.control_rows.force, plan.friction, |body, force| {
                 control.push(model, body, force);
             });
         }
@@ -138,15 +140,16 @@ impl Stages<'_> {
 
 /// Calls `push` with the force of every touch on each body that it acts on.
 fn push_contacts(
-    touches: &[Touch],
+    candidates: &[ContactCandidate],
     forces: &[f64],
     friction: Option<f64>,
-    mut push: impl FnMut(usize, Force),
+    mut push: impl FnMut(usize, SpatialForce),
 ) {
-    for (touch, forces) in touches.iter().zip(forces.chunks_exact(contact::rows_per_touch(friction))) {
-        let force = Force::at(touch.at, touch.force(forces));
-        push(touch.body, force);
-        if let Some(other) = touch.against.body() {
+    for (candidate, forces) in candidates.iter().zip(forces.chunks_exact(contact::rows_per_contact(friction)))
+    {
+        let force = SpatialForce::at(candidate.at, candidate.force(forces));
+        push(candidate.body, force);
+        if let Some(other) = candidate.against.body() {
             push(other, force.scaled(-1.0));
         }
     }

@@ -4,39 +4,43 @@ use super::Stages;
 use crate::model::Model;
 use crate::sim::bodies::BodyMotion;
 use crate::sim::coordinates::reduced::articulated::{self, JointLoad, Singular};
-use crate::sim::failure::Failure;
+use crate::sim::failure::{Failure, FailureCause};
 use crate::sim::root_freedom::RootFreedom;
-use crate::sim::spatial::Motion;
+use crate::sim::spatial::SpatialMotion;
 use crate::sim::state::State;
-use crate::sim::tracking::implicit_share;
+use crate::sim::tracking::implicit_damper_weight;
 
 impl Stages<'_> {
     /// Acceleration of the root in the directions in which it is not free: a lock stops its rotation.
-    pub(super) fn given(&self) -> Motion {
+    pub(super) fn prescribed(&self) -> SpatialMotion {
         match self.freedom {
-            RootFreedom::Translating => Motion {
+            RootFreedom::Translating => SpatialMotion {
                 angular: -self.state.root.angular_velocity / self.step,
                 linear: nalgebra::Vector3::zeros(),
             },
-            RootFreedom::Bolted | RootFreedom::Free => Motion::ZERO,
+            RootFreedom::Fixed | RootFreedom::Free => SpatialMotion::ZERO,
         }
     }
 
     /// The acceleration opposite to gravity, which every body has instead of its weight.
-    pub(super) fn lifted(&self) -> Motion {
-        Motion { angular: nalgebra::Vector3::zeros(), linear: -self.plan.gravity }
+    pub(super) fn minus_gravity(&self) -> SpatialMotion {
+        SpatialMotion { angular: nalgebra::Vector3::zeros(), linear: -self.plan.gravity }
     }
 
     /// The mass matrix under the loads of the joints.
     pub(super) fn factorise(&mut self) -> Result<(), Failure> {
         let step = self.step;
-        let Self { model, plan, state, work, freedom, middle, .. } = self;
+        let Self { model, plan, state, work, freedom, midpoint, .. } = self;
         for joint in 0..work.loads.len() {
             let rate = state.velocities[joint];
             let mut load = JointLoad { torque: 0.0, inertia: model.armature[joint] };
             if let Some(damping) = &plan.damping {
                 let whole = step * damping[joint];
-                let share = if *middle { implicit_share(whole / work.carried_inertia[joint]) } else { 1.0 };
+                let share = if *midpoint {
+                    implicit_damper_weight(whole / work.composite_inertia[joint])
+                } else {
+                    1.0
+                };
                 load.torque -= damping[joint] * rate;
                 load.inertia += share * whole;
             }
@@ -54,7 +58,7 @@ impl Stages<'_> {
 
     /// Velocities after the step if no row acted.
     pub(super) fn free_velocities(&mut self) {
-        let (given, lifted, step) = (self.given(), self.lifted(), self.step);
+        let (prescribed, minus_gravity, step) = (self.prescribed(), self.minus_gravity(), self.step);
         let Self { model, plan, state, work, freedom, .. } = self;
         let root = articulated::accelerate(
             &mut work.articulated,
@@ -62,8 +66,8 @@ impl Stages<'_> {
             &work.bodies,
             &work.loads,
             *freedom,
-            lifted,
-            given,
+            minus_gravity,
+            prescribed,
             &mut work.joint_acceleration,
         );
         work.free[0] = after(state, root, &work.bodies[0], plan.velocity_forces, step);
@@ -83,11 +87,11 @@ impl Stages<'_> {
 /// velocity see them.
 pub(super) fn after(
     state: &State,
-    acceleration: Motion,
+    acceleration: SpatialMotion,
     root: &BodyMotion,
     velocity_forces: bool,
     step: f64,
-) -> Motion {
+) -> SpatialMotion {
     let mut acceleration = acceleration;
     if velocity_forces {
         acceleration.linear += root.velocity.angular.cross(&root.velocity.linear);
@@ -100,9 +104,5 @@ pub(super) fn singular(model: &Model, state: &State, cause: Singular) -> Failure
         Singular::Joint(joint) => format!("joint {}", model.joint_names[joint]),
         Singular::Root => format!("root link {}", model.character.links[0].name),
     };
-    Failure {
-        time: state.time,
-        place,
-        cause: "nothing resists an acceleration: the mass matrix is singular".into(),
-    }
+    Failure { time: state.time, place, cause: FailureCause::SingularMass }
 }

@@ -1,41 +1,42 @@
 //! One step of time in joint coordinates: the stages by name, in order.
 //!
-//! The paper's step takes everything at the beginning of the step but the new velocities, and then moves the
-//! positions along them (Tokizaki & Hasegawa eqs. 8-9). Moreau and Jean's with θ = 1/2 moves the positions
-//! half-way along the old velocities, takes everything there, and moves them the other half along the new
-//! ones: over a sequence of steps that is the same staggered scheme, so that contacts and limits look a
-//! whole step ahead in both, but forces of position are taken in the middle. That is of second order.
+//! The paper's step (semi-implicit Euler) takes everything but the new velocities at the beginning of the step, and
+//! then moves the positions along the new velocities (Tokizaki & Hasegawa eqs. 8-9). Moreau and Jean's step with
+//! θ = 1/2 moves the positions half-way along the old velocities, takes everything there, and moves them the other half
+//! along the new ones. Over a sequence of steps that is the same staggered scheme, so that contacts and limits look a
+//! whole step ahead in both; but position-dependent forces are taken at the midpoint, which is of second order.
 //!
-//! In both, forces of velocity are those of the mean of old and new velocities, which neither feeds nor drains a rotation:
-//! the mean is guessed, and where the guess was off the new velocities are found again (see `velocity_forces`).
+//! In both, velocity-dependent forces are those of the mean of old and new velocities, which neither adds energy to
+//! a rotation nor takes any: the mean is predicted, and corrected where the prediction was wrong (see
+//! `velocity_forces`).
 
 mod balance;
 mod commit;
 mod convergence;
 mod drives;
+mod feedforward_rows;
 mod free_motion;
-mod held;
 mod rows;
-mod swing;
+mod tension;
 mod velocity_forces;
 
 use crate::model::Model;
 use crate::scene::{Feedforward, Integrator, StepPlan};
 use crate::sim::command::Command;
-use crate::sim::coordinates::outcome::Outcome;
+use crate::sim::coordinates::outcome::StepOutcome;
 use crate::sim::coordinates::reduced::kinematics::place;
 use crate::sim::failure::{Failure, check_finite_with};
 use crate::sim::integrate::advance;
-use crate::sim::memory::Swing;
+use crate::sim::memory::Pendulum;
 use crate::sim::root_freedom::RootFreedom;
-use crate::sim::spatial::Motion;
+use crate::sim::spatial::SpatialMotion;
 use crate::sim::state::State;
-use crate::sim::step_control::{FARTHEST_SWING, FARTHEST_TURN};
+use crate::sim::step_control::{MAX_PENDULUM_PHASE, MAX_ROTATION_ANGLE};
 use crate::sim::workspace::Workspace;
-use convergence::{Left, Passes};
+use convergence::{Convergence, FixedPoint};
 use multiversion::multiversion;
 
-/// One step of `step` seconds, unless a body would turn too far in it.
+/// One step of `step` seconds, unless it has to be shorter (see [`StepOutcome`]).
 ///
 /// # Errors
 /// As [`crate::sim::Simulator::step`].
@@ -47,41 +48,41 @@ pub fn step(
     work: &mut Workspace,
     command: Command<'_>,
     step: f64,
-) -> Result<Outcome, Failure> {
+) -> Result<StepOutcome, Failure> {
     let freedom = RootFreedom::new(model, plan);
-    let middle = plan.accuracy.integrator == Integrator::MoreauJean;
+    let midpoint = plan.accuracy.integrator == Integrator::MoreauJean;
     let time = state.time;
-    let mut stages = Stages { model, plan, state, work, freedom, step, time, middle, turn: 0.0 };
-    if middle {
+    let mut stages = Stages { model, plan, state, work, freedom, step, time, midpoint, rotation_angle: 0.0 };
+    if midpoint {
         stages.first_half();
     }
     stages.kinematics();
-    let (body, turn) = stages.fastest_turn();
-    if turn * step > FARTHEST_TURN {
-        return Ok(Outcome::TooFast { body, longest: FARTHEST_TURN / turn });
+    let (body, rate) = stages.fastest_rotation();
+    if rate * step > MAX_ROTATION_ANGLE {
+        return Ok(StepOutcome::TooFast { body, longest: MAX_ROTATION_ANGLE / rate });
     }
-    if let Some(Swing { body, rate }) = stages.state.memory.swing
-        && rate * step > FARTHEST_SWING
+    if let Some(Pendulum { body, frequency }) = stages.state.memory.pendulum
+        && frequency * step > MAX_PENDULUM_PHASE
     {
-        return Ok(Outcome::TooFast { body, longest: FARTHEST_SWING / rate });
+        return Ok(StepOutcome::TooFast { body, longest: MAX_PENDULUM_PHASE / frequency });
     }
-    stages.turn = turn * step;
+    stages.rotation_angle = rate * step;
     stages.detection();
     if !stages.velocities(command)? {
-        return Ok(Outcome::TooFast { body, longest: 0.5 * step });
+        return Ok(StepOutcome::TooFast { body, longest: 0.5 * step });
     }
-    let (body, turn) = stages.fastest_new_turn();
-    if turn * step > FARTHEST_TURN {
-        return Ok(Outcome::TooFast { body, longest: FARTHEST_TURN / turn });
+    let (body, rate) = stages.fastest_new_rotation();
+    if rate * step > MAX_ROTATION_ANGLE {
+        return Ok(StepOutcome::TooFast { body, longest: MAX_ROTATION_ANGLE / rate });
     }
-    if let Some(longest) = stages.flaw(turn) {
-        return Ok(Outcome::TooCoarse { longest });
+    if let Some(longest) = stages.shorter_step(rate) {
+        return Ok(StepOutcome::TooCoarse { longest });
     }
-    stages.pulls();
+    stages.joint_tensions();
     stages.recovery()?;
     stages.commit();
     check_finite_with(model, state, || work.rows.worst())?;
-    Ok(Outcome::Done)
+    Ok(StepOutcome::Completed)
 }
 
 /// The stages of a step over their common data.
@@ -93,16 +94,16 @@ struct Stages<'a> {
     freedom: RootFreedom,
     /// Length of the step, s.
     step: f64,
-    /// Farthest that a body turns in it, rad.
-    turn: f64,
+    /// Greatest rotation angle of a body in the step, rad.
+    rotation_angle: f64,
     /// Time at its beginning, s.
     time: f64,
-    /// Whether positions are those of the middle of the step while it is computed.
-    middle: bool,
+    /// Whether positions are those of the step's midpoint while it is computed (Moreau and Jean).
+    midpoint: bool,
 }
 
 impl Stages<'_> {
-    /// Where the bodies are and how they move.
+    /// Places the bodies and gives them the old velocities.
     fn kinematics(&mut self) {
         let Self { model, state, work, .. } = self;
         place(model, state, &mut work.bodies);
@@ -113,38 +114,38 @@ impl Stages<'_> {
         work.mean_rates.copy_from_slice(&state.velocities);
     }
 
-    /// Moves the positions to the middle of the step, along the old velocities.
+    /// Moves the positions to the step's midpoint, along the old velocities.
     fn first_half(&mut self) {
         self.work.joint_rates.copy_from_slice(&self.state.velocities);
         advance(self.state, self.state.root.motion(), &self.work.joint_rates, 0.5 * self.step);
     }
 
-    /// The body that turns fastest at the velocities of the beginning, and its turn, rad/s.
-    fn fastest_turn(&self) -> (usize, f64) {
+    /// The body that rotates fastest at the old velocities, and its angular rate, rad/s.
+    fn fastest_rotation(&self) -> (usize, f64) {
         fastest(self.work.bodies.iter().map(|body| body.velocity))
     }
 
     /// The same at the new velocities.
-    fn fastest_new_turn(&self) -> (usize, f64) {
+    fn fastest_new_rotation(&self) -> (usize, f64) {
         fastest(self.work.new.iter().copied())
     }
 
-    /// New velocities; whether their forces of velocity settled.
+    /// New velocities; whether the mean velocities converged.
     fn velocities(&mut self, command: Command<'_>) -> Result<bool, Failure> {
-        self.expect_mean();
-        let mut passes = Passes::NONE;
+        self.predict_mean();
+        let mut iteration = FixedPoint::START;
         self.drives(command)?;
         self.factorise()?;
         loop {
             self.velocities_at_mean()?;
-            match self.correct_mean(&mut passes) {
-                Left::Nothing => return Ok(true),
-                Left::Something => {}
-                // Contacts that come and go, or that a solver leaves unsolved, may keep it from settling; the paper's
-                // step is not that exact.
-                Left::Everything => return Ok(!self.middle && !self.work.rows.is_empty()),
+            match self.correct_mean(&mut iteration) {
+                Convergence::Converged => return Ok(true),
+                Convergence::Improving => {}
+                // Contacts that open and close, or a problem that the solver leaves unsolved, can prevent convergence.
+                // The paper's step is not that exact.
+                Convergence::Stalled => return Ok(!self.midpoint && !self.work.rows.is_empty()),
             }
-            // Of what comes before, only feedforward knows the forces of velocity.
+            // Of the earlier stages, only feedforward depends on velocity-dependent forces.
             if self.feeds_forward() {
                 self.drives(command)?;
                 self.factorise()?;
@@ -152,7 +153,7 @@ impl Stages<'_> {
         }
     }
 
-    /// New velocities with the present forces of velocity and mass matrix.
+    /// New velocities with the present velocity-dependent forces and mass matrix.
     fn velocities_at_mean(&mut self) -> Result<(), Failure> {
         self.work.evaluations += 1;
         loop {
@@ -160,12 +161,11 @@ impl Stages<'_> {
             self.rows();
             self.solve()?;
             self.response();
-            // An actuator that would exceed its greatest torque gets a row of its own, and so do a limit
-            // that would be passed and a touch that a blow brings about. Each can be added only once, so
-            // this ends.
+            // Rows are added for an actuator that would exceed its greatest torque, a limit that would be crossed and a
+            // contact that an impact brings about. Each is added at most once, so the loop ends.
             let saturated = self.saturation();
-            let passing = self.passing();
-            if !self.struck() && !passing && !saturated {
+            let crossing = self.crosses_limit();
+            if !self.impact_contacts() && !crossing && !saturated {
                 return Ok(());
             }
             if saturated {
@@ -174,20 +174,20 @@ impl Stages<'_> {
         }
     }
 
-    /// Whether the plan's drive has a first pass.
+    /// Whether the plan's drive has feedforward torques.
     fn feeds_forward(&self) -> bool {
         self.plan.drive.as_ref().is_some_and(|drive| drive.feedforward != Feedforward::None)
     }
 
-    /// What the character touches.
+    /// Detects contact candidates.
     fn detection(&mut self) {
         self.work.detect(self.model, self.plan, Some(&self.state.angles), self.step);
-        self.work.foreseen = self.work.touches.len();
+        self.work.detected = self.work.candidates.len();
     }
 }
 
 /// Index and magnitude of the greatest angular velocity, rad/s.
-fn fastest(velocities: impl Iterator<Item = Motion>) -> (usize, f64) {
+fn fastest(velocities: impl Iterator<Item = SpatialMotion>) -> (usize, f64) {
     let mut fastest = (0, 0.0);
     for (index, velocity) in velocities.enumerate() {
         let square = velocity.angular.norm_squared();

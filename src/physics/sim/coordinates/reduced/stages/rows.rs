@@ -3,7 +3,7 @@
 use super::Stages;
 use crate::sim::coordinates::reduced::response;
 use crate::sim::failure::{Failure, fail_unless_usable};
-use crate::sim::rows::{Lanes, Owner, contact, dry_friction, limit, loops, torque};
+use crate::sim::rows::{Lanes, RowOwner, contact, dry_friction, limit, loops, torque};
 use crate::sim::workspace::Workspace;
 
 impl Stages<'_> {
@@ -13,7 +13,7 @@ impl Stages<'_> {
         let Self { model, plan, state, work, .. } = self;
         let Workspace {
             bodies,
-            touches,
+            candidates,
             springs,
             saturated,
             near_limit,
@@ -31,16 +31,16 @@ impl Stages<'_> {
         };
         contact::add(
             rows,
-            touches,
+            candidates,
             free,
             plan.friction,
             step,
             plan.stabilization,
             &memory.contacts,
             0.0,
-            |touch, forces, numbers| {
-                let other = touch.against.body();
-                response::of_bodies(model, bodies, articulated, touch.body, other, forces, numbers)
+            |candidate, forces, numbers| {
+                let other = candidate.against.body();
+                response::of_bodies(model, bodies, articulated, candidate.body, other, forces, numbers)
             },
         );
         if let Some(limits) = &plan.limits {
@@ -66,8 +66,16 @@ impl Stages<'_> {
         }
         if let Some(limits) = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_ref()) {
             for joint in (0..saturated.len()).filter(|joint| saturated[*joint]) {
-                let guess = memory.saturated[joint];
-                torque::add(rows, joint, springs[joint], limits[joint], free_rates[joint], guess, of_joint);
+                let warm_start = memory.saturated[joint];
+                torque::add(
+                    rows,
+                    joint,
+                    springs[joint],
+                    limits[joint],
+                    free_rates[joint],
+                    warm_start,
+                    of_joint,
+                );
             }
         }
         loops::add(
@@ -118,7 +126,7 @@ impl Stages<'_> {
         let Self { plan, work, .. } = self;
         let mut again = false;
         for (owner, force) in work.rows.owner.iter().zip(&work.rows.force) {
-            if let Owner::Torque(joint) = *owner {
+            if let RowOwner::Torque(joint) = *owner {
                 work.torque[joint] = *force;
             }
         }
@@ -130,7 +138,7 @@ impl Stages<'_> {
             let torque = work.springs[joint].torque(work.joint_rates[joint]);
             work.torque[joint] = torque;
             let Some(limits) = limits else { continue };
-            if torque.abs() > limits[joint] && !work.springs[joint].is_given() {
+            if torque.abs() > limits[joint] && !work.springs[joint].is_prescribed() {
                 work.saturated[joint] = true;
                 again = true;
             }
@@ -139,18 +147,18 @@ impl Stages<'_> {
     }
 
     /// Whether a joint without a row for its limit would pass it in this step; it gets one.
-    pub(super) fn passing(&mut self) -> bool {
+    pub(super) fn crosses_limit(&mut self) -> bool {
         self.plan
             .limits
             .as_ref()
-            .is_some_and(|limits| self.work.passing(limits, &self.state.angles, self.step))
+            .is_some_and(|limits| self.work.mark_crossed_limits(limits, &self.state.angles, self.step))
     }
 
     /// Whether a blow in this step, which changes the velocities after touches were looked for, lets something
     /// else touch; it gets rows.
-    pub(super) fn struck(&mut self) -> bool {
+    pub(super) fn impact_contacts(&mut self) -> bool {
         let Self { model, plan, state, work, step, .. } = self;
-        let struck = work.is_blow(plan, *step) && work.look_again(model, plan, Some(&state.angles), *step);
-        work.follow(model, plan, *step) || struck
+        let found = work.is_impact(plan, *step) && work.detect_again(model, plan, Some(&state.angles), *step);
+        work.add_driven_in(model, plan, *step) || found
     }
 }

@@ -6,7 +6,7 @@ const RESTING_STEPS: f64 = 4.0;
 
 /// How far ahead of a step touches are looked for, and how they rebound.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Outlook {
+pub struct DetectionSettings {
     /// Length of the step, s.
     pub step: f64,
     /// Magnitude of gravity, m/s².
@@ -18,9 +18,9 @@ pub struct Outlook {
     pub restitution: f64,
 }
 
-impl Outlook {
+impl DetectionSettings {
     /// For what touches at present.
-    pub const HERE: Self = Self { step: 0.0, gravity: 0.0, anticipate: false, restitution: 0.0 };
+    pub const PRESENT: Self = Self { step: 0.0, gravity: 0.0, anticipate: false, restitution: 0.0 };
 
     /// Greatest gap that can be closed within two steps at a present speed of `approach`, m.
     #[inline]

@@ -11,11 +11,11 @@ use crate::scene::Feedforward;
 use crate::sim::coordinates::reduced::response;
 use crate::sim::failure::{Failure, fail_unless_usable};
 use crate::sim::lcp::Solver;
-use crate::sim::rows::{Owner, Rows, contact, drive, loops};
+use crate::sim::rows::{RowOwner, Rows, contact, drive, loops};
 
 impl Stages<'_> {
     /// Fills the offset torques for targets that move from `now` to `next`, while no joint is driven yet.
-    pub(super) fn hold(
+    pub(super) fn prescribe_velocity(
         &mut self,
         feedforward: Feedforward,
         now: &[f64],
@@ -25,13 +25,13 @@ impl Stages<'_> {
         self.free_velocities();
         let mut rows = std::mem::take(&mut self.work.control_rows);
         rows.clear();
-        self.held_rows(&mut rows, feedforward, now, next);
+        self.velocity_rows(&mut rows, feedforward, now, next);
         rows.assemble(self.step);
         let (problem, force) = rows.problem(self.plan.circular_friction());
-        let solution = self.work.engine.solve(&problem, force);
+        let solution = self.work.solver.solve(&problem, force);
         self.work.feedforward.fill(0.0);
         for (owner, force) in rows.owner.iter().zip(&rows.force) {
-            if let Owner::Drive(joint) = *owner {
+            if let RowOwner::Drive(joint) = *owner {
                 self.work.feedforward[joint] = *force;
             }
         }
@@ -40,22 +40,22 @@ impl Stages<'_> {
     }
 
     /// What holds the driven joints at the velocity of their targets, and what goes with it.
-    fn held_rows(&self, rows: &mut Rows, feedforward: Feedforward, now: &[f64], next: &[f64]) {
+    fn velocity_rows(&self, rows: &mut Rows, feedforward: Feedforward, now: &[f64], next: &[f64]) {
         let Self { model, plan, state, work, step, .. } = self;
         let (bodies, articulated) = (&work.bodies, &work.articulated);
         if feedforward == Feedforward::ContactAware {
             contact::add(
                 rows,
-                &work.touches[..work.foreseen],
+                &work.candidates[..work.detected],
                 &work.free,
                 plan.friction,
                 *step,
                 plan.stabilization,
-                &state.memory.controlled,
+                &state.memory.feedforward_contacts,
                 contact::compliance(model.mass, *step),
-                |touch, forces, numbers| {
-                    let other = touch.against.body();
-                    response::of_bodies(model, bodies, articulated, touch.body, other, forces, numbers)
+                |candidate, forces, numbers| {
+                    let other = candidate.against.body();
+                    response::of_bodies(model, bodies, articulated, candidate.body, other, forces, numbers)
                 },
             );
         }
@@ -75,7 +75,7 @@ impl Stages<'_> {
         );
         for joint in (0..now.len()).filter(|joint| model.driven[*joint]) {
             let wanted = (next[joint] - now[joint]) / step;
-            drive::hold(rows, joint, wanted, work.free_rates[joint], |joint, numbers| {
+            drive::prescribe_velocity(rows, joint, wanted, work.free_rates[joint], |joint, numbers| {
                 response::of_joint(model, bodies, articulated, joint, numbers)
             });
         }

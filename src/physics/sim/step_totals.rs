@@ -1,14 +1,14 @@
-//! What acted over a step that was computed in parts.
+//! What acted over a step that was computed in substeps.
 
 use super::contact::Contact;
 use super::workspace::Workspace;
 use crate::scene::StepPlan;
 
-/// Forces and torques over a step, as the means over its parts; of a step in one part the workspace itself tells.
+/// Forces and torques over a step, as the means over its substeps; of a step in one part the workspace itself tells.
 #[derive(Debug, PartialEq, Default)]
-pub(super) struct Account {
-    /// How many parts there have been.
-    parts: usize,
+pub(super) struct StepTotals {
+    /// How many substeps there have been.
+    substeps: usize,
     /// Greatest residual of a part, m/s or rad/s.
     residual: f64,
     /// N m or N, one a joint.
@@ -17,10 +17,10 @@ pub(super) struct Account {
     contacts: Vec<(usize, Contact)>,
 }
 
-impl Account {
+impl StepTotals {
     /// Begins another step.
     pub fn clear(&mut self) {
-        self.parts = 0;
+        self.substeps = 0;
         self.residual = 0.0;
         self.torques.clear();
         self.contacts.clear();
@@ -28,29 +28,29 @@ impl Account {
 
     /// Adds the part that `work` has just computed, which is `share` of the step.
     pub fn add(&mut self, work: &Workspace, plan: &StepPlan, share: f64) {
-        self.parts += 1;
+        self.substeps += 1;
         self.residual = self.residual.max(work.residual);
         self.torques.resize(work.torque.len(), 0.0);
         for (mean, torque) in self.torques.iter_mut().zip(&work.torque) {
             *mean += share * torque;
         }
-        for (touch, mut contact) in work.touches.iter().zip(work.contacts(plan)) {
+        for (candidate, mut contact) in work.candidates.iter().zip(work.contacts(plan)) {
             contact.force *= share;
-            let after = self.contacts.partition_point(|(slot, _)| *slot < touch.slot);
+            let after = self.contacts.partition_point(|(slot, _)| *slot < candidate.slot);
             let same = self.contacts[after..]
                 .iter_mut()
-                .take_while(|(slot, _)| *slot == touch.slot)
+                .take_while(|(slot, _)| *slot == candidate.slot)
                 .find(|(_, known)| (known.link, known.against) == (contact.link, contact.against));
             match same {
                 Some((_, known)) => join(known, &contact),
-                None => self.contacts.insert(after, (touch.slot, contact)),
+                None => self.contacts.insert(after, (candidate.slot, contact)),
             }
         }
     }
 
-    /// What the parts amount to, if there have been some.
-    pub fn of_parts(&self) -> Option<&Self> {
-        (self.parts > 0).then_some(self)
+    /// What the substeps amount to, if there have been some.
+    pub fn of_substeps(&self) -> Option<&Self> {
+        (self.substeps > 0).then_some(self)
     }
 
     /// See [`super::Simulator::residual`].
@@ -69,14 +69,14 @@ impl Account {
     }
 }
 
-impl Clone for Account {
+impl Clone for StepTotals {
     fn clone(&self) -> Self {
         Self { torques: self.torques.clone(), contacts: self.contacts.clone(), ..*self }
     }
 
     /// Without allocating where there is room.
     fn clone_from(&mut self, other: &Self) {
-        (self.parts, self.residual) = (other.parts, other.residual);
+        (self.substeps, self.residual) = (other.substeps, other.residual);
         self.torques.clone_from(&other.torques);
         self.contacts.clone_from(&other.contacts);
     }
