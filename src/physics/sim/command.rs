@@ -1,11 +1,11 @@
-//! What the joints are asked to do.
+//! Commands to the joints.
 
-/// What the joints are asked to do over one step.
+/// Command to the joints for one step.
 #[derive(Debug, Clone, Copy)]
 pub enum Command<'a> {
-    /// Nothing.
+    /// No actuation.
     Passive,
-    /// Given torques, N m or N, one a joint.
+    /// Prescribed torques, N m or N, one a joint.
     Torque(&'a [f64]),
     /// Targets at the beginning and at the end of the step, rad or m, one a joint. Joints are passive
     /// if the plan has no drive.

@@ -7,16 +7,16 @@ use super::spatial::SpatialMotion;
 /// An actuator counts as saturated within this share of its greatest torque.
 const AT_LIMIT: f64 = 1.0 - 1e-12;
 
-/// A body that swings about its joint under tension, like a weight on a string.
+/// The fastest pendulum: a body on its joint under tension.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Pendulum {
     /// Index of the body.
     pub body: usize,
-    /// rad/s.
+    /// Angular frequency, rad/s.
     pub frequency: f64,
 }
 
-/// Change of the velocities over a step, a second.
+/// Mean acceleration over a step.
 #[derive(Debug, PartialEq)]
 pub(super) struct Acceleration {
     /// Of the root's angular velocity and of its origin's velocity, rad/s² and m/s².
@@ -25,7 +25,7 @@ pub(super) struct Acceleration {
     pub joints: Vec<f64>,
 }
 
-/// Forces of the contacts that there were, by their slots.
+/// Contact forces by their slots.
 #[derive(Debug, Default, PartialEq)]
 pub struct ContactForces {
     /// Slot, and normal and two tangential forces, N; in the order of the slots.
@@ -33,7 +33,7 @@ pub struct ContactForces {
 }
 
 impl ContactForces {
-    /// Those at `slot`; zero where there was no contact.
+    /// The forces at `slot`, N; zero where there was no contact.
     #[inline]
     pub fn at(&self, slot: usize) -> [f64; 3] {
         let found = self.slots.binary_search_by_key(&slot, |(slot, _)| *slot);
@@ -58,26 +58,28 @@ impl ContactForces {
     }
 }
 
-/// What the solver remembers of the last step.
+/// What a step leaves for the next one: warm starts, and what bounds its length.
+///
+/// J is the number of joints. `commit` fills every field through `Workspace::remember` unless a function is named.
 #[derive(Debug, PartialEq)]
 pub(super) struct StepMemory {
-    /// Forces of the contacts.
+    /// Forces of the contacts, N.
     pub contacts: ContactForces,
-    /// The same in the first pass of contact-aware tracking.
+    /// Forces of the contacts in the pass of contact-aware feedforward, N.
     pub feedforward_contacts: ContactForces,
-    /// Force of every joint's limit, N m, positive at the lower end and negative at the upper.
+    /// J forces of the limits, N m or N, positive at the lower end and negative at the upper.
     pub limit: Vec<f64>,
-    /// Dry friction of every joint, N m.
+    /// J forces of dry friction, N m or N.
     pub dry_friction: Vec<f64>,
-    /// Torque of every joint whose actuator is at its limit, N m; 0 for all others.
+    /// J torques of the actuators at their limit, N m or N; 0 for all others.
     pub saturated: Vec<f64>,
-    /// With which the velocities changed.
+    /// Mean acceleration, from which the next mean velocity is predicted. (commit)
     pub acceleration: Acceleration,
-    /// Square of the force that every joint carried, N².
+    /// J squares of the joint tensions, N². (joint_tensions)
     pub tension_squared: Vec<f64>,
-    /// The fastest swing of a body under that force; `None` before the first step.
+    /// The fastest pendulum under those tensions; `None` before the first step. (joint_tensions)
     pub pendulum: Option<Pendulum>,
-    /// Length of the next part of a step under error control, s; 0 for a whole step.
+    /// Length of the next substep under error control, s; 0 for a whole step. (step_within)
     pub next_substep: f64,
 }
 

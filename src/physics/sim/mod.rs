@@ -2,8 +2,8 @@
 //! linear complementarity problem each step.
 //!
 //! A [`Simulator`] is a model, a step plan, a state and a workspace; a step is a function of the four
-//! ([`Simulator::step`], whose stages stand by name in `reduced/stages` and `maximal/stages.rs`).
-//! It allocates nothing once it is warm.
+//! ([`Simulator::step`]; the stages are listed by name in `coordinates/reduced/stages/mod.rs` and
+//! `coordinates/maximal/stages.rs`). It allocates nothing once it is warm.
 //!
 //! Its kernels are free functions that are compiled for AVX2 as well, and the processor decides at run time
 //! (`multiversion`). Helpers that would not be compiled along with them by themselves are `inline(always)`. A product and

@@ -64,18 +64,19 @@ impl Simulator {
     }
 
     /// Residual of the last step's complementarity problem, m/s or rad/s (see [`lcp::residual`]); the greatest if the
-    /// step was computed in parts.
+    /// step was computed in several substeps.
     pub fn residual(&self) -> f64 {
         self.step_control.totals.of_substeps().map_or(self.work.residual, StepTotals::residual)
     }
 
-    /// How often new velocities have been computed since this simulator was made: once a step where the forces of
-    /// velocity are guessed well, more often elsewhere and in steps in parts. A measure of work that no machine disturbs.
+    /// How often new velocities have been computed since this simulator was made: once a step where the mean
+    /// velocity is predicted well, more often elsewhere and in steps of several substeps. A measure of work that does not
+    /// depend on the machine.
     pub fn evaluations(&self) -> u64 {
         self.work.evaluations
     }
 
-    /// In how many parts steps have been computed since this simulator was made, those that were taken back included.
+    /// Number of substeps computed since this simulator was made, refused ones included.
     pub fn substeps(&self) -> u64 {
         self.step_control.substeps
     }

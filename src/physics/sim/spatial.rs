@@ -66,7 +66,7 @@ impl SpatialMotion {
         self.angular.dot(&force.moment) + self.linear.dot(&force.force)
     }
 
-    /// Rate of change of a motion vector `other` that is carried along by this motion.
+    /// Rate of change of a motion vector `other` that moves with this motion.
     #[inline]
     pub fn cross_motion(self, other: Self) -> Self {
         Self {
@@ -75,7 +75,7 @@ impl SpatialMotion {
         }
     }
 
-    /// Rate of change of a force vector `other` that is carried along by this motion.
+    /// Rate of change of a force vector `other` that moves with this motion.
     #[inline]
     pub fn cross_force(self, other: SpatialForce) -> SpatialForce {
         SpatialForce {
@@ -186,7 +186,7 @@ impl RigidInertia {
     }
 }
 
-/// `rotation · inertia · rotationᵀ`: a symmetric matrix given along a body's axes, along those that `rotation` leads to.
+/// `rotation · inertia · rotationᵀ`: a symmetric matrix in a body's axes, expressed in the axes that `rotation` leads to.
 #[inline]
 pub fn rotated(rotation: &Matrix3<f64>, inertia: &Matrix3<f64>) -> Matrix3<f64> {
     let half = rotation * inertia;
@@ -199,7 +199,7 @@ pub fn rotated(rotation: &Matrix3<f64>, inertia: &Matrix3<f64>) -> Matrix3<f64> 
     Matrix3::new(entry(0, 0), xy, xz, xy, entry(1, 1), yz, xz, yz, entry(2, 2))
 }
 
-/// Inertia that a body shows at the common point when the joints beyond it may give way
+/// Inertia that a body shows at the common point when the joints beyond it are free to accelerate
 /// (articulated-body inertia, Featherstone 2008 chapter 7): a symmetric 6 × 6 matrix.
 ///
 /// Rows are those of a [`SpatialForce`], moment first, and columns those of a [`SpatialMotion`], rotation first. Whole
@@ -243,7 +243,7 @@ impl ArticulatedInertia {
         SpatialForce { moment: moment.into(), force: [fx, fy, fz].into() }
     }
 
-    /// Adds `other` less what its joint gives way to: `other − u uᵀ / d`.
+    /// Adds `other` less the effect of its joint's freedom: `other − u uᵀ / d`.
     #[inline(always)] // part of the kernels
     pub fn add_reduced(&mut self, other: &Self, u: SpatialForce, inverse_d: f64) {
         let u = u.components();

@@ -15,7 +15,7 @@ pub struct Root {
     pub orientation: UnitQuaternion<f64>,
     /// Velocity of the origin, m/s.
     pub linear_velocity: Vector3<f64>,
-    /// rad/s.
+    /// Angular velocity, rad/s.
     pub angular_velocity: Vector3<f64>,
 }
 
@@ -40,11 +40,11 @@ impl Default for Root {
 
 /// The state of a simulated character.
 ///
-/// Besides positions and velocities it holds what the solver remembers of the last step, so that a
-/// simulation that is taken up again from a kept state goes on bit for bit as it would have.
+/// Besides positions and velocities it holds what the last step left for the next, so that a simulation
+/// continued from a kept state gives the same bits as one that was never interrupted.
 #[derive(Debug, PartialEq)]
 pub struct State {
-    /// s.
+    /// Time, s.
     pub time: f64,
     /// The root link.
     pub root: Root,
@@ -52,10 +52,10 @@ pub struct State {
     pub angles: Vec<f64>,
     /// Joint velocities, rad/s or m/s.
     pub velocities: Vec<f64>,
-    /// The bodies of maximal coordinates, one each; empty in reduced coordinates and before the first
-    /// step, where the joint coordinates above say it all.
+    /// The bodies of maximal coordinates, one each, filled by `bodies_from_joints`; empty in reduced coordinates and
+    /// before the first step, where the joint coordinates above determine them.
     pub(super) body_states: Vec<BodyState>,
-    /// Forces of the last step, where the next one starts to look for its own.
+    /// What the last step left for the next: warm starts, and what bounds its length.
     pub(super) memory: StepMemory,
 }
 

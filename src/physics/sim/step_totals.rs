@@ -1,15 +1,16 @@
-//! What acted over a step that was computed in substeps.
+//! What a step's substeps sum to.
 
 use super::contact::Contact;
 use super::workspace::Workspace;
 use crate::scene::StepPlan;
 
-/// Forces and torques over a step, as the means over its substeps; of a step in one part the workspace itself tells.
+/// Forces and torques over a step of several substeps, as the means over these. After a step of one substep it is
+/// empty, and the workspace holds the values.
 #[derive(Debug, PartialEq, Default)]
 pub(super) struct StepTotals {
-    /// How many substeps there have been.
+    /// Number of substeps added.
     substeps: usize,
-    /// Greatest residual of a part, m/s or rad/s.
+    /// Greatest residual of a substep, m/s or rad/s.
     residual: f64,
     /// N m or N, one a joint.
     torques: Vec<f64>,
@@ -26,7 +27,7 @@ impl StepTotals {
         self.contacts.clear();
     }
 
-    /// Adds the part that `work` has just computed, which is `share` of the step.
+    /// Adds the substep that `work` has just computed, whose length is `share` of the step.
     pub fn add(&mut self, work: &Workspace, plan: &StepPlan, share: f64) {
         self.substeps += 1;
         self.residual = self.residual.max(work.residual);
@@ -48,7 +49,7 @@ impl StepTotals {
         }
     }
 
-    /// What the substeps amount to, if there have been some.
+    /// The sums, if there were several substeps.
     pub fn of_substeps(&self) -> Option<&Self> {
         (self.substeps > 0).then_some(self)
     }
@@ -82,7 +83,7 @@ impl Clone for StepTotals {
     }
 }
 
-/// Takes what `known` was in a later part into it: together they push as much, at the centre of what both push.
+/// Adds the contact `later` of a later substep to `known`: forces add up, and the position is their centre.
 fn join(known: &mut Contact, later: &Contact) {
     let [before, now] = [&*known, later].map(|contact| contact.force.dot(&contact.normal).max(0.0));
     let share = if before > 0.0 { now / (before + now) } else { 1.0 };

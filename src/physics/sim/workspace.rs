@@ -1,4 +1,4 @@
-//! Scratch memory of a step. Nothing here outlives the step but what the observers read after it.
+//! Scratch memory of a step. Nothing here outlives the step but what observers read after it.
 
 use nalgebra::{Point3, Vector3};
 
@@ -17,89 +17,113 @@ use super::tracking::Spring;
 use crate::model::{Freedom, Model, SOLID_SLOTS};
 use crate::scene::{Coordinates, Feedforward, SolverChoice, SolverKind, StepPlan};
 
-/// Scratch memory of a step; each field says which stage fills it.
+/// Scratch memory of a step.
+///
+/// B is the number of bodies, J of joints, L of loops, C of contact candidates and N of rows. Each field gives its
+/// meaning, unit and length, and in parentheses the stage (a method of `Stages` unless it has a path) that fills it.
+/// Spatial quantities are along the world axes about the common point, rotations in rad/s and N m, translations
+/// in m/s and N.
 #[derive(Debug, Clone)]
 pub(super) struct Workspace {
-    /// Poses of the bodies, and the velocities at which forces of velocity are taken. (kinematics, mean motion)
-    pub bodies: Vec<BodyMotion>,
-    /// Velocities of the bodies at the beginning of the step. (kinematics)
-    pub old: Vec<SpatialMotion>,
-    /// Touches that were known before others were looked for. (struck)
-    pub known: Vec<ContactCandidate>,
-    /// Farthest that a collision shape reaches from the centre of its body's mass, m.
-    pub reach: f64,
-    /// Farthest that the centre of a body's mass can be from the root's origin, m.
-    pub span: f64,
-    /// Touches. (detection)
-    pub candidates: Vec<ContactCandidate>,
-    /// Shapes that may yet touch the ground elsewhere. (detection)
-    pub close: Vec<usize>,
-    /// How many of them were foreseen; the others came with a blow. (detection)
-    pub detected: usize,
-    /// What finds touches of solids, if the plan asks for it. (detection)
-    pub solids: Option<Solids>,
-    /// Common point of the step: the root's origin at its beginning, m. (kinematics)
+    /// Common point of the step: the root's origin in the world at its beginning, m. (kinematics)
     pub common_point: Point3<f64>,
-    /// Offset torques f₀, N m or N. (velocity control)
-    pub feedforward: Vec<f64>,
-    /// Drives of the joints. (tracking)
-    pub springs: Vec<Spring>,
-    /// Joints whose actuator has a row of its own. (tracking, saturation)
-    pub saturated: Vec<bool>,
-    /// Ends of the joints' ranges, lower and upper, that have rows. (rows, passing)
-    pub near_limit: Vec<[bool; 2]>,
-    /// Loads of the joints. (tracking)
-    pub loads: Vec<JointLoad>,
-    /// The factorised mass matrix. (free motion)
-    pub articulated: Articulated,
-    /// Joint accelerations: as wanted (velocity control), then as they are without rows (free motion).
-    pub joint_acceleration: Vec<f64>,
-    /// Joint velocities with which forces of velocity are taken. (kinematics, mean motion)
-    pub mean_rates: Vec<f64>,
-    /// Joint velocities after the step if no row acted. (free motion)
-    pub free_rates: Vec<f64>,
-    /// Joint velocities after the step. (response)
-    pub joint_rates: Vec<f64>,
-    /// Velocity of the root along which it moves. (recovery)
-    pub recovery_root: SpatialMotion,
-    /// Joint velocities along which the joints move. (recovery)
-    pub recovery_rates: Vec<f64>,
-    /// Change of each body's velocity by rows that also correct positions. (recovery)
-    pub recovery_changes: Vec<SpatialMotion>,
-    /// Forces of the rows while those of the recovery are looked for. (recovery)
-    pub forces: Vec<f64>,
-    /// Inertia that each joint carries, kg m² or kg.
-    pub composite_inertia: Vec<f64>,
-    /// Distance from each joint to the farthest place of its body that pulls at it, m; 0 for a prismatic one.
-    pub moment_arms: Vec<f64>,
-    /// Force that each body hands on to its parent, N. (pulls)
-    pub transmitted_force: Vec<Vector3<f64>>,
-    /// What the joint of every loop hands from its first body to its second. (pulls)
-    pub loops: Vec<SpatialForce>,
-    /// Velocity of each body after the step if no row acted. (free motion)
+
+    // Bodies.
+    /// B poses and inertias (kinematics), and the velocities at which velocity-dependent forces are taken
+    /// (kinematics, predict_mean, correct_mean).
+    pub bodies: Vec<BodyMotion>,
+    /// B velocities at the beginning of the step. (kinematics)
+    pub old: Vec<SpatialMotion>,
+    /// B velocities after the step if no row acted. (free_velocities, free_motion)
     pub free: Vec<SpatialMotion>,
-    /// Rows and their problem. (rows)
-    pub rows: Rows,
-    /// The half-solved impulse of all rows. (response)
-    pub half: Vec<f64>,
-    /// Change of each body's velocity by the rows. (response)
+    /// B changes of velocity by the rows. (response)
     pub changes: Vec<SpatialMotion>,
-    /// Velocity of each body after the step. (response)
+    /// B velocities after the step. (response)
     pub new: Vec<SpatialMotion>,
-    /// The character half a step away. (balance)
-    pub displaced: Displaced,
-    /// Torques of the actuators, N m or N. (saturation)
+    /// Greatest distance of a point of a collision shape from its body's centre of mass, m. (new)
+    pub reach: f64,
+    /// Greatest distance that a body's centre of mass can have from the root's origin, m. (new)
+    pub span: f64,
+
+    // Contact detection.
+    /// C contact candidates. (detection, impact_contacts)
+    pub candidates: Vec<ContactCandidate>,
+    /// Number of candidates that the first detection found; the others came with an impact. (detection)
+    pub detected: usize,
+    /// The candidates known before the detection was repeated. (detect_again)
+    pub known: Vec<ContactCandidate>,
+    /// Indices of the shapes that may touch the ground at other points than their candidates. (detect)
+    pub close: Vec<usize>,
+    /// Detection of contacts between solids, if the plan asks for it. (detect)
+    pub solids: Option<Solids>,
+
+    // Joints.
+    /// J joint velocities at which velocity-dependent forces are taken, rad/s or m/s.
+    /// (kinematics, predict_mean, correct_mean)
+    pub mean_rates: Vec<f64>,
+    /// J joint velocities after the step if no row acted, rad/s or m/s. (free_velocities)
+    pub free_rates: Vec<f64>,
+    /// J joint velocities after the step, rad/s or m/s. (response)
+    pub joint_rates: Vec<f64>,
+    /// J joint accelerations, rad/s² or m/s²: those that the targets ask for (velocity_control), then those
+    /// without rows (free_velocities).
+    pub joint_acceleration: Vec<f64>,
+    /// J offset torques f₀, N m or N. (velocity_control)
+    pub feedforward: Vec<f64>,
+    /// J drives. (drives)
+    pub springs: Vec<Spring>,
+    /// J: whether the actuator has a row of its own. (drives, saturation)
+    pub saturated: Vec<bool>,
+    /// J: whether the lower and the upper end of the range have rows. (rows, crosses_limit)
+    pub near_limit: Vec<[bool; 2]>,
+    /// J loads, N m and kg m² or N and kg. (factorise)
+    pub loads: Vec<JointLoad>,
+    /// J torques of the actuators, N m or N. (saturation)
     pub torque: Vec<f64>,
-    /// How often new velocities were computed.
-    pub evaluations: u64,
+    /// J composite-rigid-body inertias along the joints, with all joints beyond at zero, kg m² or kg. (new)
+    pub composite_inertia: Vec<f64>,
+    /// The factorised mass matrix. (factorise)
+    pub articulated: Articulated,
+
+    // Rows and their solution.
+    /// N rows and their problem. (rows, solve)
+    pub rows: Rows,
+    /// The half-solved impulse of all rows, 6 + J numbers (6 B in maximal coordinates). (response)
+    pub half: Vec<f64>,
     /// Residual of the solution, m/s or rad/s. (solve)
     pub residual: f64,
-    /// The rigid character of the first pass, if the plan asks for it and the joints are independent.
-    pub control: Option<VelocityControl>,
-    /// The rows of the first pass. (velocity control)
-    pub control_rows: Rows,
-    /// The solver.
+    /// How often new velocities have been computed since the simulator was made. (velocities_at_mean)
+    pub evaluations: u64,
+    /// The solver that the plan chose. (new)
     pub solver: Equality<ChosenSolver>,
+
+    // Correction of positions.
+    /// Velocity of the root along which its position moves. (recovery)
+    pub recovery_root: SpatialMotion,
+    /// J joint velocities along which the joint positions move, rad/s or m/s. (recovery)
+    pub recovery_rates: Vec<f64>,
+    /// B changes of velocity by rows that also correct positions. (recovery)
+    pub recovery_changes: Vec<SpatialMotion>,
+    /// N forces of the step while those of the correction are solved for, N or N m. (solve_recovery)
+    pub forces: Vec<f64>,
+
+    // Step control.
+    /// The character half a step away. (shorter_step)
+    pub displaced: Displaced,
+    /// J moment arms, m: the distance from the joint to the farthest of its body's centre of mass and of the next
+    /// joints; 0 for a prismatic joint. (new)
+    pub moment_arms: Vec<f64>,
+    /// B forces that bodies transmit to their parents, N. (joint_tensions)
+    pub transmitted_force: Vec<Vector3<f64>>,
+    /// L wrenches that the loops' joints transmit from their first to their second body. (joint_tensions)
+    pub loops: Vec<SpatialForce>,
+
+    // Feedforward.
+    /// The rigid character of the feedforward pass, if the plan asks for it and the joints are independent.
+    /// (velocity_control)
+    pub control: Option<VelocityControl>,
+    /// The rows of the feedforward pass. (velocity_control)
+    pub control_rows: Rows,
 }
 
 /// The solver that the plan chose.
@@ -194,8 +218,8 @@ impl Workspace {
         }
     }
 
-    /// Finds what the character touches within a step of `step` seconds. `angles` are those of the joints if the bodies
-    /// are where they say.
+    /// Detects the contact candidates of a step of `step` seconds. `angles` are those of the joints if the bodies' poses
+    /// follow from them.
     pub fn detect(&mut self, model: &Model, plan: &StepPlan, angles: Option<&[f64]>, step: f64) {
         let Self { bodies, candidates, close, solids, common_point, .. } = self;
         let settings = DetectionSettings {
@@ -247,28 +271,28 @@ impl Workspace {
         }
     }
 
-    /// Marks the ends of the ranges `limits` that joints at `angles` would pass in `step` seconds; whether one of
+    /// Marks the ends of the ranges `limits` that joints at `angles` would cross in `step` seconds; whether one of
     /// them had no row.
     pub fn mark_crossed_limits(&mut self, limits: &[Option<[f64; 2]>], angles: &[f64], step: f64) -> bool {
         let mut again = false;
         for (joint, limit) in limits.iter().enumerate() {
             let Some([lower, upper]) = *limit else { continue };
             let end = angles[joint] + step * self.joint_rates[joint];
-            for (near, passed) in self.near_limit[joint].iter_mut().zip([end < lower, end > upper]) {
-                again |= passed && !*near;
-                *near |= passed;
+            for (near, crossed) in self.near_limit[joint].iter_mut().zip([end < lower, end > upper]) {
+                again |= crossed && !*near;
+                *near |= crossed;
             }
         }
         again
     }
 
-    /// Whether the step changes the velocity of a body by more than touches are looked ahead for (see
-    /// [`DetectionSettings::margin`]): by a blow, or because nothing holds it any more.
+    /// Whether the step changes the velocity of a body by more than the detection allows for (see
+    /// [`DetectionSettings::margin`]): by an impact, or because a support is lost.
     pub fn is_impact(&self, plan: &StepPlan, step: f64) -> bool {
         if plan.ground.is_none() && self.solids.is_none() {
             return false;
         }
-        let detected = 4.0 * step * plan.gravity.norm();
+        let expected = 4.0 * step * plan.gravity.norm();
         // In most steps nothing can change as much, wherever the bodies are.
         let (mut linear, mut angular) = (0.0_f64, 0.0_f64);
         for (new, old) in self.new.iter().zip(&self.old) {
@@ -276,18 +300,17 @@ impl Workspace {
             linear = linear.max(change.linear.amax());
             angular = angular.max(change.angular.amax());
         }
-        if linear + angular * (2.0 * self.span + self.reach) <= detected {
+        if linear + angular * (2.0 * self.span + self.reach) <= expected {
             return false;
         }
         let mut changes = self.new.iter().zip(&self.old).zip(&self.bodies);
         changes.any(|((new, old), body)| {
             let change = new.minus(*old);
-            change.at(body.center).amax() + change.angular.amax() * self.reach > detected
+            change.at(body.center).amax() + change.angular.amax() * self.reach > expected
         })
     }
 
-    /// Looks for touches again at the new velocities, and keeps those that are known; whether there are
-    /// others.
+    /// Detects contacts again at the new velocities, and adds those that were not known; whether there are any.
     pub fn detect_again(
         &mut self,
         model: &Model,
@@ -315,8 +338,7 @@ impl Workspace {
         candidates.len() > count
     }
 
-    /// Makes touches of what the new velocities would drive into what it touches in a step of `step` seconds; whether there
-    /// is any.
+    /// Adds the points that the new velocities would drive in during a step of `step` seconds; whether there are any.
     pub fn add_driven_in(&mut self, model: &Model, plan: &StepPlan, step: f64) -> bool {
         let Self { bodies, new, candidates, close, solids, common_point, .. } = self;
         if !plan.stabilization {
@@ -333,7 +355,7 @@ impl Workspace {
         }) || driven
     }
 
-    /// Keeps in `memory` the forces that the next step starts from.
+    /// Keeps in `memory` the forces that warm-start the next step.
     pub fn remember(&self, plan: &StepPlan, memory: &mut StepMemory) {
         let per_contact = contact::rows_per_contact(plan.friction);
         let greatest = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_deref());
@@ -342,7 +364,7 @@ impl Workspace {
         let candidates = if aware { &self.candidates[..self.detected] } else { &[] };
         let rows =
             self.control_rows.force.chunks_exact(per_contact).zip(self.rows.force.chunks_exact(per_contact));
-        // What links do to each other does not show in the first pass, which goes on from what they did in the step.
+        // Forces between links do not appear in the feedforward pass: its warm start takes those of the step.
         let forces =
             candidates.iter().zip(rows).map(|(candidate, (control, step))| match candidate.against.body() {
                 Some(_) => step,
@@ -351,7 +373,7 @@ impl Workspace {
         memory.feedforward_contacts.remember(candidates, forces);
     }
 
-    /// Every touch of the last step with its force.
+    /// Every contact candidate of the last step with its force.
     pub fn contacts(&self, plan: &StepPlan) -> impl Iterator<Item = Contact> + '_ {
         let rows_per_contact = contact::rows_per_contact(plan.friction);
         self.candidates.iter().enumerate().map(move |(index, candidate)| {
@@ -370,7 +392,7 @@ impl Workspace {
     }
 }
 
-/// Farthest that a collision shape reaches from the centre of its body's mass, m.
+/// Greatest distance of a point of a collision shape from its body's centre of mass, m.
 fn reach(model: &Model) -> f64 {
     let reaches = model.ground_shapes.iter().map(|shape| {
         let from_center = shape.center - model.bodies[shape.body].center;
@@ -379,7 +401,7 @@ fn reach(model: &Model) -> f64 {
     reaches.fold(0.0, f64::max)
 }
 
-/// Farthest that the centre of a body's mass can be from the root's origin, m.
+/// Greatest distance that a body's centre of mass can have from the root's origin, m.
 fn span(model: &Model) -> f64 {
     let mut origins = vec![0.0; model.bodies.len()];
     for (index, body) in model.bodies.iter().enumerate().skip(1) {
@@ -392,7 +414,7 @@ fn span(model: &Model) -> f64 {
     origins.iter().zip(&model.bodies).map(|(origin, body)| origin + body.center.norm()).fold(0.0, f64::max)
 }
 
-/// How many rows of joints `plan` can call for, each limited joint being near one end of its range.
+/// Greatest number of joint rows under `plan`, with each limited joint near one end of its range.
 fn joint_rows(plan: &StepPlan) -> usize {
     let limits = plan.limits.iter().flatten().flatten().count();
     let friction = plan.dry_friction.iter().flatten().filter(|friction| **friction > 0.0).count();

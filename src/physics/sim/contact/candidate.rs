@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::sim::spatial::SpatialMotion;
 
-/// A place at which the character touches something, or is about to.
+/// A point considered before the solve: a contact, or a point that may become one within the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactCandidate {
     /// The contact's slot: the place in which a step's forces are remembered for the next.
@@ -13,11 +13,11 @@ pub struct ContactCandidate {
     pub link: usize,
     /// Index of the body.
     pub body: usize,
-    /// What it touches.
+    /// The other side of the contact.
     pub against: Against,
     /// The point of contact, relative to the common point, m.
     pub at: Vector3<f64>,
-    /// Unit normal, from what is touched into the body, and two tangents, along the world axes.
+    /// Unit normal, from the other side into the body, and two tangents, along the world axes.
     pub frame: [Vector3<f64>; 3],
     /// Depth of penetration, m; negative for a gap.
     pub depth: f64,
@@ -26,7 +26,7 @@ pub struct ContactCandidate {
     pub rebound: f64,
 }
 
-/// What a link touches.
+/// The other side of a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Against {
     /// The ground.
@@ -54,7 +54,7 @@ impl Against {
 }
 
 impl ContactCandidate {
-    /// Velocity of the body at the point of contact against what it touches, m/s, where `bodies` are
+    /// Velocity of the body at the point of contact relative to the other side, m/s, where `bodies` are
     /// the velocities of all bodies.
     #[inline]
     pub fn slip(&self, bodies: impl Fn(usize) -> SpatialMotion) -> Vector3<f64> {
@@ -80,7 +80,7 @@ pub(super) fn tangents(up: Vector3<f64>) -> [Vector3<f64>; 2] {
     [along, up.cross(&along)]
 }
 
-/// Keeps of the touches from index `from` on the deepest, the one farthest from it, the one
+/// Keeps of the candidates from index `from` on the deepest, the one farthest from it, the one
 /// farthest from the line through both, and the farthest on that line's other side.
 pub(super) fn keep_four(candidates: &mut Vec<ContactCandidate>, from: usize) {
     let found = &candidates[from..];

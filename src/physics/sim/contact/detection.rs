@@ -4,22 +4,22 @@
 /// weight adds in each step must not keep a resting contact from resting.
 const RESTING_STEPS: f64 = 4.0;
 
-/// How far ahead of a step touches are looked for, and how they rebound.
+/// How far ahead of a step contacts are detected, and how they rebound.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DetectionSettings {
     /// Length of the step, s.
     pub step: f64,
     /// Magnitude of gravity, m/s².
     pub gravity: f64,
-    /// Whether a point that can be reached within two steps is a touch already, so that its row stops it on
-    /// the surface instead of in it. Otherwise only points at or below the surface are touches.
+    /// Whether a point that can be reached within two steps is a candidate already, so that its row stops it on
+    /// the surface instead of in it. Otherwise only points at or below the surface are candidates.
     pub anticipate: bool,
     /// Coefficient of restitution.
     pub restitution: f64,
 }
 
 impl DetectionSettings {
-    /// For what touches at present.
+    /// For the contacts closed at present.
     pub const PRESENT: Self = Self { step: 0.0, gravity: 0.0, anticipate: false, restitution: 0.0 };
 
     /// Greatest gap that can be closed within two steps at a present speed of `approach`, m.

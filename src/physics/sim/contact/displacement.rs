@@ -5,10 +5,10 @@ use nalgebra::{Rotation3, Vector3};
 use crate::sim::bodies::BodyMotion;
 use crate::sim::spatial::SpatialMotion;
 
-/// A step may drive a point into what it touches by this much, m, before it becomes a touch.
+/// Penetration that a step may cause, m, without the point becoming a candidate.
 pub(super) const PENETRATION_ALLOWED: f64 = 1e-5;
 
-/// Where a step at a given velocity takes a body.
+/// The displacement of a body by a step at constant velocity.
 pub(super) struct BodyDisplacement {
     /// Its origin at the beginning, relative to the common point, m.
     pub(super) origin: Vector3<f64>,

@@ -16,17 +16,17 @@ use crate::sim::spatial::SpatialMotion;
 const FRAME: [Vector3<f64>; 3] =
     [Vector3::new(0.0, 0.0, 1.0), Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.0)];
 
-/// Points of a cylinder's two rims that are touches wherever they are near, and how many more of each rim may become
-/// ones as it tilts.
+/// Number of points of a cylinder's two rims that are always tested, and of each rim's points that may be added
+/// as the cylinder tilts.
 const RIM_POINTS: usize = 6;
 const ADDED_POINTS: usize = (CYLINDER_SLOTS - RIM_POINTS) / 2;
 
 /// A corner-only shape of more corners than this is represented by its deepest and widest four.
 const CORNERS_KEPT_WHOLE: usize = 8;
 
-/// Adds all touches of `ground` to `candidates`, in the order of the model's slots. `origin` is the common
-/// point in the world. `close` receives the indices of the shapes that can touch within the outlook with other points than
-/// those that are looked at: those that are round, or have so many corners that only some are kept.
+/// Adds all contact candidates on `ground` to `candidates`, in the order of the model's slots. `origin` is the common
+/// point in the world. `close` receives the indices of the shapes that may touch the ground at other points than those
+/// tested: round ones, and those with so many corners that only some are kept.
 #[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
 #[multiversion(targets("x86_64+avx2"), attrs(allow(clippy::too_many_arguments)))]
 pub fn detect(
@@ -53,7 +53,7 @@ pub fn detect(
             moving = body.velocity.at(body.origin).abs().sum();
             turning = body.velocity.angular.abs().sum();
         }
-        // No point of the shape is faster than its body's origin and the turn of the farthest point about that.
+        // No point of the shape is faster than its body's origin plus the farthest point's rotation about it.
         let farthest = settings.margin(moving + turning * shape.farthest);
         let center = body.origin.z + (body.rotation.row(2) * shape.center)[0];
         if center - shape.reach - highest > farthest {
@@ -113,7 +113,7 @@ pub fn detect(
     }
 }
 
-/// The lowest point of each rim and the two points a third of a turn away from it.
+/// The lowest point of each rim and the two points 120° away from it.
 fn rim_points(
     body: &BodyMotion,
     shape: &GroundShape,
@@ -123,7 +123,7 @@ fn rim_points(
     half_length: f64,
 ) -> [Vector3<f64>; RIM_POINTS] {
     let axis = body.rotation * axis;
-    // An upright cylinder has no lowest point of its rim; any direction that turns with it will do.
+    // An upright cylinder has no lowest point of its rim; any direction fixed in the body will do.
     let lowest = lowest(axis).unwrap_or_else(|| body.rotation * across);
     let sideways = axis.cross(&lowest);
     let center = body.point(shape.center);
@@ -143,9 +143,9 @@ fn lowest(axis: Vector3<f64>) -> Option<Vector3<f64>> {
     (axis * axis.z - Vector3::z()).try_normalize(1e-9)
 }
 
-/// Adds the points of the shapes that are `close` which the step would drive into `ground` at the bodies' velocities `new`;
-/// whether there were any. As a disc tilts, its lowest point runs round its rim, and none of those that were touches at the
-/// beginning need be it at the end.
+/// Adds the points of the shapes in `close` that the step would drive into `ground` at the bodies' velocities `new`;
+/// whether there are any. As a disc tilts, its lowest point moves round its rim, so that no candidate of the
+/// beginning needs to be the lowest point at the end.
 #[allow(clippy::too_many_arguments)] // as of `detect`
 pub fn add_driven_in(
     model: &Model,

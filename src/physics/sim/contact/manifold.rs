@@ -35,7 +35,7 @@ impl Manifold {
         Self { clipped }
     }
 
-    /// The corners of the area in which the faces (or edges) that look at each other overlap, seen along
+    /// The corners of the area in which the faces (or edges) that face each other overlap, seen along
     /// the normal of `approach`, and the closest points of the solids where those corners are not among them.
     /// `pose` is the frame of `second` in that of `first`.
     pub fn meet<'a>(

@@ -1,4 +1,4 @@
-//! Where the character touches the world and itself.
+//! Contacts of the character with the ground, with obstacles and with itself.
 
 mod candidate;
 mod detection;
@@ -14,22 +14,21 @@ use nalgebra::{Point3, Vector3};
 pub use candidate::{Against, ContactCandidate};
 pub use detection::DetectionSettings;
 
-/// A contact of the last step. Where the step was computed in parts, what follows is that of all parts in which it touched.
+/// A contact of the last step. In a step of several substeps: of all substeps in which it was closed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     /// Index of the character's link.
     pub link: usize,
-    /// What it touches.
+    /// The other side of the contact.
     pub against: Against,
-    /// Where, in the world frame, m: of several parts the mean, by how hard they pushed.
+    /// Point of contact, world frame, m; over substeps the mean, weighted by the normal force.
     pub position: Point3<f64>,
-    /// From what is touched into the link, of unit length.
+    /// Unit normal, world frame, from the other side into the link.
     pub normal: Vector3<f64>,
-    /// On the link, world frame, N: the mean over the step.
+    /// Force on the link, world frame, N: the mean over the step.
     pub force: Vector3<f64>,
-    /// Velocity of the link's material point there after the step (or the last part), against that of what it touches,
-    /// world frame, m/s.
+    /// Velocity of the link's material point there relative to the other side, world frame, m/s, after the last substep.
     pub velocity: Vector3<f64>,
-    /// Greatest depth of penetration at the beginning of the step (or of a part), m; negative for a gap.
+    /// Greatest depth of penetration at the beginning of a substep, m; negative for a gap.
     pub depth: f64,
 }

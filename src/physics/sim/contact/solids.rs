@@ -1,10 +1,10 @@
 //! Contact of the character's shapes with each other and with the obstacles of the scene.
 //!
-//! Pairs that are near are found by sweeping their enclosing balls along the world axis along which they are spread most,
-//! and kept until the character has moved by the distance that was still called near. Of each, the distance is known
-//! at least from when it was last looked at; only where the motion since then may have used it up
-//! ([`super::travel`]), it is looked at again, and the points where it meets follow from the closest features. What is
-//! found never depends on what was kept.
+//! Near pairs are found by sweeping enclosing spheres along the world axis of their greatest spread, and kept until
+//! the character has moved by the distance up to which a pair counts as near. Each pair has a lower bound of its
+//! distance from the last time it was computed. Only where the motion since then may have used it up
+//! ([`super::travel`]) is the distance computed again, and the contact points follow from the closest features. The
+//! result never depends on what was kept.
 
 use nalgebra::{Matrix3, Vector3};
 use parry3d::math::{Pose, Vector};
@@ -32,22 +32,22 @@ const NEAR: f64 = 0.5;
 /// A pair is looked at closely up to this share of what counts as near, beyond what it needs.
 const AHEAD: f64 = 0.25;
 
-/// Distances are told apart down to this share of what counts as near.
+/// Distances are distinguished down to this share of what counts as near.
 const ROUNDING: f64 = 1e-6;
 
-/// How many points of a pair may be added to those that it touched at.
+/// How many points of a pair may be added to those that the detection found.
 const ADDED_POINTS: usize = 3;
 
-/// Scratch memory for finding touches of solids.
+/// Scratch memory for the detection of contacts between solids.
 #[derive(Debug, Clone)]
 pub struct Solids {
     /// Whether the character's shapes are tested against each other.
     self_collision: bool,
     /// How far the character has moved.
     travel: Travel,
-    /// Until shapes have come nearer to each other by this since the pairs were found, only those can touch, m.
+    /// Until shapes have come nearer to each other by this since the pairs were found, only those pairs can be in contact, m.
     valid: f64,
-    /// Until they have come nearer by this, nothing touches.
+    /// Until they have come nearer by this, there is no contact, m.
     quiet: f64,
     /// Up to this distance pairs are near, m.
     reach: f64,
@@ -58,7 +58,7 @@ pub struct Solids {
     /// Pairs that are near, in ascending order, and those before.
     near: Vec<NearPair>,
     before: Vec<NearPair>,
-    /// Pairs that can touch within the outlook.
+    /// Pairs that can be in contact within the detection margin.
     close: Vec<[usize; 2]>,
     /// Number of slots of each shape that this step has used.
     used: Vec<usize>,
@@ -76,7 +76,7 @@ struct BoundingSphere {
 #[derive(Debug, Clone, Copy)]
 struct NearPair {
     pair: [usize; 2],
-    /// Until they have come nearer to each other by this since the pairs were found, they do not touch, m.
+    /// Until they have come nearer to each other by this since the pairs were found, they are not in contact, m.
     separation: f64,
     /// The axis along which they were apart when last looked at closely, in the frame of the first's core.
     axis: Option<Vector>,
@@ -105,7 +105,7 @@ impl Solids {
         }
     }
 
-    /// Adds all touches to `candidates`, those of each pair together, in ascending order of the pairs.
+    /// Adds all contact candidates to `candidates`, those of each pair together, in ascending order of the pairs.
     /// `angles` are those of the joints if `bodies` follow from them, `origin` is the common point in the world.
     #[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
     pub fn detect(
@@ -126,7 +126,7 @@ impl Solids {
             return;
         }
         if nearer + within >= self.valid {
-            // Where the next look cannot know how far things have moved, there is no use in looking far.
+            // Without joint angles the motion until the next detection is unknown, so a longer range is of no use.
             let far = if angles.is_some() { self.reach } else { 0.0 };
             self.find(model, bodies, obstacles, origin, far + 2.0 * within);
         }
@@ -214,7 +214,7 @@ impl Solids {
             };
             candidates[from..].sort_unstable_by(|a, b| place_in_order(a).total_cmp(&place_in_order(b)));
             for candidate in &mut candidates[from..] {
-                // Touches beyond a shape's slots share the last one: what is remembered there is only where
+                // Candidates beyond a shape's slots share the last one: what is remembered there is only where
                 // the solver starts from.
                 candidate.slot =
                     model.ground_slots + SOLID_SLOTS * first + self.used[first].min(SOLID_SLOTS - 1);

@@ -1,7 +1,7 @@
-//! How far the shapes of a character may have come towards each other.
+//! An upper bound of how far the shapes of a character have moved towards each other.
 //!
-//! A joint that turns by Δq moves no point beyond it by more than its distance from the axis times |Δq|, so that
-//! two shapes that were a distance apart need not be looked at before the joints have turned by that much.
+//! A joint rotation by Δq moves no point beyond the joint by more than its distance from the axis times |Δq|, so that
+//! the distance of two shapes need not be computed again before the joints have rotated by that much.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -12,8 +12,8 @@ use crate::model::{Freedom, Model};
 use crate::sim::bodies::BodyMotion;
 use crate::sim::spatial::SpatialMotion;
 
-/// Watches how far shapes move between one look at them and the next. They move against the root, or against the world if
-/// there are things in it that they may touch.
+/// Bounds how far shapes have moved since the last detection: relative to the root, or to the world if it holds
+/// anything that they can touch.
 #[derive(Debug, Clone)]
 pub struct Travel {
     /// Whether shapes may touch what does not move with the root.
@@ -58,8 +58,9 @@ impl Travel {
         }
     }
 
-    /// Follows the character to where it is, and gives the farthest that a body has travelled since [`Travel::measure`], m;
-    /// infinite if that is not known. `angles` are those of the joints if `bodies` follow from them, `origin` is the common
+    /// Updates the bounds to the character's present pose, and returns the greatest distance that a body has travelled
+    /// since [`Travel::measure`], m, infinite if it is unknown. `angles` are those of the joints if `bodies` follow from
+    /// them, `origin` is the common
     /// point in the world.
     pub fn update(
         &mut self,
@@ -75,7 +76,7 @@ impl Travel {
         };
         let rotation = bodies[0].rotation;
         if self.world {
-            // A turn by φ moves a point at distance r by 2 r sin(φ / 2), and the matrix by 2 √2 sin(φ / 2).
+            // A rotation by φ moves a point at distance r by 2 r sin(φ / 2), and the matrix by 2 √2 sin(φ / 2).
             let turned = (rotation - self.rotation).norm() * FRAC_1_SQRT_2;
             self.moved[0] = (origin - self.origin).norm() + turned * self.beyond[0];
         }
@@ -108,8 +109,8 @@ impl Travel {
         self.travelled[body] + other.map_or(0.0, |other| self.travelled[other])
     }
 
-    /// Begins anew from here, and measures how far the character reaches. What is told from then on holds until a sliding
-    /// joint has slid by `slide` m.
+    /// Starts again from the present pose, and measures the reach of every body. The bounds hold until a sliding joint has
+    /// moved by `slide` m.
     pub fn measure(&mut self, model: &Model, slide: f64) {
         self.travelled.fill(0.0);
         self.beyond.copy_from_slice(&self.farthest);
@@ -127,7 +128,7 @@ impl Travel {
         }
     }
 
-    /// Measures how fast the bodies move. The greatest gap of two shapes that is within `settings`, m.
+    /// Measures how fast the bodies move, and returns the greatest gap of two shapes that a step can close, m.
     pub fn measure_speeds(&mut self, bodies: &[BodyMotion], settings: &DetectionSettings) -> f64 {
         let frame = if self.world { SpatialMotion::ZERO } else { bodies[0].velocity };
         let mut fastest = 0.0_f64;
@@ -140,7 +141,7 @@ impl Travel {
         settings.margin(2.0 * fastest)
     }
 
-    /// The greatest gap of shapes of the two bodies that is within `settings`, m.
+    /// The greatest gap of shapes of the two bodies that a step can close, m.
     #[inline]
     pub fn within(&self, body: usize, other: Option<usize>, settings: &DetectionSettings) -> f64 {
         settings.margin(self.speed[body] + other.map_or(0.0, |other| self.speed[other]))

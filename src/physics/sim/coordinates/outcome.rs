@@ -1,22 +1,22 @@
-//! How a step in either coordinates ends.
+//! How a substep ends, in either coordinates.
 
-/// How a step ended.
+/// How a substep ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StepOutcome {
-    /// The state is that after the step.
+    /// The state is that after the substep.
     Completed,
-    /// A body turns or swings too fast for the step. The state's positions may have moved, its
-    /// velocities not.
+    /// A body rotates, or a pendulum under joint tension oscillates, too fast for the substep. The state's positions may
+    /// have moved, its velocities not.
     TooFast {
         /// Index of the body.
         body: usize,
-        /// Longest step that could follow it, s.
+        /// Longest substep that resolves it, s.
         longest: f64,
     },
-    /// The step would make energy or drive what touches into the ground. The state is as after
+    /// The substep would create energy or drive a contact into the ground. The state is as after
     /// [`TooFast`](StepOutcome::TooFast).
     TooCoarse {
-        /// Longest step that is likely not to, s.
+        /// Longest substep that is likely not to, s.
         longest: f64,
     },
 }

@@ -1,10 +1,10 @@
 //! Newton's method on the natural map, with Gauss-Seidel sweeps where it does not lead on.
 //!
-//! Once the rows at their bounds are guessed rightly, one Newton step solves the problem to rounding
-//! (for circular cones a few, for their rim is curved); and between two time steps the guess seldom changes.
-//! A wrong guess corrects itself in most cases (Alart & Curnier 1991; Hintermüller, Ito & Kunisch
+//! Once the rows at their bounds are found, one Newton step solves the problem to rounding
+//! (for circular cones a few, for their rim is curved); and between two time steps this active set seldom changes.
+//! A wrong active set corrects itself in most cases (Alart & Curnier 1991; Hintermüller, Ito & Kunisch
 //! 2003), but can go in circles. Then sweeps of projected Gauss-Seidel, twice as many each time, bring the
-//! next guess nearer.
+//! next active set nearer.
 //!
 //! Neither may lead on where many contacts press a mechanism with one or two freedoms left: their rows depend on
 //! each other, and few of the many active sets are consistent. What is left unsolved then is given to the

@@ -203,7 +203,7 @@ impl Tangents {
     /// Sliding is B x + g = −κ x with |x| = radius and κ > 0, where g is the velocity without friction.
     /// κ is taken from the force and the velocity of the moment, −w · x / radius², but at least
     /// |g| / radius − tr B, which it cannot be below; and x(κ) = −(B + κ I)⁻¹ g is scaled to the rim. Sweep by
-    /// sweep both settle, and where they rest, w = −κ x.
+    /// sweep both converge, and where they do, w = −κ x.
     fn solve(&self) -> [f64; 2] {
         let [xx, xy, yx, yy] = self.block;
         let [force, w] = [self.force, self.velocity];

@@ -21,7 +21,7 @@ pub struct Row {
     pub offset: f64,
     /// Added to its diagonal entry of A, (m/s)/N or the like.
     pub softness: f64,
-    /// Where to start to look for its force, N or N m.
+    /// Force that the solver starts from, N or N m.
     pub warm_start: f64,
     /// Speed at which it corrects its position, m/s or rad/s: positions move along velocities for which w is
     /// greater by it.
@@ -29,7 +29,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// A row that nothing softens or corrects, and of whose force nothing is known.
+    /// A row without softness, correction or warm start.
     pub fn new(owner: RowOwner, bound: Bound, offset: f64) -> Self {
         Self { owner, bound, offset, softness: 0.0, warm_start: 0.0, recovery: 0.0 }
     }
@@ -51,7 +51,7 @@ pub struct Rows {
     pub bounds: Vec<Bound>,
     /// J v_free + bias, m/s or rad/s.
     pub offset: Vec<f64>,
-    /// Forces: the guess before the solve, the solution after it; N or N m.
+    /// Forces, N or N m: the warm start before the solve, the solution after it.
     pub force: Vec<f64>,
     /// What each row belongs to.
     pub owner: Vec<RowOwner>,
@@ -109,13 +109,13 @@ impl Rows {
         self.force.extend(rows.iter().map(|row| row.warm_start));
     }
 
-    /// Row `row` asks for nothing and does nothing from here on.
+    /// Removes the effect of row `row`: its condition is fulfilled whatever the velocities, and its force has no effect.
     pub fn disable(&mut self, row: usize) {
         self.half.disable(row);
         self.offset[row] = 0.0;
     }
 
-    /// Whether nothing moves row `row`.
+    /// Whether row `row` has no effect.
     pub fn is_disabled(&self, row: usize) -> bool {
         self.half.is_disabled(row)
     }

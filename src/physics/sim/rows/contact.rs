@@ -1,7 +1,7 @@
 //! Rows of contacts.
 //!
-//! For a touch at point p with unit normal n, where v_p is the velocity of the body there against what it
-//! touches: w_n = n · v_p⁺ + bias ≥ 0, λ_n ≥ 0, w_n λ_n = 0 (Tokizaki & Hasegawa eq. 16). The bias is
+//! For a contact candidate at point p with unit normal n, where v_p is the velocity of the body there relative to
+//! the other side: w_n = n · v_p⁺ + bias ≥ 0, λ_n ≥ 0, w_n λ_n = 0 (Tokizaki & Hasegawa eq. 16). The bias is
 //! that of the gap. A contact that would close within the step and has a speed of rebound u instead asks for
 //! n · v_p⁺ ≥ u, Newton's law of restitution (Moreau 1988 for its place in time stepping). Coulomb
 //! friction adds two rows along tangents t: w_t = t · v_p⁺ and |λ_t| ≤ μ λ_n, the force opposing the sliding (Anitescu & Potra
@@ -21,14 +21,14 @@ use crate::sim::spatial::{SpatialForce, SpatialMotion};
 /// Greatest speed at which a penetrating contact is pushed apart, m/s.
 const FASTEST_RECOVERY: f64 = 0.5;
 
-/// Share of the whole character's mobility with which what it touches gives way in the first pass of tracking.
+/// Compliance of contacts in the feedforward pass, as a share of the whole character's mobility.
 ///
-/// A rigid character on four feet has twelve forces for six freedoms: many loads solve its equations, and a solver would
-/// find one that depends on where it starts. Giving way shares the load out in one way, and takes from its sum no more than
-/// a hundredth.
+/// A rigid character on four feet has twelve contact forces for six degrees of freedom: many distributions solve its
+/// equations, and a solver would find one that depends on its warm start. With compliance the distribution is unique,
+/// and the sum of the forces is less by no more than a hundredth.
 const COMPLIANCE: f64 = 1e-2;
 
-/// The compliance of touches in the first pass of tracking, for a character of `mass` kg and a step of `step` seconds,
+/// The compliance of contacts in the feedforward pass, for a character of `mass` kg and a step of `step` seconds,
 /// (m/s)/N.
 pub fn compliance(mass: f64, step: f64) -> f64 {
     COMPLIANCE * step / mass
@@ -36,9 +36,9 @@ pub fn compliance(mass: f64, step: f64) -> f64 {
 
 /// Adds the rows of all `candidates`.
 ///
-/// `free` gives each body's velocity if no row acted; `warm_start` forces to start from by slot; `compliance`
-/// the speed with which what does not move gives way to a unit of force, (m/s)/N;
-/// `half_solve` half-solves the rows of forces on a touch's body (see [`Rows::push`]).
+/// `free` is each body's velocity if no row acted; `warm_start` holds the forces to start from, by slot; `compliance`
+/// is that of ground and obstacles, (m/s)/N; `half_solve` half-solves the rows of forces on a candidate's body
+/// (see [`Rows::push`]).
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,
@@ -84,7 +84,7 @@ pub fn add(
     }
 }
 
-/// Number of rows of a touch.
+/// Number of rows of a contact.
 pub fn rows_per_contact(friction: Option<f64>) -> usize {
     if friction.is_some() { 3 } else { 1 }
 }

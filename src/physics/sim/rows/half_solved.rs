@@ -1,4 +1,4 @@
-//! The half-solved numbers of rows, kept so that the matrix of a problem is made of small products of a known length.
+//! The half-solved numbers of rows, stored so that a problem's matrix consists of small products of fixed length.
 //!
 //! With M⁻¹ = Xᵀ X a row of the Jacobian becomes x = X Jᵀ: [`ROOT`] numbers of the root, and one for every joint or other
 //! place that the row reaches. Rows that reach the same places stand side by side in [`LANES`].

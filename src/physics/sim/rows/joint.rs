@@ -6,7 +6,7 @@
 //! the moment d. The row's error is how far the two ends have come apart along d; under stabilisation
 //! the bias takes back a share of it each step (Baumgarte 1972). Unlike what corrects contacts, it acts on the
 //! velocities themselves. A body on a circle that goes straight ahead leaves it by (ω h)² / 2 of its radius in a
-//! step, and where just that is taken back in each, its velocity is along the chord, whose part along the
+//! step, and where just that is taken back in each, its velocity is along the chord, whose component along the
 //! next tangent is neither longer nor shorter than along the last; velocities along each new tangent would
 //! gain the square of ω h.
 
@@ -50,7 +50,7 @@ pub struct Coupling {
     rotations: HeldDirections,
     /// The child's end less the parent's, m.
     position_error: Vector3<f64>,
-    /// What turns the parent's end into the child's, where rotations are held, rad.
+    /// Rotation vector from the parent's end to the child's, where rotations are held, rad.
     rotation_error: Vector3<f64>,
 }
 
@@ -71,7 +71,7 @@ impl HeldDirections {
         }
     }
 
-    /// The part of `vector` that ought to vanish.
+    /// The component of `vector` in the held directions, which ought to vanish.
     fn held_component(self, vector: Vector3<f64>) -> Vector3<f64> {
         match self {
             Self::All | Self::AllAbout(_) => vector,
@@ -204,7 +204,7 @@ pub fn add(
     });
 }
 
-/// The axis of the joint that carries a body, or the vertical for the root: in a planar loop, that across its plane.
+/// The axis of a body's own joint, or the vertical for the root: in a planar loop, that across its plane.
 fn carrying_axis(body: &BodyMotion) -> Vector3<f64> {
     let [rotation, slide] = [body.freedom.angular, body.freedom.linear];
     let axis = if rotation == Vector3::zeros() { slide } else { rotation };
@@ -219,7 +219,7 @@ fn across(axis: Vector3<f64>) -> [Vector3<f64>; 2] {
     [first, axis.cross(&first)]
 }
 
-/// The rotation vector that turns the frame `from` into `to`, rad.
+/// The rotation vector from the frame `from` to `to`, rad.
 fn rotation_between(from: &Matrix3<f64>, to: &Matrix3<f64>) -> Vector3<f64> {
     let rotation = Rotation3::from_matrix_unchecked(to * from.transpose());
     // The angle of a matrix is the arc cosine of its trace, which rounding takes out of range.

@@ -30,7 +30,7 @@ pub fn near(limit: Option<[f64; 2]>, angle: f64, free: f64, step: f64) -> [bool;
 ///
 /// `angles` are those at the beginning of the step, `free` the joint velocities if no row acted,
 /// `warm_start` the last step's forces; `half_solve` half-solves the row of a force along a joint
-/// (see [`Rows::push`]); it is turned round here for an upper limit.
+/// (see [`Rows::push`]); its sign is changed here for an upper limit.
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,

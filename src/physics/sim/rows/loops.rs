@@ -2,19 +2,18 @@
 //! coordinates.
 //!
 //! The rows read the velocities that the bodies have in their old places, V⁺ = V + h (a − D) with the
-//! acceleration D of a body by the tree's own turning (see `maximal`). A joint's two bodies may accelerate against
-//! each other by S q̈ and by the turning of S with the first body, V_a × (V_b − V_a) (Featherstone 2008,
-//! section 3.5). So what its rows ask for is
+//! bias acceleration D of a body, that of the tree's joints at constant rates (see `maximal`). A loop joint's two bodies
+//! may accelerate relative to each other by S q̈ and by the rotation of S with the first body, V_a × (V_b − V_a)
+//! (Featherstone 2008, section 3.5). So its rows require
 //!
 //! Tᵀ (V_b⁺ − V_a⁺) = h Tᵀ (V_a × (V_b − V_a) − (D_b − D_a)),
 //!
-//! the bias −h J̇ v; without it the loop's own turning is left to the next step, as in the paper's form.
+//! the bias −h J̇ v; without it the rotation of the loop's axes is left to the next step, as in the paper's form.
 //!
-//! **Overconstrained loops.** A planar loop moves for the very reason that its axes are parallel: its rows across the
-//! plane move nothing. Axes as they are written in documents are parallel to a few digits, and then those rows ask
-//! for the impossible with a lever next to none: taken at their word they lock the loop. In a real one the play of
-//! its bearings gives way. So a row that its force hardly moves is left out, and the loop gives way there by what its
-//! axes are askew.
+//! **Overconstrained loops.** A planar loop moves because its axes are parallel: its rows across the plane constrain
+//! nothing. Axes in documents are parallel to a few digits only; such rows then have a very small moment arm, and would
+//! lock the loop. In a real mechanism the clearance of the bearings prevents that. So a row whose force hardly changes
+//! its own velocity is left out, and the loop may misalign there by as much as its axes are not parallel.
 
 use std::ops::Range;
 
@@ -29,8 +28,8 @@ use crate::sim::spatial::{SpatialForce, SpatialMotion};
 /// Greatest speed at which a loop that is open is closed, m/s and rad/s.
 const FASTEST_RECOVERY: f64 = 5.0;
 
-/// A row that its force moves by less than this share of the others of its loop is left out: axes are taken to be
-/// parallel within about the root of it, rad.
+/// A row whose mobility is less than this share of the others of its loop is left out: axes count as
+/// parallel within about its square root, rad.
 const WEAK: f64 = 1e-6;
 
 /// Adds the rows of all loops of `model`.
@@ -81,8 +80,8 @@ pub fn add(
     }
 }
 
-/// Silences the rows from `first` on, of a loop whose first `shifts` rows are translations, that their forces hardly
-/// move.
+/// Disables the rows from `first` on whose mobility is next to none, of a loop whose first `shifts` rows are
+/// translations.
 fn leave_out_weak(rows: &mut Rows, first: usize, shifts: usize) {
     let greatest = |range: Range<usize>, rows: &Rows| range.map(|row| rows.mobility(row)).fold(0.0, f64::max);
     let shift = greatest(first..first + shifts, rows);
@@ -101,7 +100,7 @@ fn of_loops(rows: &Rows) -> usize {
     rows.owner.iter().position(|owner| matches!(owner, RowOwner::Loop(_))).unwrap_or(rows.len())
 }
 
-/// What every loop's joint hands from its first body to its second, about the common point, N m and N: into
+/// The wrench that every loop's joint transmits from its first body to its second, about the common point, N m and N: into
 /// `forces`, one a loop. The rows of all loops follow each other in `rows`.
 pub fn forces(rows: &Rows, model: &Model, bodies: &[BodyMotion], forces: &mut [SpatialForce]) {
     let mut numbers = rows.force[of_loops(rows)..].iter();
@@ -113,7 +112,7 @@ pub fn forces(rows: &Rows, model: &Model, bodies: &[BodyMotion], forces: &mut [S
     }
 }
 
-/// D: acceleration of `body` by the velocities of the joints between it and the root alone.
+/// D: bias acceleration of `body`, by the rates of the joints between it and the root.
 fn bias_acceleration(model: &Model, bodies: &[BodyMotion], rates: &[f64], mut body: usize) -> SpatialMotion {
     let mut sum = SpatialMotion::ZERO;
     while body > 0 {

@@ -1,4 +1,4 @@
-//! Bodies by themselves, from joint coordinates and back.
+//! Body states from joint coordinates and back.
 
 use std::f64::consts::TAU;
 
@@ -10,8 +10,7 @@ use crate::sim::coordinates::reduced;
 use crate::sim::spatial::{RigidInertia, SpatialMotion};
 use crate::sim::state::{BodyState, State};
 
-/// Places the bodies where the joint coordinates of `state` have them, and makes that their own
-/// place; `bodies` receives them.
+/// Fills the body states of `state` from its joint coordinates, and `bodies` with the same poses.
 pub fn bodies_from_joints(model: &Model, state: &mut State, bodies: &mut [BodyMotion]) {
     reduced::kinematics::place(model, state, bodies);
     state.body_states.clear();
@@ -46,8 +45,8 @@ pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
     }
 }
 
-/// Reads the root's pose and the joint angles off the bodies of `state`. An angle is taken to have turned
-/// by less than half a turn more or less than its velocity over `step` seconds says.
+/// Fills the root's pose and the joint angles of `state` from its body states. The number of whole rotations of an angle
+/// is that nearest to the angle expected from its velocity over `step` seconds.
 pub fn joints_from_bodies(model: &Model, state: &mut State, step: f64) {
     let frame = |index: usize| {
         let body_state = &state.body_states[index];

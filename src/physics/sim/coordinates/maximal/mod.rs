@@ -13,7 +13,7 @@
 //! V_i⁺ = V_i + h a_i + h (0; ω_0 × v_0) − h D_i,  D_i = D_parent + V_parent × S_i q̇_i,  D_0 = 0,
 //!
 //! v_0 being the velocity of the root's origin, while a step of the body by itself gives it
-//! V_i + h a_i + h (0; ω_i × v_i) with the velocity v_i of its centre of mass. So with the *turning*
+//! V_i + h a_i + h (0; ω_i × v_i) with the velocity v_i of its centre of mass. So with the *row correction*
 //!
 //! C_i = h (0; ω_0 × v_0 − ω_i × v_i) − h D_i
 //!
@@ -21,12 +21,12 @@
 //! −h J̇ v, and contacts, limits, drives and the root read what they read in joint coordinates: the new joint rates
 //! are the same to rounding. Without it (`joint_bias: paper`) the rows are the paper's.
 //!
-//! **Forces of velocity.** The paper's f\[t\] is that of the old velocities. Joint coordinates take those forces, and
-//! the turning with them, at the mean of old and new velocities, because at the old ones alone they feed every rotation
-//! (see `reduced/stages`). To move alike, both coordinates need the same means, and so
-//! the means are those of a step in joint coordinates, which a [`Forecast`] computes ahead on a copy of the state. The
-//! paper's own rows take the old velocities as the equations stand. In either case the forecast tells
-//! whether a body turns or swings too fast for the step, which limits come near, and what a blow is.
+//! **Velocity-dependent forces.** The paper's f\[t\] is that of the old velocities. Joint coordinates take those forces,
+//! and the row correction with them, at the mean of old and new velocities, because at the old ones alone they add
+//! energy to every rotation (see `coordinates/reduced/stages`). To give the same motion, both coordinates need the same
+//! means, and so the means are those of a step in joint coordinates, which a [`Forecast`](forecast::Forecast) computes
+//! ahead on a copy of the state. The paper's own rows take the old velocities as the equations stand. In either case
+//! the forecast decides whether a body rotates or a pendulum oscillates too fast for the step, and which limits are near.
 
 mod forecast;
 pub mod kinematics;

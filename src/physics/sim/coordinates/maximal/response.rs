@@ -1,4 +1,4 @@
-//! How bodies by themselves answer to wrenches: M = L Lᵀ of every body, and rows half-solved by it.
+//! The response of single bodies to wrenches: M = L Lᵀ of every body, and rows half-solved by it.
 
 use std::ops::Range;
 
@@ -23,7 +23,7 @@ pub struct BodyFactor {
 }
 
 impl BodyFactor {
-    /// Of a body that nothing moves.
+    /// Of a body that is fixed to the world.
     pub const FIXED: Self = Self {
         root_inverse_mass: 0.0,
         inverse_lower: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
@@ -42,7 +42,7 @@ impl BodyFactor {
         }
     }
 
-    /// Whether nothing moves the body.
+    /// Whether the body is fixed to the world.
     pub fn is_fixed(&self) -> bool {
         self.root_inverse_mass == 0.0
     }
@@ -118,7 +118,7 @@ pub fn of_bodies(
     places
 }
 
-/// The wrench on its child body of a unit of force along the joint that carries `body`: a moment about its
+/// The wrench on its child body of a unit of force along the joint of `body`: a moment about its
 /// axis, or a force along it.
 pub fn along(body: &BodyMotion) -> SpatialForce {
     let axis = body.freedom.angular;

@@ -88,7 +88,7 @@ impl Stages<'_> {
         line
     }
 
-    /// Adds the rows of contacts, whose forces are looked for from `warm_start` on; for both see
+    /// Adds the rows of contacts, whose solve starts from `warm_start`; for both see
     /// [`contact::add`].
     pub(super) fn contacts(&self, rows: &mut Rows, warm_start: &ContactForces, compliance: f64) {
         let Self { plan, work, step, .. } = self;

@@ -16,7 +16,7 @@ use crate::sim::state::State;
 use crate::sim::tracking::{Spring, Target};
 use crate::sim::workspace::Workspace;
 
-/// One step of `step` seconds, unless a body would turn or swing too far in it.
+/// One step of `step` seconds, unless it has to be shorter (see [`StepOutcome`]).
 ///
 /// # Errors
 /// As [`Simulator::step`](crate::sim::Simulator::step).
@@ -60,7 +60,7 @@ pub(super) struct Stages<'a> {
 }
 
 impl Stages<'_> {
-    /// Where the bodies are and how they move.
+    /// Places the bodies and gives them the old velocities.
     fn kinematics(&mut self) {
         let Self { model, state, work, own, .. } = self;
         if state.body_states.is_empty() {
@@ -77,12 +77,12 @@ impl Stages<'_> {
         work.evaluations += 1;
     }
 
-    /// What the character touches.
+    /// Detects contact candidates.
     fn detection(&mut self) {
         self.work.detect(self.model, self.plan, None, self.step);
     }
 
-    /// From here on, lets the forces of velocity be those of the forecast's mean velocities.
+    /// Gives the bodies the forecast's mean velocities, at which velocity-dependent forces are taken.
     fn mean_velocities(&mut self) {
         if !self.plan.reads_turning() {
             return;
@@ -95,7 +95,7 @@ impl Stages<'_> {
         }
     }
 
-    /// How much more than a body's own velocity the rows read: C of every body.
+    /// C of every body: what the rows read in addition to the body's own velocity.
     fn row_correction(&mut self) {
         let Self { model, plan, work, own, step, .. } = self;
         let row_correction = &mut own.row_correction;
@@ -152,7 +152,7 @@ impl Stages<'_> {
         }
     }
 
-    /// What each joint is asked to do.
+    /// The joints' drives under `command`.
     fn drives(&mut self, command: Command<'_>) -> Result<(), Failure> {
         self.work.springs.fill(Spring::default());
         self.work.torque.fill(0.0);
@@ -200,8 +200,8 @@ impl Stages<'_> {
             self.rows();
             self.solve()?;
             self.response();
-            // A limit that would be passed gets a row, and so does a touch that a blow brings about. Each can
-            // be added only once, so this ends.
+            // Rows are added for a limit that would be crossed and for a contact that an impact brings about. Each is
+            // added at most once, so the loop ends.
             let crossing = self.crosses_limit();
             if !self.impact_contacts() && !crossing {
                 return Ok(());
@@ -230,7 +230,7 @@ impl Stages<'_> {
         }
     }
 
-    /// Whether a joint without a row for its limit would pass it in this step; it gets one.
+    /// Whether a joint without a row for its limit would cross it in this step; a row is added.
     fn crosses_limit(&mut self) -> bool {
         self.plan
             .limits
@@ -238,7 +238,7 @@ impl Stages<'_> {
             .is_some_and(|limits| self.work.mark_crossed_limits(limits, &self.state.angles, self.step))
     }
 
-    /// Whether a blow in this step lets something else touch; it gets rows.
+    /// Whether an impact in this step brings about other contacts; rows are added for them.
     fn impact_contacts(&mut self) -> bool {
         let Self { model, plan, work, step, .. } = self;
         let found = work.is_impact(plan, *step) && work.detect_again(model, plan, None, *step);

@@ -6,14 +6,14 @@ use crate::model::Model;
 use crate::scene::StepPlan;
 use crate::sim::spatial::SpatialMotion;
 
-/// What a step in maximal coordinates needs beside what every step needs.
+/// Scratch memory that only maximal coordinates need, one entry a body.
 #[derive(Debug, Clone)]
 pub struct MaximalWorkspace {
-    /// Factors of the bodies' inertias.
+    /// Factors of the bodies' inertias. (new)
     pub factors: Vec<BodyFactor>,
-    /// C of every body. (turning)
+    /// C of every body, the velocity that the rows read in addition to the body's own. (row_correction)
     pub row_correction: Vec<SpatialMotion>,
-    /// The step in joint coordinates.
+    /// The step in joint coordinates. (Forecast::run)
     pub forecast: Forecast,
 }
 

@@ -27,12 +27,12 @@ pub struct JointFactor {
     pub root_inverse_d: f64,
 }
 
-/// What a step asks of the joints: force now, and force per joint acceleration.
+/// Load of a joint: a force, and a force per joint acceleration.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct JointLoad {
     /// Force along the joint at its present velocity, N m or N.
     pub torque: f64,
-    /// What joint acceleration takes besides the inertia of bodies: armature, and h times
+    /// Inertia along the joint besides that of bodies: armature, and h times
     /// the coefficients of forces that are implicit in the new velocity; kg m² or kg.
     pub inertia: f64,
 }
@@ -52,15 +52,15 @@ pub struct Articulated {
     pub joints: Vec<JointFactor>,
     /// The root's factor.
     pub root: RootFactor,
-    /// Acceleration of each body if neither the root nor a joint accelerates.
+    /// Bias acceleration of each body: that by the velocities alone, if neither the root nor a joint accelerates. (prepare)
     bias_acceleration: Vec<SpatialMotion>,
-    /// Force that this acceleration and the velocity take.
+    /// Bias force of each body: what its velocity and its bias acceleration require. (prepare)
     bias_force: Vec<SpatialForce>,
     inertia: Vec<ArticulatedInertia>,
     articulated_bias: Vec<SpatialForce>,
-    /// Joint force less bias, N m or N.
+    /// Joint force less that of the articulated bias, N m or N. (accelerate)
     net: Vec<f64>,
-    /// Acceleration of each body besides its drift.
+    /// Acceleration of each body besides its bias acceleration.
     acceleration: Vec<SpatialMotion>,
 }
 
@@ -90,7 +90,7 @@ impl Articulated {
         }
     }
 
-    /// Force that body `index` takes if neither the root nor a joint accelerates.
+    /// Bias force of body `index`: what it requires if neither the root nor a joint accelerates.
     #[inline]
     pub fn bias_force(&self, index: usize) -> SpatialForce {
         self.bias_force[index]
@@ -150,11 +150,11 @@ pub fn factorise(
     Ok(())
 }
 
-/// The accelerations without any row under the factorised `loads` and the prepared forces of velocity: of
-/// the joints into `joint_acceleration`, and of the root as the result.
+/// The accelerations without any row, under the factorised `loads` and the prepared bias forces: those of
+/// the joints into `joint_acceleration`, and the root's as the result.
 ///
-/// `minus_gravity` is the acceleration opposite to gravity. `prescribed` is the acceleration of the root in
-/// the directions in which it is not free.
+/// `minus_gravity` is the acceleration −g, which stands for the bodies' weights. `prescribed` is the acceleration of the
+/// root in the directions in which it is not free.
 #[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
 #[multiversion(targets("x86_64+avx2"), attrs(allow(clippy::too_many_arguments)))]
 pub fn accelerate(

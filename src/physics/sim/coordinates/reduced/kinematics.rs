@@ -80,7 +80,7 @@ pub fn move_along(model: &Model, root: SpatialMotion, rates: &[f64], bodies: &mu
     }
 }
 
-/// Inertia that each joint carries with all joints beyond it stiff and at zero, and its rotor's, kg m² or kg.
+/// Composite-rigid-body inertia along each joint, with all joints beyond it fixed at zero, plus its rotor's; kg m² or kg.
 pub fn composite_inertia(model: &Model) -> Vec<f64> {
     let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
     place(model, &State::new(model), &mut bodies);
@@ -94,7 +94,7 @@ pub fn composite_inertia(model: &Model) -> Vec<f64> {
 }
 
 /// Distance from each joint to the farthest of its body's centre of mass and of the joints beyond, m; 0 for
-/// a prismatic joint, whose body does not swing.
+/// a prismatic joint, whose body is no pendulum.
 pub fn moment_arms(model: &Model) -> Vec<f64> {
     let mut moment_arms: Vec<f64> = model.bodies.iter().skip(1).map(|body| body.center.norm()).collect();
     for body in model.bodies.iter().skip(1).filter(|body| body.parent > 0) {

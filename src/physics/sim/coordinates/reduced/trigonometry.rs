@@ -1,6 +1,6 @@
 //! Sines and cosines of several angles at a time, up to 10⁶ rad the same to the last bit on every machine.
 //!
-//! The quadrant is taken off by parts of π/2 that are exact in products with small integers (Cody & Waite 1980), and
+//! The quadrant is subtracted in pieces of π/2 that are exact in products with small integers (Cody & Waite 1980), and
 //! what is left goes into the polynomials of Sun's fdlibm (`k_sin.c`, `k_cos.c`), whose own error is below 2⁻⁵⁸; with rounding
 //! a result is within 2⁻⁵² of the standard library's, whose functions take one angle after the other, and whose last bit
 //! depends on the system.

@@ -1,10 +1,10 @@
-//! The first of the two passes of tracking: the torque that would follow the target exactly.
+//! Feedforward, the first of the two passes of tracking: the torque that would follow the target exactly.
 //!
 //! Rows s are held at the target's velocity as rows e (velocity control, Tokizaki & Hasegawa eq. 17
 //! and figure 2). In joint coordinates that prescribes every joint's acceleration and leaves only
 //! the root to move: the character is one rigid body whose shape is changing, and contacts (in the
 //! contact-aware form) act on that body. Where loops or passive joints leave the motion of some joints open,
-//! `stages/held.rs` does it by rows instead.
+//! `stages/feedforward_rows.rs` does it by rows instead.
 
 use super::articulated::Articulated;
 use super::root::RootFactor;
@@ -16,15 +16,15 @@ use crate::sim::spatial::{ArticulatedInertia, RigidInertia, SpatialForce, Spatia
 /// The character as one rigid body of changing shape.
 #[derive(Debug, Clone)]
 pub struct VelocityControl {
-    /// Inertia of each body with all that it carries.
+    /// Composite-rigid-body inertia of each body with all beyond it. (prescribe)
     composite: Vec<RigidInertia>,
-    /// Force that each body with all that it carries takes when the root does not accelerate.
+    /// Force that each body with all beyond it requires when the root does not accelerate. (prescribe, push)
     taken: Vec<SpatialForce>,
-    /// Acceleration of each body besides its drift when the root does not accelerate.
+    /// Acceleration of each body besides its bias acceleration, when the root does not accelerate. (prescribe)
     acceleration: Vec<SpatialMotion>,
     /// The root's factor, of the whole character's inertia.
     pub root: RootFactor,
-    /// Acceleration of the root without contacts, lifted by gravity.
+    /// Acceleration of the root less gravity: without contacts (prescribe), then with them (accelerate_root).
     root_minus_gravity: SpatialMotion,
 }
 
@@ -40,7 +40,7 @@ impl VelocityControl {
         }
     }
 
-    /// Prescribes `joint_acceleration` and gives the root's acceleration without contacts, or
+    /// Prescribes `joint_acceleration` and returns the root's acceleration without contacts, or
     /// `None` if the character has no inertia.
     #[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
     pub fn prescribe(
@@ -76,7 +76,7 @@ impl VelocityControl {
         Some(self.root_minus_gravity.plus(minus_gravity.scaled(-1.0)))
     }
 
-    /// Adds a contact force on `body`, which changes what that body and all that carry it take.
+    /// Adds a contact force on `body`, which changes what it and the bodies between it and the root require.
     pub fn push(&mut self, model: &Model, mut body: usize, force: SpatialForce) {
         loop {
             self.taken[body] = self.taken[body].plus(force.scaled(-1.0));

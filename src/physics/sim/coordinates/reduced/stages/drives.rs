@@ -1,4 +1,4 @@
-//! What each joint is asked to do, and the torque that would do it.
+//! The joints' drives under a command, and the feedforward torques.
 
 use super::{Stages, free_motion::after, free_motion::singular};
 use crate::scene::{DrivePlan, Feedforward};
@@ -13,7 +13,7 @@ use crate::sim::spatial::SpatialForce;
 use crate::sim::tracking::{ImplicitWeights, Spring, Target};
 
 impl Stages<'_> {
-    /// What each joint is asked to do, and the torque that would do it exactly.
+    /// The joints' drives under `command`, with their feedforward torques.
     pub(super) fn drives(&mut self, command: Command<'_>) -> Result<(), Failure> {
         let step = self.step;
         let work = &mut *self.work;
@@ -61,7 +61,7 @@ impl Stages<'_> {
         Ok(())
     }
 
-    /// The first pass: offset torques f₀ that would give the joints the target's velocity exactly
+    /// Feedforward: offset torques f₀ that would give the joints the target's velocity exactly
     /// (Tokizaki & Hasegawa figure 2), with contacts or without.
     pub(super) fn velocity_control(
         &mut self,
@@ -111,7 +111,7 @@ impl Stages<'_> {
                 &state.memory.feedforward_contacts,
                 contact::compliance(model.mass, step),
                 |candidate, forces, numbers| {
-                    // Bodies that touch each other push the rigid whole nowhere.
+                    // Contact forces between two bodies of the rigid whole cancel.
                     let forces = if candidate.against.body().is_none() { forces } else { &[] };
                     numbers.extend(control.root.half_solve(response::side_by_side(forces)));
                     ROOT..ROOT
@@ -138,7 +138,7 @@ impl Stages<'_> {
     }
 }
 
-/// Calls `push` with the force of every touch on each body that it acts on.
+/// Calls `push` with the force of every contact on each body that it acts on.
 fn push_contacts(
     candidates: &[ContactCandidate],
     forces: &[f64],

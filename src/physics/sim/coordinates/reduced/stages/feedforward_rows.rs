@@ -1,10 +1,10 @@
-//! The first pass of tracking where the joints do not all move by themselves.
+//! Feedforward where loops or passive joints leave the motion of some joints open.
 //!
-//! With loops, or with joints that nothing drives, the target's velocities do not prescribe the motion of every
-//! joint: the driven ones are held at them by rows e, beside those of the loops and, if they are to be known, of the
-//! contacts (velocity control, Tokizaki & Hasegawa eq. 17 and figure 2), and the others follow. The forces of those rows
-//! are the offset torques f₀. Of joints that the loops couple to others, the first are held; a row that depends on
-//! those before it has the torque 0.
+//! The target's velocities then do not prescribe the motion of every joint. The driven joints are given them by rows e,
+//! beside the rows of the loops and, if the feedforward is contact-aware, of the contacts (velocity control, Tokizaki &
+//! Hasegawa eq. 17 and figure 2); the other joints move as they result. The forces of those rows are the offset torques
+//! f₀. Of joints that the loops couple to others, the first get their velocities; a row that depends on those before it
+//! has the torque 0.
 
 use super::Stages;
 use crate::scene::Feedforward;
@@ -39,7 +39,7 @@ impl Stages<'_> {
         fail_unless_usable(solution.status, self.model, self.state)
     }
 
-    /// What holds the driven joints at the velocity of their targets, and what goes with it.
+    /// The rows that give the driven joints the velocities of their targets, and those of contacts and loops.
     fn velocity_rows(&self, rows: &mut Rows, feedforward: Feedforward, now: &[f64], next: &[f64]) {
         let Self { model, plan, state, work, step, .. } = self;
         let (bodies, articulated) = (&work.bodies, &work.articulated);

@@ -22,7 +22,8 @@ impl Stages<'_> {
         }
     }
 
-    /// The acceleration opposite to gravity, which every body has instead of its weight.
+    /// Acceleration of a frame at rest less gravity, −g: given to the root instead of weights to all bodies
+    /// (Featherstone 2008, section 5.3).
     pub(super) fn minus_gravity(&self) -> SpatialMotion {
         SpatialMotion { angular: nalgebra::Vector3::zeros(), linear: -self.plan.gravity }
     }
@@ -83,8 +84,8 @@ impl Stages<'_> {
 /// Velocity of the root after a step at spatial acceleration `acceleration`.
 ///
 /// The velocity kept in a state is that of the root's origin, which moves: its rate of change is the
-/// spatial acceleration plus ω × v (Featherstone 2008, section 2.11), with ω and v as the forces of
-/// velocity see them.
+/// spatial acceleration plus ω × v (Featherstone 2008, section 2.11), with the same ω and v as in the
+/// velocity-dependent forces.
 pub(super) fn after(
     state: &State,
     acceleration: SpatialMotion,

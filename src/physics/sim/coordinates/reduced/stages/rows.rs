@@ -1,4 +1,4 @@
-//! What acts where velocities alone would go too far, and what the bodies make of it.
+//! The rows of a step, their solution and the bodies' response.
 
 use super::Stages;
 use crate::sim::coordinates::reduced::response;
@@ -7,7 +7,7 @@ use crate::sim::rows::{Lanes, RowOwner, contact, dry_friction, limit, loops, tor
 use crate::sim::workspace::Workspace;
 
 impl Stages<'_> {
-    /// What contacts, limits, dry friction and saturated actuators ask of the new velocities.
+    /// The rows of contacts, limits, dry friction, saturated actuators and loops.
     pub(super) fn rows(&mut self) {
         let step = self.step;
         let Self { model, plan, state, work, .. } = self;
@@ -146,7 +146,7 @@ impl Stages<'_> {
         again
     }
 
-    /// Whether a joint without a row for its limit would pass it in this step; it gets one.
+    /// Whether a joint without a row for its limit would cross it in this step; a row is added.
     pub(super) fn crosses_limit(&mut self) -> bool {
         self.plan
             .limits
@@ -154,8 +154,8 @@ impl Stages<'_> {
             .is_some_and(|limits| self.work.mark_crossed_limits(limits, &self.state.angles, self.step))
     }
 
-    /// Whether a blow in this step, which changes the velocities after touches were looked for, lets something
-    /// else touch; it gets rows.
+    /// Whether an impact in this step, which changes the velocities after the detection, brings about other
+    /// contacts; rows are added for them.
     pub(super) fn impact_contacts(&mut self) -> bool {
         let Self { model, plan, state, work, step, .. } = self;
         let found = work.is_impact(plan, *step) && work.detect_again(model, plan, Some(&state.angles), *step);
