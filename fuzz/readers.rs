@@ -46,7 +46,7 @@ fn step(character: Character) {
         match simulator.step(Command::Passive) {
             Ok(()) => assert!(simulator.state().velocities.iter().all(|rate| rate.is_finite())),
             Err(failure) => {
-                assert!(!failure.place.is_empty() && !failure.cause.is_empty());
+                assert!(!failure.place.is_empty() && !failure.cause.to_string().is_empty());
                 return;
             }
         }

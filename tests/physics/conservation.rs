@@ -10,7 +10,8 @@ use gaitwright_physics::model::Model;
 use gaitwright_physics::scene::{
     Accuracy, Feedforward, FrictionCone, Gains, Integrator, Scene, SolverChoice, SolverKind,
 };
-use gaitwright_physics::sim::reduced::kinematics::{BodyMotion, place};
+use gaitwright_physics::sim::bodies::BodyMotion;
+use gaitwright_physics::sim::coordinates::reduced::kinematics::place;
 use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::Stance;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -262,7 +263,7 @@ fn contact_forces_over_a_step_in_parts_change_momentum_by_as_much() {
                 start.root.angular_velocity = Vector3::new(1.0, spin, 2.0);
                 let mut simulator = Simulator::new(model.clone(), plan.clone(), start);
                 for index in 0..500 {
-                    let (momentum, parts) = (simulator.momentum().linear, simulator.parts());
+                    let (momentum, parts) = (simulator.momentum().linear, simulator.substeps());
                     advance(&mut simulator, Command::Passive);
                     let force: Vector3<f64> = simulator.contacts().map(|contact| contact.force).sum();
                     let impulse = (force + plan.gravity * model.mass) * 0.002;
@@ -272,7 +273,7 @@ fn contact_forces_over_a_step_in_parts_change_momentum_by_as_much() {
                         "{integrator:?}, {step_tolerance:?}, step {index}: {lacking} N s"
                     );
                     if force.z > 0.0 {
-                        *if simulator.parts() - parts > 1 { &mut divided } else { &mut whole } += 1;
+                        *if simulator.substeps() - parts > 1 { &mut divided } else { &mut whole } += 1;
                     }
                 }
             }
@@ -302,13 +303,13 @@ fn torques_over_a_step_in_parts_change_momentum_by_as_much() {
     let mut simulator = Simulator::new(model.clone(), plan, State::new(&model));
     let target = |time: f64| [0.05 * (20.0 * time).sin()];
     for index in 0..500 {
-        let (speed, parts) = (simulator.state().velocities[0], simulator.parts());
+        let (speed, parts) = (simulator.state().velocities[0], simulator.substeps());
         let [now, next] = [index, index + 1].map(|index| target(0.002 * f64::from(index)));
         advance(&mut simulator, Command::Track { now: &now, next: &next });
         let gained = 2.0 * (simulator.state().velocities[0] - speed);
         let lacking = gained - 0.002 * (simulator.torques()[0] - 2.0 * GRAVITY);
         assert!(lacking.abs() < 1e-10, "step {index}: {lacking} N s of {gained} N s");
-        assert!(simulator.parts() - parts > 1, "step {index} is whole");
+        assert!(simulator.substeps() - parts > 1, "step {index} is whole");
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Effect, Integrator, Scene};
-use gaitwright_physics::sim::reduced::trigonometry::{LANES, sines_and_cosines};
+use gaitwright_physics::sim::coordinates::reduced::trigonometry::{LANES, sines_and_cosines};
 use gaitwright_physics::sim::{Command, Simulator, State};
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use serde_json::Value;

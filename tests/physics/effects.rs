@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use gaitwright_physics::model::Model;
 use gaitwright_physics::scene::{Accuracy, Effect, Feedforward, Gains, Ground, Scene, Switch};
-use gaitwright_physics::sim::rows::Owner;
+use gaitwright_physics::sim::rows::RowOwner;
 use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::Stance;
 
@@ -155,12 +155,12 @@ fn busy(model: &Model, stance: &Stance) -> Idle {
 }
 
 /// Whether a row belongs to `effect`.
-fn belongs(owner: Owner, effect: Effect) -> bool {
+fn belongs(owner: RowOwner, effect: Effect) -> bool {
     match effect {
-        Effect::GroundContact => matches!(owner, Owner::Contact { .. }),
-        Effect::JointLimits => matches!(owner, Owner::LowerLimit(_) | Owner::UpperLimit(_)),
-        Effect::TorqueLimits => matches!(owner, Owner::Torque(_)),
-        Effect::JointFriction => matches!(owner, Owner::DryFriction(_)),
+        Effect::GroundContact => matches!(owner, RowOwner::Contact { .. }),
+        Effect::JointLimits => matches!(owner, RowOwner::LowerLimit(_) | RowOwner::UpperLimit(_)),
+        Effect::TorqueLimits => matches!(owner, RowOwner::Torque(_)),
+        Effect::JointFriction => matches!(owner, RowOwner::DryFriction(_)),
         _ => false,
     }
 }
@@ -197,7 +197,7 @@ fn friction_adds_two_rows_to_each_of_a_contact() {
         let plan = common::plan(&model, scene, &Accuracy::default(), Some(&stance.gains));
         let mut simulator = Simulator::new(model.clone(), plan, stance.state.clone());
         simulator.step(Command::Track { now: &stance.angles, next: &stance.angles }).unwrap();
-        simulator.rows().iter().filter(|owner| matches!(owner, Owner::Contact { .. })).count()
+        simulator.rows().iter().filter(|owner| matches!(owner, RowOwner::Contact { .. })).count()
     };
     let without = rows(&common::without(&[Effect::Friction]));
     assert!(without >= 4, "a quadruped that stands has {without} contacts");

@@ -4,7 +4,8 @@ use nalgebra::Matrix3;
 
 use gaitwright_physics::model::{Body, Model};
 use gaitwright_physics::sim::State;
-use gaitwright_physics::sim::reduced::kinematics::{BodyMotion, place};
+use gaitwright_physics::sim::bodies::BodyMotion;
+use gaitwright_physics::sim::coordinates::reduced::kinematics::place;
 
 /// A measure of error.
 #[derive(Debug, Clone, Copy)]

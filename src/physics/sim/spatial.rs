@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 /// A velocity or acceleration: of rotation (rad/s), and of the body-fixed point at the common
 /// point (m/s).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion {
+pub struct SpatialMotion {
     /// rad/s or rad/s².
     pub angular: Vector3<f64>,
     /// m/s or m/s².
@@ -19,14 +19,14 @@ pub struct Motion {
 
 /// A force or momentum: moment about the common point (N m), and force (N).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Force {
+pub struct SpatialForce {
     /// N m or kg m²/s.
     pub moment: Vector3<f64>,
     /// N or kg m/s.
     pub force: Vector3<f64>,
 }
 
-impl Motion {
+impl SpatialMotion {
     /// At rest.
     pub const ZERO: Self = Self { angular: Vector3::new(0.0, 0.0, 0.0), linear: Vector3::new(0.0, 0.0, 0.0) };
 
@@ -62,11 +62,11 @@ impl Motion {
 
     /// Power of `force` along this motion (W), or any other pairing of the two kinds.
     #[inline]
-    pub fn dot(self, force: Force) -> f64 {
+    pub fn dot(self, force: SpatialForce) -> f64 {
         self.angular.dot(&force.moment) + self.linear.dot(&force.force)
     }
 
-    /// Rate of change of a motion vector `other` that is carried along by this motion.
+    /// Rate of change of a motion vector `other` that moves with this motion.
     #[inline]
     pub fn cross_motion(self, other: Self) -> Self {
         Self {
@@ -75,10 +75,10 @@ impl Motion {
         }
     }
 
-    /// Rate of change of a force vector `other` that is carried along by this motion.
+    /// Rate of change of a force vector `other` that moves with this motion.
     #[inline]
-    pub fn cross_force(self, other: Force) -> Force {
-        Force {
+    pub fn cross_force(self, other: SpatialForce) -> SpatialForce {
+        SpatialForce {
             moment: self.angular.cross(&other.moment) + self.linear.cross(&other.force),
             force: self.angular.cross(&other.force),
         }
@@ -91,7 +91,7 @@ impl Motion {
     }
 }
 
-impl Force {
+impl SpatialForce {
     /// No force.
     pub const ZERO: Self = Self { moment: Vector3::new(0.0, 0.0, 0.0), force: Vector3::new(0.0, 0.0, 0.0) };
 
@@ -178,31 +178,31 @@ impl RigidInertia {
 
     /// Momentum of the body at velocity `motion`, or the force that gives it the acceleration `motion`.
     #[inline]
-    pub fn times(self, motion: Motion) -> Force {
-        Force {
+    pub fn times(self, motion: SpatialMotion) -> SpatialForce {
+        SpatialForce {
             moment: self.rotational * motion.angular + self.first_moment.cross(&motion.linear),
             force: motion.linear * self.mass - self.first_moment.cross(&motion.angular),
         }
     }
 }
 
-/// `turn · inertia · turnᵀ`: a symmetric matrix given along a body's axes, along those that `turn` leads to.
+/// `rotation · inertia · rotationᵀ`: a symmetric matrix in a body's axes, expressed in the axes that `rotation` leads to.
 #[inline]
-pub fn turned(turn: &Matrix3<f64>, inertia: &Matrix3<f64>) -> Matrix3<f64> {
-    let half = turn * inertia;
+pub fn rotated(rotation: &Matrix3<f64>, inertia: &Matrix3<f64>) -> Matrix3<f64> {
+    let half = rotation * inertia;
     let entry = |row: usize, column: usize| {
-        half[(row, 0)] * turn[(column, 0)]
-            + half[(row, 1)] * turn[(column, 1)]
-            + half[(row, 2)] * turn[(column, 2)]
+        half[(row, 0)] * rotation[(column, 0)]
+            + half[(row, 1)] * rotation[(column, 1)]
+            + half[(row, 2)] * rotation[(column, 2)]
     };
     let (xy, xz, yz) = (entry(0, 1), entry(0, 2), entry(1, 2));
     Matrix3::new(entry(0, 0), xy, xz, xy, entry(1, 1), yz, xz, yz, entry(2, 2))
 }
 
-/// Inertia that a body shows at the common point when the joints beyond it may give way
+/// Inertia that a body shows at the common point when the joints beyond it are free to accelerate
 /// (articulated-body inertia, Featherstone 2008 chapter 7): a symmetric 6 × 6 matrix.
 ///
-/// Rows are those of a [`Force`], moment first, and columns those of a [`Motion`], rotation first. Whole
+/// Rows are those of a [`SpatialForce`], moment first, and columns those of a [`SpatialMotion`], rotation first. Whole
 /// aligned columns, both halves of the matrix kept, are what compiles to the fewest instructions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(align(16))]
@@ -232,7 +232,7 @@ impl From<RigidInertia> for ArticulatedInertia {
 impl ArticulatedInertia {
     /// Force that gives the acceleration `motion`.
     #[inline(always)] // the two sweeps of the dynamics spend most of their time here
-    pub fn times(&self, motion: Motion) -> Force {
+    pub fn times(&self, motion: SpatialMotion) -> SpatialForce {
         let (angular, linear) = (motion.angular, motion.linear);
         let motion = [angular.x, angular.y, angular.z, linear.x, linear.y, linear.z];
         let mut force = [0.0; 6];
@@ -240,12 +240,12 @@ impl ArticulatedInertia {
             force = std::array::from_fn(|row| force[row] + column[row] * scale);
         }
         let [moment @ .., fx, fy, fz] = force;
-        Force { moment: moment.into(), force: [fx, fy, fz].into() }
+        SpatialForce { moment: moment.into(), force: [fx, fy, fz].into() }
     }
 
-    /// Adds `other` less what its joint gives way to: `other − u uᵀ / d`.
+    /// Adds `other` less the effect of its joint's freedom: `other − u uᵀ / d`.
     #[inline(always)] // part of the kernels
-    pub fn add_reduced(&mut self, other: &Self, u: Force, inverse_d: f64) {
+    pub fn add_reduced(&mut self, other: &Self, u: SpatialForce, inverse_d: f64) {
         let u = u.components();
         for ((sum, column), each) in self.columns.iter_mut().zip(&other.columns).zip(u) {
             let scale = each * inverse_d;

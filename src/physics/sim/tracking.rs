@@ -9,9 +9,7 @@
 //! which is implicit in the new velocity and therefore stable for any K and D. A target that is
 //! tracked exactly costs no torque from K or D.
 
-use super::reduced::articulated::JointLoad;
-
-/// A drive whose resistance α is below this (N m s/rad) is a given torque: it has no slope to solve for.
+/// A drive whose resistance α is below this (N m s/rad) is a prescribed torque: it has no slope to solve for.
 const NO_RESISTANCE: f64 = 1e-12;
 
 /// A joint's drive over one step, as a line: torque = `at_rest` − `resistance` · q̇⁺.
@@ -42,19 +40,19 @@ impl Spring {
         Self { at_rest: offset - stiffness * (angle - target.now) + resistance * target_velocity, resistance }
     }
 
-    /// The drive of a joint that is at `angle` in the middle of the step when it goes on at its old
-    /// velocity `rate`:
+    /// The drive of a joint in the midpoint rule. `angle` is the joint's at the midpoint, reached at its old velocity
+    /// `rate`:
     ///
     /// λ_s = f₀ − K (q + σ h (q̇⁺ − v*) + (1 − σ) h (q̇⁺ − q̇) / 4 − q*) − D ((1 − θ) q̇ + θ q̇⁺ − v*),
     ///
-    /// with q* the mean of the target's ends. For σ = 0 the spring acts at the mean of old and new position, which
-    /// conserves its energy for any K, and for σ = 1 a half step after the new one, which damps what
-    /// the step cannot resolve; `shares` says which (see [`Shares`]).
+    /// with q* the mean of the target's ends and the weights σ and θ of [`ImplicitWeights`]. For σ = 0 the spring acts at
+    /// the mean of old and new position, which conserves its energy for any K; for σ = 1 it acts half a step after
+    /// the new one, which damps what the step cannot resolve.
     #[allow(clippy::too_many_arguments)] // the letters of the equation
-    pub fn in_the_middle(
+    pub fn at_midpoint(
         stiffness: f64,
         damping: f64,
-        shares: Shares,
+        weights: ImplicitWeights,
         offset: f64,
         angle: f64,
         rate: f64,
@@ -62,32 +60,32 @@ impl Spring {
         step: f64,
     ) -> Self {
         let target_velocity = (target.next - target.now) / step;
-        let late = shares.late * step;
-        let mean = 0.25 * step * (1.0 - shares.late);
-        let displacement = angle - late * target_velocity - mean * rate - 0.5 * (target.now + target.next);
-        let slip = (1.0 - shares.implicit) * rate - target_velocity;
+        let after = weights.spring * step;
+        let mean = 0.25 * step * (1.0 - weights.spring);
+        let displacement = angle - after * target_velocity - mean * rate - 0.5 * (target.now + target.next);
+        let slip = (1.0 - weights.damper) * rate - target_velocity;
         Self {
             at_rest: offset - stiffness * displacement - damping * slip,
-            resistance: shares.implicit * damping + stiffness * (late + mean),
+            resistance: weights.damper * damping + stiffness * (after + mean),
         }
     }
 
-    /// Whether this is a torque whatever the velocity.
+    /// Whether the torque is the same at any velocity.
     #[inline]
-    pub fn is_given(self) -> bool {
+    pub fn is_prescribed(self) -> bool {
         self.resistance <= NO_RESISTANCE
     }
 
-    /// A given torque within `greatest`; what depends on the velocity as it is.
+    /// Limits a prescribed torque to `greatest`; a torque that depends on the velocity stays as it is.
     #[inline]
     pub fn clamped(self, greatest: f64) -> Self {
-        match self.is_given() {
+        match self.is_prescribed() {
             true => Self { at_rest: self.at_rest.clamp(-greatest, greatest), ..self },
             false => self,
         }
     }
 
-    /// Both together.
+    /// The sum of two drives.
     #[inline]
     pub fn plus(self, other: Self) -> Self {
         Self { at_rest: self.at_rest + other.at_rest, resistance: self.resistance + other.resistance }
@@ -98,39 +96,32 @@ impl Spring {
     pub fn torque(self, rate: f64) -> f64 {
         self.at_rest - self.resistance * rate
     }
-
-    /// What the drive adds to the joint's equation when the joint moves at `rate` before the step.
-    #[inline]
-    pub fn load(self, rate: f64, step: f64) -> JointLoad {
-        JointLoad { torque: self.torque(rate), inertia: step * self.resistance }
-    }
 }
 
-/// How far a spring and damper in the middle of a step lean on the step's end, so that they are of second
-/// order where the step resolves them and damped where it does not.
+/// Implicit weights of a spring and a damper in the midpoint rule: they are of second order where the step resolves
+/// them, and damped where it does not.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shares {
-    /// σ: 0 for soft springs, with h² K / I to the second power, and 1 in the limit of stiff ones.
-    pub late: f64,
-    /// θ (see [`implicit_share`]).
-    pub implicit: f64,
+pub struct ImplicitWeights {
+    /// σ, of the spring: 0 for soft springs, growing with the square of h² K / I, and 1 in the limit of stiff ones.
+    pub spring: f64,
+    /// θ, of the damper (see [`implicit_damper_weight`]).
+    pub damper: f64,
 }
 
-impl Shares {
+impl ImplicitWeights {
     /// For spring K and damper D on an inertia I over a step of h: `spring` = h² K / I, `decay` = h D / I.
     pub fn new(spring: f64, decay: f64) -> Self {
-        // A spring of two steps a radian, at which an explicit step becomes unstable, is half late.
+        // At h ω = 2, where an explicit step becomes unstable, σ is 1/2.
         let stiffness = (0.25 * spring).powi(2);
-        let late = if stiffness.is_finite() { stiffness / (1.0 + stiffness) } else { 1.0 };
-        Self { late, implicit: implicit_share(decay) }
+        let weight = if stiffness.is_finite() { stiffness / (1.0 + stiffness) } else { 1.0 };
+        Self { spring: weight, damper: implicit_damper_weight(decay) }
     }
 }
 
-/// Share θ of the new velocity in a damping force, for a decay of `decay` = h D / I over the step: the one for
-/// which a single damper on an inertia I slows down exactly, θ = 1/(1 − e^−z) − 1/z. It is 1/2 for
-/// gentle dampers, which makes the scheme of second order, and tends to 1 for stiff ones, which keeps them
-/// from ringing.
-pub fn implicit_share(decay: f64) -> f64 {
+/// Weight θ of the new velocity in a damping force, for a decay of `decay` = h D / I over the step: the value at
+/// which the step is exact for a single damper on an inertia I, θ = 1/(1 − e^−z) − 1/z. It is 1/2 for gentle dampers,
+/// which is of second order, and tends to 1 for stiff ones, which keeps the velocity from oscillating.
+pub fn implicit_damper_weight(decay: f64) -> f64 {
     if decay < 1e-3 {
         // The series, where the two fractions cancel.
         0.5 + decay / 12.0

@@ -4,9 +4,10 @@ use nalgebra::Vector3;
 
 use crate::model::Model;
 use crate::scene::Terrain;
-use crate::sim::contact::{Outlook, ground};
-use crate::sim::reduced::kinematics::{BodyMotion, place};
-use crate::sim::{State, contact::Touch};
+use crate::sim::bodies::BodyMotion;
+use crate::sim::contact::{DetectionSettings, ground};
+use crate::sim::coordinates::reduced::kinematics::place;
+use crate::sim::{State, contact::ContactCandidate};
 
 /// A segment shorter than this share of the limb's longest one does not count for its length.
 const SHORT: f64 = 0.5;
@@ -33,7 +34,7 @@ pub struct Posed {
     /// Poses of the bodies.
     pub bodies: Vec<BodyMotion>,
     /// All surface points that could touch a ground.
-    pub surface: Vec<Touch>,
+    pub surface: Vec<ContactCandidate>,
     /// Centre of mass, m.
     pub center_of_mass: Vector3<f64>,
 }
@@ -53,7 +54,15 @@ impl Posed {
         let mut surface = Vec::new();
         // A ground above everything is touched by everything.
         let sky = Terrain::Plane { height: f64::MAX };
-        ground::detect(model, &bodies, &sky, Vector3::zeros(), &Outlook::HERE, &mut surface, &mut Vec::new());
+        ground::detect(
+            model,
+            &bodies,
+            &sky,
+            Vector3::zeros(),
+            &DetectionSettings::PRESENT,
+            &mut surface,
+            &mut Vec::new(),
+        );
         let first: Vector3<f64> = bodies.iter().map(|body| body.inertia.first_moment).sum();
         Self { bodies, surface, center_of_mass: first / model.mass }
     }
@@ -90,7 +99,8 @@ pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
         |body: usize| (1..model.bodies.len()).filter(move |child| model.bodies[*child].parent == body);
     let mut limbs = Vec::new();
     for leaf in (1..model.bodies.len()).filter(|body| children(*body).next().is_none()) {
-        let touching: Vec<&Touch> = posed.surface.iter().filter(|touch| touch.body == leaf).collect();
+        let touching: Vec<&ContactCandidate> =
+            posed.surface.iter().filter(|touch| touch.body == leaf).collect();
         if touching.is_empty() {
             continue;
         }

@@ -8,7 +8,7 @@ use super::Stance;
 use super::anatomy::Posed;
 use crate::model::Model;
 use crate::scene::{Accuracy, Effect, Gains, Scene, StepPlan, Switch, Terrain};
-use crate::sim::contact::Touch;
+use crate::sim::contact::ContactCandidate;
 use crate::sim::{Command, Simulator, State};
 
 /// How long a pose is held, s.
@@ -51,7 +51,8 @@ pub fn settle(
     };
     let height = posed.resting_height(&ground);
     stance.state.root.position.z = height;
-    let touches = |touch: &&Touch| height + touch.at.z - ground.height(touch.at.x, touch.at.y) < TOUCHING;
+    let touches =
+        |touch: &&ContactCandidate| height + touch.at.z - ground.height(touch.at.x, touch.at.y) < TOUCHING;
     let rows = 3 * posed.surface.iter().filter(touches).count();
     let settled = if work_of(rows) > WORK { None } else { hold(model, scene, &stance, stop) };
     if let Some(settled) = settled {

@@ -2,9 +2,10 @@
 
 use gaitwright_physics::model::Model;
 use gaitwright_physics::sim::State;
-use gaitwright_physics::sim::contact::Outlook;
+use gaitwright_physics::sim::bodies::BodyMotion;
+use gaitwright_physics::sim::contact::DetectionSettings;
 use gaitwright_physics::sim::contact::travel::Travel;
-use gaitwright_physics::sim::reduced::kinematics::{BodyMotion, place};
+use gaitwright_physics::sim::coordinates::reduced::kinematics::place;
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -44,8 +45,8 @@ fn no_two_points_come_nearer_than_their_travel_allows() {
         let mut travel = Travel::new(model, world);
         let origin = |state: &State| state.root.position.coords;
         let bodies = placed(model, &state);
-        assert!(travel.follow(model, &bodies, origin(&state), None).is_infinite());
-        assert!(travel.follow(model, &bodies, origin(&state), Some(&state.angles)).is_infinite());
+        assert!(travel.update(model, &bodies, origin(&state), None).is_infinite());
+        assert!(travel.update(model, &bodies, origin(&state), Some(&state.angles)).is_infinite());
         assert!(travel.nearer(0, None).is_infinite());
         let size = 10f64.powf(rng.random_range(-6.0..0.0));
         travel.measure(model, size);
@@ -66,7 +67,7 @@ fn no_two_points_come_nearer_than_their_travel_allows() {
             state.root.orientation =
                 UnitQuaternion::new(vector(&mut rng, size) * share) * state.root.orientation;
             let bodies = placed(model, &state);
-            let farthest = travel.follow(model, &bodies, origin(&state), Some(&state.angles));
+            let farthest = travel.update(model, &bodies, origin(&state), Some(&state.angles));
             let now = at(&state);
             for (index, (body, _)) in points.iter().enumerate() {
                 assert!(travel.nearer(*body, None) <= farthest);
@@ -93,7 +94,7 @@ fn travel_is_what_the_joints_turn_times_how_far_the_shapes_reach() {
     let mut look = |angles: [f64; 4]| {
         state.angles.copy_from_slice(&angles);
         let bodies = placed(&model, &state);
-        let farthest = travel.follow(&model, &bodies, Vector3::zeros(), Some(&state.angles));
+        let farthest = travel.update(&model, &bodies, Vector3::zeros(), Some(&state.angles));
         travel.measure(&model, 0.01);
         farthest
     };
@@ -124,9 +125,9 @@ fn no_two_points_close_faster_than_foreseen() {
         state.root.linear_velocity = vector(&mut rng, 3.0);
         state.root.angular_velocity = vector(&mut rng, 3.0);
         let bodies = placed(model, &state);
-        let outlook = Outlook { step: 0.002, gravity: 9.81, anticipate: true, restitution: 0.0 };
+        let outlook = DetectionSettings { step: 0.002, gravity: 9.81, anticipate: true, restitution: 0.0 };
         let mut travel = Travel::new(model, world);
-        let most = travel.hasten(&bodies, &outlook);
+        let most = travel.measure_speeds(&bodies, &outlook);
         let moving: Vec<_> = points
             .iter()
             .map(|(body, point)| {

@@ -138,7 +138,7 @@ fn one_step_is_the_same_in_both_coordinates() {
             let [ours, theirs] = both;
             // The first step is looked at twice ahead. In the second part of a divided one the bodies' own places
             // differ from those of the joints.
-            if theirs.parts() > 3 {
+            if theirs.substeps() > 3 {
                 divided += 1;
                 continue;
             }

@@ -3,7 +3,7 @@
 use super::contacts::{Motion, Numbers, contact_bounds, quadruped};
 use super::{any_interval, random_contacts, rng, solved, solvers};
 use gaitwright_physics::sim::lcp::{
-    Bound, Lemke, Newton, Pgs, Problem, Solution, Solver, Status, project, residual,
+    Bound, Lemke, Newton, Pgs, Problem, Solution, SolveStatus, Solver, project, residual,
 };
 use nalgebra::{DMatrix, Matrix3};
 use proptest::prelude::*;
@@ -13,7 +13,11 @@ fn an_empty_problem_is_solved() {
     for (name, mut solver) in solvers() {
         let problem = Problem { matrix: &[], symmetric: true, offset: &[], bounds: &[], cone: true };
         let solution = solver.solve(&problem, &mut []);
-        assert_eq!(solution, Solution { status: Status::Solved, iterations: 0, residual: 0.0 }, "{name}");
+        assert_eq!(
+            solution,
+            Solution { status: SolveStatus::Solved, iterations: 0, residual: 0.0 },
+            "{name}"
+        );
     }
 }
 
@@ -29,20 +33,20 @@ fn numbers_that_are_none_are_named() {
             for place in [0, 17, 143] {
                 let mut numbers = numbers.clone();
                 numbers.matrix[place] = bad;
-                assert_eq!(status(&numbers), Status::NotFinite, "{name}");
+                assert_eq!(status(&numbers), SolveStatus::NotFinite, "{name}");
             }
             let mut offset = numbers.clone();
             offset.offset[11] = bad;
-            assert_eq!(status(&offset), Status::NotFinite, "{name}");
+            assert_eq!(status(&offset), SolveStatus::NotFinite, "{name}");
             let mut coefficient = numbers.clone();
             coefficient.bounds = contact_bounds(4, bad);
-            assert_eq!(status(&coefficient), Status::NotFinite, "{name}");
+            assert_eq!(status(&coefficient), SolveStatus::NotFinite, "{name}");
         }
     }
     assert!(residual(&numbers.problem(true), &[f64::NAN; 12]).is_nan());
     let mut lambda = [f64::NAN; 12];
-    assert_eq!(Pgs::new(9, 0.0).solve(&numbers.problem(true), &mut lambda).status, Status::NotFinite);
-    assert_eq!(Newton::new(9, 0.0).solve(&numbers.problem(true), &mut lambda).status, Status::NotFinite);
+    assert_eq!(Pgs::new(9, 0.0).solve(&numbers.problem(true), &mut lambda).status, SolveStatus::NotFinite);
+    assert_eq!(Newton::new(9, 0.0).solve(&numbers.problem(true), &mut lambda).status, SolveStatus::NotFinite);
 }
 
 #[test]
@@ -66,11 +70,15 @@ fn problems_that_are_none_are_refused() {
         };
         assert!(residual(&problem, &[0.0; 3]).is_nan());
         for (name, mut solver) in solvers() {
-            assert_eq!(solver.solve(&problem, &mut [0.0; 3]).status, Status::Malformed, "{name}: {bounds:?}");
+            assert_eq!(
+                solver.solve(&problem, &mut [0.0; 3]).status,
+                SolveStatus::Malformed,
+                "{name}: {bounds:?}"
+            );
         }
     }
     let numbers = quadruped(&mut rng(8), Motion::Sliding, 1.0, 0.7);
-    assert_eq!(Lemke::new(9).solve(&numbers.problem(true), &mut [0.0; 12]).status, Status::Unsupported);
+    assert_eq!(Lemke::new(9).solve(&numbers.problem(true), &mut [0.0; 12]).status, SolveStatus::Unsupported);
 }
 
 #[test]
@@ -148,7 +156,7 @@ proptest! {
         ] {
             let mut lambda = start.clone();
             let solution = solver.solve(&problem, &mut lambda);
-            if matches!(solution.status, Status::NotFinite | Status::Unsupported) {
+            if matches!(solution.status, SolveStatus::NotFinite | SolveStatus::Unsupported) {
                 prop_assert!(solution.residual.is_nan() || solution.residual == f64::INFINITY);
                 continue;
             }

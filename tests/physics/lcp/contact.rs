@@ -4,7 +4,7 @@ use super::contacts::{Motion, Numbers, contact_bounds, quadruped};
 use super::{
     TOLERANCE, assert_laws, greatest_difference, random_contacts, repeated, rng, solved, solvers, velocity,
 };
-use gaitwright_physics::sim::lcp::{Bound, Lemke, Newton, Pgs, Solver, Status, residual};
+use gaitwright_physics::sim::lcp::{Bound, Lemke, Newton, Pgs, SolveStatus, Solver, residual};
 use nalgebra::{DMatrix, DVector, Matrix3};
 use rand::RngExt;
 
@@ -40,10 +40,10 @@ fn pyramids_obey_the_law_and_agree_where_friction_is_small() {
             let mut lambda = vec![0.0; problem.rows()];
             let solution = solver.solve(&problem, &mut lambda);
             if coefficient == 0.05 {
-                assert_eq!(solution.status, Status::Solved, "{name} in case {case}");
+                assert_eq!(solution.status, SolveStatus::Solved, "{name} in case {case}");
                 let w = velocity(&problem, &lambda);
                 assert!(greatest_difference(&w, &velocity(&problem, &exact)) <= 1e-8, "{name}, case {case}");
-            } else if solution.status == Status::Solved {
+            } else if solution.status == SolveStatus::Solved {
                 assert_laws(&problem, &lambda, 1e-8);
             }
         }
@@ -95,7 +95,7 @@ fn heavy_on_light_blocks_carry_their_exact_weight() {
         }
         // Sweeps hardly get anywhere where a heavy block stands on a light one, and say so.
         let status = Pgs::new(50, 1e-9).solve(&problem, &mut vec![0.0; n]).status;
-        assert_eq!(status == Status::Solved, masses == [1e6, 1.0]);
+        assert_eq!(status == SolveStatus::Solved, masses == [1e6, 1.0]);
     }
 }
 

@@ -2,7 +2,9 @@
 
 use super::contacts::{Numbers, contact_bounds};
 use super::{assert_laws, greatest_difference, random_contacts, repeated, rng, velocity};
-use gaitwright_physics::sim::lcp::{Bound, Equality, Lemke, Newton, Pgs, Problem, Solution, Solver, Status};
+use gaitwright_physics::sim::lcp::{
+    Bound, Equality, Lemke, Newton, Pgs, Problem, Solution, SolveStatus, Solver,
+};
 use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -51,7 +53,7 @@ fn a_chain_of_any_mass_ratio_is_exact() {
             let problem = numbers.problem(true);
             for (name, mut solver) in behind() {
                 let (solution, lambda) = solve(solver.as_mut(), &problem);
-                assert_eq!(solution.status, Status::Solved, "{name}: {solution:?}");
+                assert_eq!(solution.status, SolveStatus::Solved, "{name}: {solution:?}");
                 // The impulse at each joint stops all that hangs on it.
                 for (row, impulse) in lambda.iter().enumerate() {
                     let carried: f64 = (row..links).map(mass).sum();
@@ -84,7 +86,7 @@ fn free_rows_alone_are_a_linear_system() {
         let matrix = DMatrix::from_row_slice(count, count, problem.matrix);
         let exact = matrix.lu().solve(&-DVector::from_row_slice(problem.offset)).unwrap();
         let (solution, lambda) = solve(&mut Equality::new(Pgs::new(1, TOLERANCE), TOLERANCE), &problem);
-        assert_eq!(solution.status, Status::Solved);
+        assert_eq!(solution.status, SolveStatus::Solved);
         assert!(greatest_difference(&lambda, exact.as_slice()) <= 1e-8 * exact.amax().max(1.0));
     }
 }
@@ -99,7 +101,7 @@ fn every_solver_obeys_the_laws_behind_the_elimination() {
             for (name, mut solver) in behind() {
                 let problem = numbers.problem(name != "lemke");
                 let (solution, lambda) = solve(solver.as_mut(), &problem);
-                assert_eq!(solution.status, Status::Solved, "{name}, case {case}: {solution:?}");
+                assert_eq!(solution.status, SolveStatus::Solved, "{name}, case {case}: {solution:?}");
                 assert_laws(&problem, &lambda, 1e-8);
                 // The same motion as without the elimination, where the free rows are iterated on.
                 if coefficient == 0.0 {
@@ -125,7 +127,7 @@ fn repeated_rows_change_no_motion() {
             };
             let problem = twice.problem(false);
             let (solution, lambda) = solve(solver.as_mut(), &problem);
-            assert_eq!(solution.status, Status::Solved, "{name}, case {case}: {solution:?}");
+            assert_eq!(solution.status, SolveStatus::Solved, "{name}, case {case}: {solution:?}");
             let w = velocity(&problem, &lambda);
             assert!(greatest_difference(&w[..once.len()], &once) <= 1e-8, "{name}, case {case}");
         }
@@ -143,7 +145,7 @@ fn a_contradiction_is_singular_and_leaves_finite_forces() {
     let problem = numbers.problem(true);
     for (name, mut solver) in behind() {
         let (solution, lambda) = solve(solver.as_mut(), &problem);
-        assert_eq!(solution.status, Status::Singular, "{name}: {solution:?}");
+        assert_eq!(solution.status, SolveStatus::Singular, "{name}: {solution:?}");
         assert!(solution.residual >= 0.4, "{name}: {solution:?}");
         assert!(lambda.iter().all(|force| force.abs() <= 10.0), "{name}: {lambda:?}");
         let w = velocity(&problem, &lambda);
@@ -172,7 +174,7 @@ fn a_row_that_the_equalities_hold_is_not_pushed() {
     let problem = sum.problem(true);
     for (name, mut solver) in behind() {
         let (solution, lambda) = solve(solver.as_mut(), &problem);
-        assert_eq!(solution.status, Status::Solved, "{name}: {solution:?}");
+        assert_eq!(solution.status, SolveStatus::Solved, "{name}: {solution:?}");
         assert!(lambda[4].abs() <= 1e-6, "{name}: {lambda:?}");
     }
 }
@@ -185,7 +187,7 @@ fn a_free_row_may_press_a_contact_together() {
     numbers.offset[0] = -numbers.offset[0].abs() - 1.0;
     let problem = numbers.problem(true);
     let (solution, lambda) = solve(&mut Equality::new(Newton::new(200, TOLERANCE), TOLERANCE), &problem);
-    assert_eq!(solution.status, Status::Solved);
+    assert_eq!(solution.status, SolveStatus::Solved);
     assert_laws(&problem, &lambda, 1e-8);
 }
 
@@ -201,7 +203,7 @@ fn numbers_that_are_none_are_found() {
             numbers.matrix[place] = bad;
             for (name, mut solver) in behind() {
                 let status = solve(solver.as_mut(), &numbers.problem(true)).0.status;
-                assert_eq!(status, Status::NotFinite, "{name}, place {place}");
+                assert_eq!(status, SolveStatus::NotFinite, "{name}, place {place}");
             }
         }
     }

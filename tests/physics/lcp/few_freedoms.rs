@@ -2,7 +2,7 @@
 
 use super::contacts::{Numbers, contact_bounds};
 use super::{assert_laws, rng};
-use gaitwright_physics::sim::lcp::{Bound, Equality, Newton, Problem, Solver, Status};
+use gaitwright_physics::sim::lcp::{Bound, Equality, Newton, Problem, SolveStatus, Solver};
 use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
 
@@ -36,7 +36,7 @@ fn contacts_that_press_few_freedoms_are_solved_with_the_default_budget() {
                     let solution = Newton::new(50, 1e-9).solve(&problem, &mut lambda);
                     cases += 1;
                     match solution.status {
-                        Status::Solved => assert_laws(&problem, &lambda, 1e-7),
+                        SolveStatus::Solved => assert_laws(&problem, &lambda, 1e-7),
                         _ => unsolved += 1,
                     }
                     assert!(solution.residual <= 0.1, "{solution:?}");
@@ -64,7 +64,7 @@ fn a_weak_row_does_not_stand_in_for_a_strong_one() {
         let problem: Problem<'_> = numbers.problem(true);
         let mut lambda = vec![0.0; 3];
         let solution = Equality::new(Newton::new(50, 1e-11), 1e-11).solve(&problem, &mut lambda);
-        assert_eq!(solution.status, Status::Solved, "turned by {turned}: {solution:?}");
+        assert_eq!(solution.status, SolveStatus::Solved, "turned by {turned}: {solution:?}");
         // The weak row is left out, and the force at the strong ones is what they need by themselves.
         assert_eq!(lambda[1], 0.0, "turned by {turned}");
         for (force, wanted) in [lambda[0], lambda[2]].iter().zip(wanted.iter()) {

@@ -13,7 +13,7 @@ mod residuals;
 mod textbook;
 
 use contacts::{Numbers, contact_bounds};
-use gaitwright_physics::sim::lcp::{Bound, Lemke, Newton, Pgs, Problem, Solver, Status};
+use gaitwright_physics::sim::lcp::{Bound, Lemke, Newton, Pgs, Problem, SolveStatus, Solver};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
@@ -37,7 +37,7 @@ fn solvers() -> Vec<(&'static str, Box<dyn Solver>)> {
 fn solved(name: &str, solver: &mut dyn Solver, problem: &Problem<'_>) -> Vec<f64> {
     let mut lambda = vec![0.0; problem.rows()];
     let solution = solver.solve(problem, &mut lambda);
-    assert_eq!(solution.status, Status::Solved, "{name}: {solution:?} for {problem:?}");
+    assert_eq!(solution.status, SolveStatus::Solved, "{name}: {solution:?} for {problem:?}");
     lambda
 }
 

@@ -2,7 +2,7 @@
 
 use super::contacts::{Numbers, contact_bounds};
 use super::{assert_laws, random_contacts, repeated, rng, solved, solvers, velocity};
-use gaitwright_physics::sim::lcp::{Bound, Lemke, Newton, Pgs, Solver, Status};
+use gaitwright_physics::sim::lcp::{Bound, Lemke, Newton, Pgs, SolveStatus, Solver};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 /// A box of 2 kg, 0.4 m × 0.6 m × 0.2 m, about to fall onto `points` points of its lower face.
@@ -89,11 +89,11 @@ fn contradictions_have_a_clear_status_and_finite_forces() {
         offset: vec![-1.0, 0.0],
         bounds: vec![Bound::NonNegative; 2],
     };
-    for (numbers, pivoting) in [(locks, Status::Singular), (walls, Status::Ray)] {
+    for (numbers, pivoting) in [(locks, SolveStatus::Singular), (walls, SolveStatus::Ray)] {
         let problem = numbers.problem(true);
         let n = problem.rows();
         let mut expected =
-            [("pgs", Status::IterationLimit), ("newton", Status::Singular), ("lemke", pivoting)];
+            [("pgs", SolveStatus::IterationLimit), ("newton", SolveStatus::Singular), ("lemke", pivoting)];
         for ((name, mut solver), (_, status)) in [
             ("pgs", Box::new(Pgs::new(50, 1e-9)) as Box<dyn Solver>),
             ("newton", Box::new(Newton::new(50, 1e-9))),
@@ -133,13 +133,13 @@ fn a_row_that_cannot_move_is_singular_only_when_it_should() {
             let mut lambda = vec![0.0; 2];
             let status = solver.solve(&problem, &mut lambda).status;
             if solvable {
-                assert_eq!(status, Status::Solved, "{name} with {b} and {bound:?}");
+                assert_eq!(status, SolveStatus::Solved, "{name} with {b} and {bound:?}");
                 assert_laws(&problem, &lambda, 1e-10);
             } else {
-                assert!(matches!(status, Status::Singular | Status::Ray), "{name}: {status:?}");
+                assert!(matches!(status, SolveStatus::Singular | SolveStatus::Ray), "{name}: {status:?}");
             }
             // A ray leaves nothing; the others solve what can be solved.
-            if status != Status::Ray {
+            if status != SolveStatus::Ray {
                 assert!((lambda[1] - 1.0).abs() <= 1e-8, "{name}: {lambda:?}");
             }
         }

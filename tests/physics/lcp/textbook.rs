@@ -1,7 +1,7 @@
 //! Problems from the literature, and those without a solution.
 
 use super::{assert_laws, greatest_difference, solvers};
-use gaitwright_physics::sim::lcp::{Bound, Lemke, Problem, Status};
+use gaitwright_physics::sim::lcp::{Bound, Lemke, Problem, SolveStatus};
 use std::path::PathBuf;
 
 /// Reads n, M and q of a file: the first number, then five more sizes, M by rows, and q.
@@ -39,11 +39,11 @@ fn textbook_problems_are_solved_or_have_no_solution() {
         println!("{}: {solution:?}", path.display());
         // A row without a positive entry and with negative q: w < 0 there for every z ≥ 0.
         if (0..n).any(|row| offset[row] < 0.0 && matrix[row * n..(row + 1) * n].iter().all(|a| *a <= 0.0)) {
-            assert_eq!(solution.status, Status::Ray, "{}", path.display());
+            assert_eq!(solution.status, SolveStatus::Ray, "{}", path.display());
             infeasible += 1;
             continue;
         }
-        assert_eq!(solution.status, Status::Solved, "{}", path.display());
+        assert_eq!(solution.status, SolveStatus::Solved, "{}", path.display());
         assert!(solution.residual <= 1e-10);
         assert!(solution.iterations as usize <= 4 * n, "{} took {solution:?}", path.display());
         let bounds = vec![Bound::NonNegative; n];
@@ -55,7 +55,7 @@ fn textbook_problems_are_solved_or_have_no_solution() {
             let mut z = vec![0.0; n];
             let solution = solver.solve(&problem, &mut z);
             println!("    {name}: {solution:?}");
-            if solution.status == Status::Solved {
+            if solution.status == SolveStatus::Solved {
                 assert_laws(&problem, &z, 1e-9);
             }
         }
@@ -67,7 +67,7 @@ fn textbook_problems_are_solved_or_have_no_solution() {
 fn a_problem_without_solution_ends_on_a_ray() {
     for (matrix, offset) in [(vec![0.0], vec![-1.0]), (vec![1.0, -1.0, -1.0, 1.0], vec![-1.0, 0.0])] {
         let mut z = vec![0.0; offset.len()];
-        assert_eq!(Lemke::new(100).solve_standard(&matrix, &offset, &mut z).status, Status::Ray);
+        assert_eq!(Lemke::new(100).solve_standard(&matrix, &offset, &mut z).status, SolveStatus::Ray);
     }
 }
 
@@ -77,6 +77,6 @@ fn ties_do_not_make_the_pivoting_go_in_circles() {
     let matrix = [1.0, 2.0, 0.0, 0.0, 1.0, 2.0, 2.0, 0.0, 1.0];
     let mut z = [0.0; 3];
     let solution = Lemke::new(20).solve_standard(&matrix, &[-1.0; 3], &mut z);
-    assert_eq!(solution.status, Status::Solved);
+    assert_eq!(solution.status, SolveStatus::Solved);
     assert!(greatest_difference(&z, &[1.0 / 3.0; 3]) <= 1e-12);
 }

@@ -33,7 +33,7 @@ use rapier3d::pipeline::PhysicsWorld;
 
 use gaitwright_physics::model::{DofKind, Model};
 use gaitwright_physics::scene::StepPlan;
-use gaitwright_physics::sim::{Command, Failure, State, check_finite};
+use gaitwright_physics::sim::{Command, Failure, FailureCause, State, check_finite};
 
 pub use world::{LINEAR_SLOP, PREDICTION, Unsupported};
 
@@ -196,16 +196,16 @@ impl Rapier {
 
     /// Fails if rapier had to put a body aside or a number of the state is not finite.
     fn check(&self) -> Result<(), Failure> {
-        let cause = "the state became non-finite in rapier";
+        let cause = FailureCause::OtherEngine("the state became non-finite in rapier");
         let aside = self.world.quarantine().bodies().first();
         if let Some(index) = aside.and_then(|aside| self.bodies.iter().position(|body| body == aside)) {
             let place = match index.checked_sub(1) {
                 None => format!("root link {}", self.model.character.links[0].name),
                 Some(joint) => format!("body of joint {}", self.model.joint_names[joint]),
             };
-            return Err(Failure { time: self.state.time, place, cause: cause.into() });
+            return Err(Failure { time: self.state.time, place, cause });
         }
-        check_finite(&self.model, &self.state).map_err(|failure| Failure { cause: cause.into(), ..failure })
+        check_finite(&self.model, &self.state).map_err(|failure| Failure { cause, ..failure })
     }
 }
 

@@ -15,7 +15,8 @@ use gaitwright_physics::character::Shape;
 use gaitwright_physics::model::{DofKind, Model};
 use gaitwright_physics::scene::{Feedforward, FrictionCone, StepPlan, Terrain};
 use gaitwright_physics::sim::State;
-use gaitwright_physics::sim::reduced::kinematics::{BodyMotion, place};
+use gaitwright_physics::sim::bodies::BodyMotion;
+use gaitwright_physics::sim::coordinates::reduced::kinematics::place;
 
 /// Penetration that rapier leaves alone, m.
 pub const LINEAR_SLOP: f64 = 1e-4;

@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::{Outlook, tangents};
+use super::candidate::tangents;
+use super::detection::DetectionSettings;
 use crate::scene::HeightField;
 
 /// A point is on an edge or a corner of a triangle if it is this near, as a share of the triangle's size.
@@ -10,14 +11,14 @@ const RIM: f64 = 1e-9;
 
 /// A place where a ball meets the field.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spot {
+pub struct FieldPoint {
     /// Unit normal and tangents.
     pub frame: [Vector3<f64>; 3],
     /// Distance of the ball from the surface along the normal, m; negative for the depth of penetration.
     pub gap: f64,
 }
 
-/// The places where the ball about `center` (in the world) meets `field`, within `outlook` for its velocity.
+/// The places where the ball about `center` (in the world) meets `field`, within `settings` for its velocity.
 ///
 /// A ball rests on every triangle that has a point of its inside straight below the centre, along the
 /// triangle's normal, and on the edge or corner that is nearest of all. A ball whose centre is below
@@ -27,41 +28,53 @@ pub fn meet(
     center: Vector3<f64>,
     radius: f64,
     velocity: Vector3<f64>,
-    outlook: &Outlook,
-    mut add: impl FnMut(Spot),
+    settings: &DetectionSettings,
+    mut add: impl FnMut(FieldPoint),
 ) {
-    let within = radius + outlook.margin(velocity.norm());
+    let within = radius + settings.margin(velocity.norm());
     let Some(triangle) = field.triangle_at(center.x, center.y) else {
         return rim(field, center, radius, within, &mut add);
     };
     let up = normal(&triangle);
     let above = (center - triangle[0]).dot(&up);
     if above < 0.0 {
-        add(spot(up, above - radius));
+        add(field_point(up, above - radius));
         return;
     }
     faces(field, center, radius, within, &mut add);
     rim(field, center, radius, within, &mut add);
 }
 
-fn spot(up: Vector3<f64>, gap: f64) -> Spot {
+fn field_point(up: Vector3<f64>, gap: f64) -> FieldPoint {
     let [across, beside] = tangents(up);
-    Spot { frame: [up, across, beside], gap }
+    FieldPoint { frame: [up, across, beside], gap }
 }
 
 /// Every triangle whose inside has a point nearest to the centre.
-fn faces(field: &HeightField, center: Vector3<f64>, radius: f64, within: f64, add: &mut impl FnMut(Spot)) {
+fn faces(
+    field: &HeightField,
+    center: Vector3<f64>,
+    radius: f64,
+    within: f64,
+    add: &mut impl FnMut(FieldPoint),
+) {
     field.triangles_near(center.x, center.y, within, |triangle| {
         let up = normal(&triangle);
         let above = (center - triangle[0]).dot(&up);
         if (0.0..=within).contains(&above) && inside(&triangle, center - up * above, up) {
-            add(spot(up, above - radius));
+            add(field_point(up, above - radius));
         }
     });
 }
 
 /// The nearest edge or corner, if nothing of the field is nearer.
-fn rim(field: &HeightField, center: Vector3<f64>, radius: f64, within: f64, add: &mut impl FnMut(Spot)) {
+fn rim(
+    field: &HeightField,
+    center: Vector3<f64>,
+    radius: f64,
+    within: f64,
+    add: &mut impl FnMut(FieldPoint),
+) {
     let (mut nearest, mut face) = ((f64::INFINITY, Vector3::zeros()), f64::INFINITY);
     field.triangles_near(center.x, center.y, within, |triangle| {
         let up = normal(&triangle);
@@ -81,7 +94,7 @@ fn rim(field: &HeightField, center: Vector3<f64>, radius: f64, within: f64, add:
     let (distance, arm) = nearest;
     // On a flat or hollow edge a face is as near; a point on the edge itself has no direction of its own.
     if distance <= within && distance > RIM && distance < face * (1.0 - RIM) && arm.z > 0.0 {
-        add(spot(arm / distance, distance - radius));
+        add(field_point(arm / distance, distance - radius));
     }
 }
 

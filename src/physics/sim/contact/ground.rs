@@ -3,28 +3,30 @@
 use multiversion::multiversion;
 use nalgebra::Vector3;
 
+use super::candidate::{Against, ContactCandidate, keep_four};
+use super::detection::DetectionSettings;
+use super::displacement::{BodyDisplacement, PENETRATION_ALLOWED};
 use super::field;
-use super::{Against, DRIVEN_IN, Moved, Outlook, Touch, keep_four};
 use crate::model::{CYLINDER_SLOTS, GroundShape, Model, Surface};
 use crate::scene::Terrain;
-use crate::sim::reduced::kinematics::BodyMotion;
-use crate::sim::spatial::Motion;
+use crate::sim::bodies::BodyMotion;
+use crate::sim::spatial::SpatialMotion;
 
 /// Normal and tangents of a horizontal plane.
 const FRAME: [Vector3<f64>; 3] =
     [Vector3::new(0.0, 0.0, 1.0), Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.0)];
 
-/// Points of a cylinder's two rims that are touches wherever they are near, and how many more of each rim may become
-/// ones as it tilts.
+/// Number of points of a cylinder's two rims that are always tested, and of each rim's points that may be added
+/// as the cylinder tilts.
 const RIM_POINTS: usize = 6;
-const FOLLOWED: usize = (CYLINDER_SLOTS - RIM_POINTS) / 2;
+const ADDED_POINTS: usize = (CYLINDER_SLOTS - RIM_POINTS) / 2;
 
 /// A corner-only shape of more corners than this is represented by its deepest and widest four.
 const CORNERS_KEPT_WHOLE: usize = 8;
 
-/// Adds all touches of `ground` to `touches`, in the order of the model's slots. `origin` is the common
-/// point in the world. `close` receives the indices of the shapes that can touch within the outlook with other points than
-/// those that are looked at: those that are round, or have so many corners that only some are kept.
+/// Adds all contact candidates on `ground` to `candidates`, in the order of the model's slots. `origin` is the common
+/// point in the world. `close` receives the indices of the shapes that may touch the ground at other points than those
+/// tested: round ones, and those with so many corners that only some are kept.
 #[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
 #[multiversion(targets("x86_64+avx2"), attrs(allow(clippy::too_many_arguments)))]
 pub fn detect(
@@ -32,8 +34,8 @@ pub fn detect(
     bodies: &[BodyMotion],
     ground: &Terrain,
     origin: Vector3<f64>,
-    outlook: &Outlook,
-    touches: &mut Vec<Touch>,
+    settings: &DetectionSettings,
+    candidates: &mut Vec<ContactCandidate>,
     close: &mut Vec<usize>,
 ) {
     close.clear();
@@ -51,17 +53,17 @@ pub fn detect(
             moving = body.velocity.at(body.origin).abs().sum();
             turning = body.velocity.angular.abs().sum();
         }
-        // No point of the shape is faster than its body's origin and the turn of the farthest point about that.
-        let farthest = outlook.margin(moving + turning * shape.farthest);
+        // No point of the shape is faster than its body's origin plus the farthest point's rotation about it.
+        let farthest = settings.margin(moving + turning * shape.farthest);
         let center = body.origin.z + (body.rotation.row(2) * shape.center)[0];
         if center - shape.reach - highest > farthest {
             continue;
         }
-        let from = touches.len();
+        let from = candidates.len();
         let mut add = |slot: usize, frame: [Vector3<f64>; 3], at: Vector3<f64>, gap: f64| {
             let approach = -frame[0].dot(&body.velocity.at(at));
-            if gap <= outlook.margin(approach) {
-                touches.push(Touch {
+            if gap <= settings.margin(approach) {
+                candidates.push(ContactCandidate {
                     slot,
                     link: shape.link,
                     body: shape.body,
@@ -69,19 +71,19 @@ pub fn detect(
                     at,
                     frame,
                     depth: -gap,
-                    rebound: outlook.rebound(approach),
+                    rebound: settings.rebound(approach),
                 });
             }
         };
-        let mut meet = |slot: usize, middle: Vector3<f64>, radius: f64| match ground {
+        let mut meet = |slot: usize, midpoint: Vector3<f64>, radius: f64| match ground {
             Terrain::Plane { height } => {
-                let at = middle - Vector3::new(0.0, 0.0, radius);
+                let at = midpoint - Vector3::new(0.0, 0.0, radius);
                 add(slot, FRAME, at, at.z - (height - origin.z));
             }
             Terrain::Field(heights) => {
-                let velocity = body.velocity.at(middle);
-                field::meet(heights, middle + origin, radius, velocity, outlook, |spot| {
-                    add(slot, spot.frame, middle - spot.frame[0] * radius, spot.gap);
+                let velocity = body.velocity.at(midpoint);
+                field::meet(heights, midpoint + origin, radius, velocity, settings, |field_point| {
+                    add(slot, field_point.frame, midpoint - field_point.frame[0] * radius, field_point.gap);
                 });
             }
         };
@@ -97,7 +99,7 @@ pub fn detect(
                 }
                 if count > CORNERS_KEPT_WHOLE {
                     close.push(index);
-                    keep_four(touches, from);
+                    keep_four(candidates, from);
                 }
             }
             Surface::Cylinder { axis, across, radius, half_length } => {
@@ -111,7 +113,7 @@ pub fn detect(
     }
 }
 
-/// The lowest point of each rim and the two points a third of a turn away from it.
+/// The lowest point of each rim and the two points 120° away from it.
 fn rim_points(
     body: &BodyMotion,
     shape: &GroundShape,
@@ -121,7 +123,7 @@ fn rim_points(
     half_length: f64,
 ) -> [Vector3<f64>; RIM_POINTS] {
     let axis = body.rotation * axis;
-    // An upright cylinder has no lowest point of its rim; any direction that turns with it will do.
+    // An upright cylinder has no lowest point of its rim; any direction fixed in the body will do.
     let lowest = lowest(axis).unwrap_or_else(|| body.rotation * across);
     let sideways = axis.cross(&lowest);
     let center = body.point(shape.center);
@@ -141,34 +143,34 @@ fn lowest(axis: Vector3<f64>) -> Option<Vector3<f64>> {
     (axis * axis.z - Vector3::z()).try_normalize(1e-9)
 }
 
-/// Adds the points of the shapes that are `close` which the step would drive into `ground` at the bodies' velocities `new`;
-/// whether there were any. As a disc tilts, its lowest point runs round its rim, and none of those that were touches at the
-/// beginning need be it at the end.
+/// Adds the points of the shapes in `close` that the step would drive into `ground` at the bodies' velocities `new`;
+/// whether there are any. As a disc tilts, its lowest point moves round its rim, so that no candidate of the
+/// beginning needs to be the lowest point at the end.
 #[allow(clippy::too_many_arguments)] // as of `detect`
-pub fn follow(
+pub fn add_driven_in(
     model: &Model,
     close: &[usize],
     bodies: &[BodyMotion],
-    new: &[Motion],
+    new: &[SpatialMotion],
     ground: &Terrain,
     origin: Vector3<f64>,
     step: f64,
-    touches: &mut Vec<Touch>,
+    candidates: &mut Vec<ContactCandidate>,
 ) -> bool {
-    let before = touches.len();
+    let before = candidates.len();
     for shape in close.iter().map(|index| &model.ground_shapes[*index]) {
         let body = &bodies[shape.body];
-        let step = Moved::new(body, new[shape.body], step);
+        let step = BodyDisplacement::new(body, new[shape.body], step);
         let mut add = |slot: usize, at: Vector3<f64>, radius: f64| {
-            if touches.iter().any(|touch| touch.slot == slot) {
+            if candidates.iter().any(|candidate| candidate.slot == slot) {
                 return false;
             }
             let arrived = step.point(at);
             let mut meet = |frame: [Vector3<f64>; 3], gap: f64| {
                 let below = at - frame[0] * radius;
                 let depth = frame[0].dot(&(arrived - at)) - gap;
-                if -gap > depth.max(0.0) + DRIVEN_IN {
-                    touches.push(Touch {
+                if -gap > depth.max(0.0) + PENETRATION_ALLOWED {
+                    candidates.push(ContactCandidate {
                         slot,
                         link: shape.link,
                         body: shape.body,
@@ -184,9 +186,16 @@ pub fn follow(
                 Terrain::Plane { height } => meet(FRAME, arrived.z - radius - (height - origin.z)),
                 Terrain::Field(heights) => {
                     let still = Vector3::zeros();
-                    field::meet(heights, arrived + origin, radius, still, &Outlook::HERE, |spot| {
-                        meet(spot.frame, spot.gap);
-                    });
+                    field::meet(
+                        heights,
+                        arrived + origin,
+                        radius,
+                        still,
+                        &DetectionSettings::PRESENT,
+                        |field_point| {
+                            meet(field_point.frame, field_point.gap);
+                        },
+                    );
                 }
             }
             true
@@ -194,12 +203,12 @@ pub fn follow(
         match shape.surface {
             Surface::Cylinder { axis, radius, half_length, .. } => {
                 let axis = body.rotation * axis;
-                let Some(lowest) = lowest(step.turned(axis)) else { continue };
-                let (center, outward) = (body.point(shape.center), step.turned_back(lowest));
+                let Some(lowest) = lowest(step.rotated(axis)) else { continue };
+                let (center, outward) = (body.point(shape.center), step.rotated_back(lowest));
                 for (end, side) in [half_length, -half_length].into_iter().enumerate() {
-                    let first = shape.first_slot + RIM_POINTS + end * FOLLOWED;
+                    let first = shape.first_slot + RIM_POINTS + end * ADDED_POINTS;
                     let at = center + axis * side + outward * radius;
-                    let _ = (first..first + FOLLOWED).any(|slot| add(slot, at, 0.0));
+                    let _ = (first..first + ADDED_POINTS).any(|slot| add(slot, at, 0.0));
                 }
             }
             Surface::Points { first, count, radius } => {
@@ -213,5 +222,5 @@ pub fn follow(
             }
         }
     }
-    touches.len() > before
+    candidates.len() > before
 }

@@ -21,7 +21,7 @@ pub struct Manifold {
 
 /// A point of the first solid and one of the second, in the frame of the first, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Meeting {
+pub struct ManifoldPoint {
     pub first: Vector,
     pub second: Vector,
     /// Their distance along the normal, m; negative for the depth of penetration.
@@ -35,7 +35,7 @@ impl Manifold {
         Self { clipped }
     }
 
-    /// The corners of the area in which the faces (or edges) that look at each other overlap, seen along
+    /// The corners of the area in which the faces (or edges) that face each other overlap, seen along
     /// the normal of `approach`, and the closest points of the solids where those corners are not among them.
     /// `pose` is the frame of `second` in that of `first`.
     pub fn meet<'a>(
@@ -44,7 +44,7 @@ impl Manifold {
         second: &Convex,
         pose: &'a Pose,
         approach: &Approach,
-    ) -> impl Iterator<Item = Meeting> + 'a {
+    ) -> impl Iterator<Item = ManifoldPoint> + 'a {
         let points = &mut self.clipped.points;
         points.clear();
         let skins = first.skin() + second.skin();
@@ -76,7 +76,7 @@ impl Manifold {
             let second = pose.inverse() * approach.second;
             points.push(TrackedContact::new(approach.first, second, unknown, unknown, approach.gap));
         }
-        points.iter().map(|point| Meeting {
+        points.iter().map(|point| ManifoldPoint {
             first: point.local_p1,
             second: *pose * point.local_p2,
             gap: point.dist,

@@ -1,21 +1,23 @@
 //! Contact of the character's shapes with each other and with the obstacles of the scene.
 //!
-//! Pairs that are near are found by sweeping their enclosing balls along the world axis along which they are spread most,
-//! and kept until the character has moved by the distance that was still called near. Of each, the distance is known
-//! at least from when it was last looked at; only where the motion since then may have used it up
-//! ([`super::travel`]), it is looked at again, and the points where it meets follow from the closest features. What is
-//! found never depends on what was kept.
+//! Near pairs are found by sweeping enclosing spheres along the world axis of their greatest spread, and kept until
+//! the character has moved by the distance up to which a pair counts as near. Each pair has a lower bound of its
+//! distance from the last time it was computed. Only where the motion since then may have used it up
+//! ([`super::travel`]) is the distance computed again, and the contact points follow from the closest features. The
+//! result never depends on what was kept.
 
 use nalgebra::{Matrix3, Vector3};
 use parry3d::math::{Pose, Vector};
 
+use super::candidate::{Against, ContactCandidate, keep_four, tangents};
+use super::detection::DetectionSettings;
+use super::displacement::{BodyDisplacement, PENETRATION_ALLOWED};
 use super::manifold::Manifold;
 use super::travel::Travel;
-use super::{Against, DRIVEN_IN, Moved, Outlook, Touch, keep_four, tangents};
 use crate::model::collision::convex::{self, Convex, from_vector};
 use crate::model::{Model, SOLID_SLOTS};
-use crate::sim::reduced::kinematics::BodyMotion;
-use crate::sim::spatial::Motion;
+use crate::sim::bodies::BodyMotion;
+use crate::sim::spatial::SpatialMotion;
 
 /// Beyond this distance from the common point or at this reach, m, a shape is left out: the numbers of the
 /// state are about to become infinite.
@@ -30,33 +32,33 @@ const NEAR: f64 = 0.5;
 /// A pair is looked at closely up to this share of what counts as near, beyond what it needs.
 const AHEAD: f64 = 0.25;
 
-/// Distances are told apart down to this share of what counts as near.
+/// Distances are distinguished down to this share of what counts as near.
 const ROUNDING: f64 = 1e-6;
 
-/// How many points of a pair may be added to those that it touched at.
-const FOLLOWED: usize = 3;
+/// How many points of a pair may be added to those that the detection found.
+const ADDED_POINTS: usize = 3;
 
-/// Scratch memory for finding touches of solids.
+/// Scratch memory for the detection of contacts between solids.
 #[derive(Debug, Clone)]
 pub struct Solids {
     /// Whether the character's shapes are tested against each other.
-    itself: bool,
+    self_collision: bool,
     /// How far the character has moved.
     travel: Travel,
-    /// Until shapes have come nearer to each other by this since the pairs were found, only those can touch, m.
+    /// Until shapes have come nearer to each other by this since the pairs were found, only those pairs can be in contact, m.
     valid: f64,
-    /// Until they have come nearer by this, nothing touches.
+    /// Until they have come nearer by this, there is no contact, m.
     quiet: f64,
     /// Up to this distance pairs are near, m.
     reach: f64,
     /// Enclosing balls of the shapes and then of the obstacles.
-    balls: Vec<Ball>,
+    spheres: Vec<BoundingSphere>,
     /// Indices of the balls in the order of their lower ends along the sweep.
     order: Vec<usize>,
     /// Pairs that are near, in ascending order, and those before.
-    near: Vec<Near>,
-    before: Vec<Near>,
-    /// Pairs that can touch within the outlook.
+    near: Vec<NearPair>,
+    before: Vec<NearPair>,
+    /// Pairs that can be in contact within the detection margin.
     close: Vec<[usize; 2]>,
     /// Number of slots of each shape that this step has used.
     used: Vec<usize>,
@@ -64,7 +66,7 @@ pub struct Solids {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Ball {
+struct BoundingSphere {
     /// Relative to the common point, m.
     center: Vector3<f64>,
     radius: f64,
@@ -72,28 +74,28 @@ struct Ball {
 
 /// Two colliders that are near, the first of them a shape.
 #[derive(Debug, Clone, Copy)]
-struct Near {
+struct NearPair {
     pair: [usize; 2],
-    /// Until they have come nearer to each other by this since the pairs were found, they do not touch, m.
-    apart: f64,
+    /// Until they have come nearer to each other by this since the pairs were found, they are not in contact, m.
+    separation: f64,
     /// The axis along which they were apart when last looked at closely, in the frame of the first's core.
     axis: Option<Vector>,
 }
 
 impl Solids {
-    /// For the shapes of `model` against `obstacles` obstacles and, if so, against each other (`itself`).
-    pub fn new(model: &Model, itself: bool, obstacles: usize) -> Self {
+    /// For the shapes of `model` against `obstacles` obstacles and, if so, against each other (`self_collision`).
+    pub fn new(model: &Model, self_collision: bool, obstacles: usize) -> Self {
         let shapes = model.solids.len();
         let colliders = shapes + obstacles;
         let pairs = shapes * 16;
         let mean_reach = model.solids.iter().map(|solid| solid.reach).sum::<f64>() / shapes.max(1) as f64;
         Self {
-            itself,
+            self_collision,
             travel: Travel::new(model, obstacles > 0),
             valid: 0.0,
             quiet: 0.0,
             reach: NEAR * mean_reach,
-            balls: Vec::with_capacity(colliders),
+            spheres: Vec::with_capacity(colliders),
             order: (0..colliders).collect(),
             near: Vec::with_capacity(pairs),
             before: Vec::with_capacity(pairs),
@@ -103,7 +105,7 @@ impl Solids {
         }
     }
 
-    /// Adds all touches to `touches`, those of each pair together, in ascending order of the pairs.
+    /// Adds all contact candidates to `candidates`, those of each pair together, in ascending order of the pairs.
     /// `angles` are those of the joints if `bodies` follow from them, `origin` is the common point in the world.
     #[allow(clippy::too_many_arguments)] // one call a step; every argument is a stage's result
     pub fn detect(
@@ -113,18 +115,18 @@ impl Solids {
         angles: Option<&[f64]>,
         obstacles: &[Convex],
         origin: Vector3<f64>,
-        outlook: &Outlook,
-        touches: &mut Vec<Touch>,
+        settings: &DetectionSettings,
+        candidates: &mut Vec<ContactCandidate>,
     ) {
-        let nearer = 2.0 * self.travel.follow(model, bodies, origin, angles);
-        let within = self.travel.hasten(bodies, outlook);
+        let nearer = 2.0 * self.travel.update(model, bodies, origin, angles);
+        let within = self.travel.measure_speeds(bodies, settings);
         self.close.clear();
         // A step with velocities beyond all bounds fails for them.
         if nearer + within < self.quiet || !within.is_finite() {
             return;
         }
         if nearer + within >= self.valid {
-            // Where the next look cannot know how far things have moved, there is no use in looking far.
+            // Without joint angles the motion until the next detection is unknown, so a longer range is of no use.
             let far = if angles.is_some() { self.reach } else { 0.0 };
             self.find(model, bodies, obstacles, origin, far + 2.0 * within);
         }
@@ -139,9 +141,9 @@ impl Solids {
             let facing = model.ground_shapes.get(second);
             let bound = facing.map(|other| other.body);
             let (nearer, within) =
-                (self.travel.nearer(shape.body, bound), self.travel.within(shape.body, bound, outlook));
-            if nearer + within < near.apart {
-                self.quiet = self.quiet.min(near.apart);
+                (self.travel.nearer(shape.body, bound), self.travel.within(shape.body, bound, settings));
+            if nearer + within < near.separation {
+                self.quiet = self.quiet.min(near.separation);
                 continue;
             }
             let (other, against, others) = match facing {
@@ -158,9 +160,9 @@ impl Solids {
             let known = nearer - ROUNDING * self.reach;
             if let Some(axis) = near.axis {
                 let places = [solid.place(own.0, own.1), other.place(others.0, others.1)];
-                near.apart = known + solid.apart_along(other, places, axis);
-                if nearer + within < near.apart {
-                    self.quiet = self.quiet.min(near.apart);
+                near.separation = known + solid.apart_along(other, places, axis);
+                if nearer + within < near.separation {
+                    self.quiet = self.quiet.min(near.separation);
                     continue;
                 }
             }
@@ -170,69 +172,71 @@ impl Solids {
             let approach = match solid.approach(other, &pose, far) {
                 Ok(approach) => approach,
                 Err(axis) => {
-                    (near.axis, near.apart) = (Some(axis), known + far);
-                    self.quiet = self.quiet.min(near.apart);
+                    (near.axis, near.separation) = (Some(axis), known + far);
+                    self.quiet = self.quiet.min(near.separation);
                     continue;
                 }
             };
-            (near.axis, near.apart) = (Some(approach.normal), known + approach.gap);
-            self.quiet = self.quiet.min(near.apart);
+            (near.axis, near.separation) = (Some(approach.normal), known + approach.gap);
+            self.quiet = self.quiet.min(near.separation);
             if approach.gap > within {
                 continue;
             }
             self.close.push(near.pair);
             let up = from_vector(place.rotation * -approach.normal);
             let [across, beside] = tangents(up);
-            let from = touches.len();
-            for meeting in self.manifold.meet(solid, other, &pose, &approach) {
-                let own = from_vector(place * meeting.first);
+            let from = candidates.len();
+            for manifold_point in self.manifold.meet(solid, other, &pose, &approach) {
+                let own = from_vector(place * manifold_point.first);
                 let at = match against {
-                    Against::Link { .. } => (own + from_vector(place * meeting.second)) / 2.0,
+                    Against::Link { .. } => (own + from_vector(place * manifold_point.second)) / 2.0,
                     Against::Ground | Against::Obstacle(_) => own,
                 };
-                let mut touch = Touch {
+                let mut candidate = ContactCandidate {
                     slot: 0,
                     link: shape.link,
                     body: shape.body,
                     against,
                     at,
                     frame: [up, across, beside],
-                    depth: -meeting.gap,
+                    depth: -manifold_point.gap,
                     rebound: 0.0,
                 };
-                let speed = -up.dot(&touch.slip(|body| bodies[body].velocity));
-                if meeting.gap <= outlook.margin(speed).min(within) {
-                    touch.rebound = outlook.rebound(speed);
-                    touches.push(touch);
+                let speed = -up.dot(&candidate.slip(|body| bodies[body].velocity));
+                if manifold_point.gap <= settings.margin(speed).min(within) {
+                    candidate.rebound = settings.rebound(speed);
+                    candidates.push(candidate);
                 }
             }
-            keep_four(touches, from);
-            let place_in_order =
-                |touch: &Touch| (body.rotation.tr_mul(&(touch.at - body.origin))).dot(&ORDER);
-            touches[from..].sort_unstable_by(|a, b| place_in_order(a).total_cmp(&place_in_order(b)));
-            for touch in &mut touches[from..] {
-                // Touches beyond a shape's slots share the last one: what is remembered there is only where
+            keep_four(candidates, from);
+            let place_in_order = |candidate: &ContactCandidate| {
+                (body.rotation.tr_mul(&(candidate.at - body.origin))).dot(&ORDER)
+            };
+            candidates[from..].sort_unstable_by(|a, b| place_in_order(a).total_cmp(&place_in_order(b)));
+            for candidate in &mut candidates[from..] {
+                // Candidates beyond a shape's slots share the last one: what is remembered there is only where
                 // the solver starts from.
-                touch.slot = model.ground_slots + SOLID_SLOTS * first + self.used[first].min(SOLID_SLOTS - 1);
+                candidate.slot =
+                    model.ground_slots + SOLID_SLOTS * first + self.used[first].min(SOLID_SLOTS - 1);
                 self.used[first] += 1;
             }
         }
     }
 
     /// Adds the points of pairs that are close which the step would drive into each other at the bodies' velocities `new`, as
-    /// [`super::ground::follow`] does; whether there were any.
+    /// [`super::ground::add_driven_in`] does; whether there were any.
     #[allow(clippy::too_many_arguments)] // as of `detect`
-    pub fn follow(
+    pub fn add_driven_in(
         &self,
         model: &Model,
         bodies: &[BodyMotion],
-        new: &[Motion],
+        new: &[SpatialMotion],
         obstacles: &[Convex],
         origin: Vector3<f64>,
         step: f64,
-        touches: &mut Vec<Touch>,
+        candidates: &mut Vec<ContactCandidate>,
     ) -> bool {
-        let before = touches.len();
+        let before = candidates.len();
         let shapes = model.solids.len();
         for &[first, second] in &self.close {
             let shape = &model.ground_shapes[first];
@@ -241,21 +245,23 @@ impl Solids {
                 Some(other) => Against::Link { link: other.link, body: other.body },
                 None => Against::Obstacle(second - shapes),
             };
-            let same = |touch: &&Touch| (touch.link, touch.against) == (shape.link, against);
-            if touches.iter().filter(same).count() >= SOLID_SLOTS + FOLLOWED {
+            let same =
+                |candidate: &&ContactCandidate| (candidate.link, candidate.against) == (shape.link, against);
+            if candidates.iter().filter(same).count() >= SOLID_SLOTS + ADDED_POINTS {
                 continue;
             }
-            let moves = other.map_or(Motion::ZERO, |other| new[other.body]);
+            let moves = other.map_or(SpatialMotion::ZERO, |other| new[other.body]);
             let passing = new[shape.body].minus(moves);
             let solid = &model.solids[first];
             let center = bodies[shape.body].point(solid.center);
-            if (passing.at(center).norm() + passing.angular.norm() * solid.reach) * step < DRIVEN_IN {
+            if (passing.at(center).norm() + passing.angular.norm() * solid.reach) * step < PENETRATION_ALLOWED
+            {
                 continue;
             }
-            let moved = |body: usize| Moved::new(&bodies[body], new[body], step);
-            let placed = |solid: &Convex, body: usize, moved: &Moved| {
-                let turn = moved.turn.matrix() * bodies[body].rotation;
-                solid.placed(&convex::frame(&turn, moved.origin + moved.shift))
+            let moved = |body: usize| BodyDisplacement::new(&bodies[body], new[body], step);
+            let placed = |solid: &Convex, body: usize, moved: &BodyDisplacement| {
+                let rotation = moved.rotation.matrix() * bodies[body].rotation;
+                solid.placed(&convex::frame(&rotation, moved.origin + moved.shift))
             };
             let own = moved(shape.body);
             let others = other.map(|other| moved(other.body));
@@ -285,10 +291,10 @@ impl Solids {
                 None => (other_end, own_at),
             };
             let depth = (other_at - own_at).dot(&up);
-            if -approach.gap < depth.max(0.0) + DRIVEN_IN {
+            if -approach.gap < depth.max(0.0) + PENETRATION_ALLOWED {
                 continue;
             }
-            touches.push(Touch {
+            candidates.push(ContactCandidate {
                 slot: model.ground_slots + SOLID_SLOTS * first + SOLID_SLOTS - 1,
                 link: shape.link,
                 body: shape.body,
@@ -299,7 +305,7 @@ impl Solids {
                 rebound: 0.0,
             });
         }
-        touches.len() > before
+        candidates.len() > before
     }
 
     /// Finds the pairs that are less than `distance` apart, and goes on from here.
@@ -311,12 +317,13 @@ impl Solids {
         origin: Vector3<f64>,
         distance: f64,
     ) {
-        self.balls.clear();
+        self.spheres.clear();
         for (shape, solid) in model.ground_shapes.iter().zip(&model.solids) {
-            self.balls.push(Ball { center: bodies[shape.body].point(solid.center), radius: solid.reach });
+            self.spheres
+                .push(BoundingSphere { center: bodies[shape.body].point(solid.center), radius: solid.reach });
         }
         for obstacle in obstacles {
-            self.balls.push(Ball { center: obstacle.center - origin, radius: obstacle.reach });
+            self.spheres.push(BoundingSphere { center: obstacle.center - origin, radius: obstacle.reach });
         }
         std::mem::swap(&mut self.near, &mut self.before);
         self.sweep(model, distance);
@@ -327,7 +334,7 @@ impl Solids {
                 let [body, bound] =
                     other.pair.map(|shape| model.ground_shapes.get(shape).map(|shape| shape.body));
                 let nearer = body.map_or(f64::INFINITY, |body| self.travel.nearer(body, bound));
-                *near = Near { apart: other.apart - nearer, ..*other };
+                *near = NearPair { separation: other.separation - nearer, ..*other };
             }
         }
         self.valid = distance;
@@ -336,41 +343,41 @@ impl Solids {
 
     /// Fills `near` with the pairs whose balls are less than `distance` apart.
     fn sweep(&mut self, model: &Model, distance: f64) {
-        let Self { itself, balls, order, near, .. } = self;
+        let Self { self_collision, spheres, order, near, .. } = self;
         near.clear();
-        let within_reach = |ball: &Ball| ball.center.amax() + ball.radius < FARTHEST;
+        let within_reach = |sphere: &BoundingSphere| sphere.center.amax() + sphere.radius < FARTHEST;
         let shapes = model.solids.len();
         let (mut lowest, mut highest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-        for ball in &balls[..] {
-            lowest = lowest.inf(&ball.center);
-            highest = highest.sup(&ball.center);
+        for sphere in &spheres[..] {
+            lowest = lowest.inf(&sphere.center);
+            highest = highest.sup(&sphere.center);
         }
         let axis = (highest - lowest).imax();
-        let lower = |index: usize| balls[index].center[axis] - balls[index].radius;
+        let lower = |index: usize| spheres[index].center[axis] - spheres[index].radius;
         order.sort_unstable_by(|a, b| lower(*a).total_cmp(&lower(*b)).then(a.cmp(b)));
         for (position, &one) in order.iter().enumerate() {
-            let ball = &balls[one];
-            if !within_reach(ball) {
+            let sphere = &spheres[one];
+            if !within_reach(sphere) {
                 continue;
             }
-            let upper = ball.center[axis] + ball.radius + distance;
+            let upper = sphere.center[axis] + sphere.radius + distance;
             for &two in &order[position + 1..] {
-                let other = &balls[two];
+                let other = &spheres[two];
                 if other.center[axis] - other.radius > upper {
                     break;
                 }
                 let pair = [one.min(two), one.max(two)];
                 let possible = match (pair[0] < shapes, pair[1] < shapes) {
-                    (true, true) => *itself && model.pairs.can_touch(pair[0], pair[1]),
+                    (true, true) => *self_collision && model.pairs.can_touch(pair[0], pair[1]),
                     (true, false) => !(model.fixed_base && model.ground_shapes[pair[0]].body == 0),
                     (false, _) => false,
                 };
-                let reach = ball.radius + other.radius + distance;
+                let reach = sphere.radius + other.radius + distance;
                 if possible
                     && within_reach(other)
-                    && (ball.center - other.center).norm_squared() < reach * reach
+                    && (sphere.center - other.center).norm_squared() < reach * reach
                 {
-                    near.push(Near { pair, apart: f64::NEG_INFINITY, axis: None });
+                    near.push(NearPair { pair, separation: f64::NEG_INFINITY, axis: None });
                 }
             }
         }

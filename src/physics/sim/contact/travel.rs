@@ -1,19 +1,19 @@
-//! How far the shapes of a character may have come towards each other.
+//! An upper bound of how far the shapes of a character have moved towards each other.
 //!
-//! A joint that turns by Δq moves no point beyond it by more than its distance from the axis times |Δq|, so that
-//! two shapes that were a distance apart need not be looked at before the joints have turned by that much.
+//! A joint rotation by Δq moves no point beyond the joint by more than its distance from the axis times |Δq|, so that
+//! the distance of two shapes need not be computed again before the joints have rotated by that much.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::Outlook;
+use super::detection::DetectionSettings;
 use crate::model::{DofKind, Model};
-use crate::sim::reduced::kinematics::BodyMotion;
-use crate::sim::spatial::Motion;
+use crate::sim::bodies::BodyMotion;
+use crate::sim::spatial::SpatialMotion;
 
-/// Watches how far shapes move between one look at them and the next. They move against the root, or against the world if
-/// there are things in it that they may touch.
+/// Bounds how far shapes have moved since the last detection: relative to the root, or to the world if it holds
+/// anything that they can touch.
 #[derive(Debug, Clone)]
 pub struct Travel {
     /// Whether shapes may touch what does not move with the root.
@@ -58,10 +58,11 @@ impl Travel {
         }
     }
 
-    /// Follows the character to where it is, and gives the farthest that a body has travelled since [`Travel::measure`], m;
-    /// infinite if that is not known. `angles` are those of the joints if `bodies` follow from them, `origin` is the common
+    /// Updates the bounds to the character's present pose, and returns the greatest distance that a body has travelled
+    /// since [`Travel::measure`], m, infinite if it is unknown. `angles` are those of the joints if `bodies` follow from
+    /// them, `origin` is the common
     /// point in the world.
-    pub fn follow(
+    pub fn update(
         &mut self,
         model: &Model,
         bodies: &[BodyMotion],
@@ -75,7 +76,7 @@ impl Travel {
         };
         let rotation = bodies[0].rotation;
         if self.world {
-            // A turn by φ moves a point at distance r by 2 r sin(φ / 2), and the matrix by 2 √2 sin(φ / 2).
+            // A rotation by φ moves a point at distance r by 2 r sin(φ / 2), and the matrix by 2 √2 sin(φ / 2).
             let turned = (rotation - self.rotation).norm() * FRAC_1_SQRT_2;
             self.moved[0] = (origin - self.origin).norm() + turned * self.beyond[0];
         }
@@ -83,11 +84,11 @@ impl Travel {
         let mut farthest = self.travelled[0];
         for (joint, (angle, last)) in angles.iter().zip(&self.angles).enumerate() {
             let body = &model.bodies[joint + 1];
-            let lever = match body.dof {
+            let moment_arm = match body.dof {
                 DofKind::Revolute => self.beyond[joint + 1],
                 DofKind::Prismatic => 1.0,
             };
-            let moved = self.moved[body.parent] + (angle - last).abs() * lever;
+            let moved = self.moved[body.parent] + (angle - last).abs() * moment_arm;
             self.moved[joint + 1] = moved;
             self.travelled[joint + 1] += moved;
             farthest = farthest.max(self.travelled[joint + 1]);
@@ -108,8 +109,8 @@ impl Travel {
         self.travelled[body] + other.map_or(0.0, |other| self.travelled[other])
     }
 
-    /// Begins anew from here, and measures how far the character reaches. What is told from then on holds until a sliding
-    /// joint has slid by `slide` m.
+    /// Starts again from the present pose, and measures the reach of every body. The bounds hold until a sliding joint has
+    /// moved by `slide` m.
     pub fn measure(&mut self, model: &Model, slide: f64) {
         self.travelled.fill(0.0);
         self.beyond.copy_from_slice(&self.farthest);
@@ -127,9 +128,9 @@ impl Travel {
         }
     }
 
-    /// Measures how fast the bodies move. The greatest gap of two shapes that is within `outlook`, m.
-    pub fn hasten(&mut self, bodies: &[BodyMotion], outlook: &Outlook) -> f64 {
-        let frame = if self.world { Motion::ZERO } else { bodies[0].velocity };
+    /// Measures how fast the bodies move, and returns the greatest gap of two shapes that a step can close, m.
+    pub fn measure_speeds(&mut self, bodies: &[BodyMotion], settings: &DetectionSettings) -> f64 {
+        let frame = if self.world { SpatialMotion::ZERO } else { bodies[0].velocity };
         let mut fastest = 0.0_f64;
         for ((body, farthest), speed) in bodies.iter().zip(&self.farthest).zip(&mut self.speed) {
             let velocity = body.velocity.minus(frame);
@@ -137,12 +138,12 @@ impl Travel {
             *speed = velocity.at(body.origin).abs().sum() + velocity.angular.abs().sum() * farthest;
             fastest = fastest.max(*speed);
         }
-        outlook.margin(2.0 * fastest)
+        settings.margin(2.0 * fastest)
     }
 
-    /// The greatest gap of shapes of the two bodies that is within `outlook`, m.
+    /// The greatest gap of shapes of the two bodies that a step can close, m.
     #[inline]
-    pub fn within(&self, body: usize, other: Option<usize>, outlook: &Outlook) -> f64 {
-        outlook.margin(self.speed[body] + other.map_or(0.0, |other| self.speed[other]))
+    pub fn within(&self, body: usize, other: Option<usize>, settings: &DetectionSettings) -> f64 {
+        settings.margin(self.speed[body] + other.map_or(0.0, |other| self.speed[other]))
     }
 }

@@ -1,13 +1,13 @@
-//! One Newton step on the natural map: guess which rows are at their bounds, and solve for the others.
+//! One Newton step on the natural map: find which rows are at their bounds, and solve for the others.
 //!
 //! The natural map is piecewise smooth. About a point (λ, w) each row lies on one of its pieces:
 //!
 //! - *held*: its force is a number (an end of its bound, or friction without a normal force);
 //! - *free*: its force is unknown and its velocity is zero (also both rows of a sticking contact);
 //! - *sliding*: its force follows the unknown normal force, λ_t = μ λ_n e. For a pyramid e = ±1 and that is
-//!   all. For a circular cone e is a direction that may turn: with τ perpendicular to e, the unknown s
-//!   moves the force by s τ, and its equation says that the velocity across e vanishes, τ · w_t = 0.
-//!   As τ turns by s / (μ λ_n) with it, the derivative of that equation by s is
+//!   all. For a circular cone e is a direction that may rotate: with τ perpendicular to e, the unknown s
+//!   moves the force by s τ, and its equation is that the velocity across e vanishes, τ · w_t = 0.
+//!   As τ rotates by s / (μ λ_n) with it, the derivative of that equation by s is
 //!   τ · B τ + |w_t| / (μ λ_n), with B the block of the two rows.
 //!
 //! What is left is one square linear system, with no more unknowns than rows. It is scaled to a unit
@@ -19,8 +19,9 @@
 use super::residual::{evaluate, norm, project, reaches_beyond, row_scale, tangent_scale};
 use multiversion::multiversion;
 
+use super::problem::{Bound, Problem};
 use super::symmetric::Symmetric;
-use super::{Bound, Problem, linear, symmetric};
+use super::{linear, symmetric};
 
 /// Large against rounding (1e-16), small against the least eigenvalue that matters of a scaled matrix.
 const PROXIMITY: f64 = 1e-10;
@@ -31,7 +32,7 @@ const PROXIMITY: f64 = 1e-10;
 struct Unknown {
     rows: [usize; 2],
     weights: [f64; 2],
-    /// Added to the diagonal: what turning the direction of sliding contributes.
+    /// Added to the diagonal: contribution of the rotation of the sliding direction.
     bend: f64,
 }
 
@@ -43,8 +44,8 @@ struct Sliding {
     coefficient: f64,
     /// e, a unit vector; of a pyramid's row ±1 and 0.
     direction: [f64; 2],
-    /// The unknown that turns e, and the radius μ λ_n at which its value is a length of arc.
-    turn: Option<(usize, f64)>,
+    /// The unknown that rotates e, and the radius μ λ_n at which its value is a length of arc.
+    rotation: Option<(usize, f64)>,
 }
 
 /// What the equations of an active set ask for and how far their solution goes, both scaled to a unit diagonal.
@@ -58,7 +59,7 @@ struct Extent {
 
 /// What came of a step.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Step {
+pub(super) enum NewtonStep {
     /// The forces are those of the active set, and leave this residual.
     Taken {
         /// m/s or rad/s.
@@ -97,23 +98,23 @@ pub(super) fn step(
     problem: &Problem<'_>,
     lambda: &mut [f64],
     velocity: &mut [f64],
-) -> Step {
-    if active.guess(problem, lambda, velocity) {
+) -> NewtonStep {
+    if active.classify(problem, lambda, velocity) {
         evaluate(problem, lambda, velocity);
     }
     // Sliding friction answers to its normal force, but not the other way round.
     let symmetric = problem.symmetric && active.sliding.is_empty();
     let extent = if symmetric { active.solve_symmetric(problem, velocity) } else { None };
     let Some(Extent { asked, gone }) = extent.or_else(|| active.solve(problem, velocity)) else {
-        return Step::Singular;
+        return NewtonStep::Singular;
     };
     // What the equations lack after the step is the share of the unknowns that was added to them.
     if PROXIMITY * gone > 0.5 * asked {
-        return Step::Contradiction;
+        return NewtonStep::Contradiction;
     }
     active.apply(lambda);
     project(problem, lambda);
-    Step::Taken { residual: evaluate(problem, lambda, velocity) }
+    NewtonStep::Taken { residual: evaluate(problem, lambda, velocity) }
 }
 
 impl ActiveSet {
@@ -158,8 +159,8 @@ impl ActiveSet {
         Some(Extent { asked: asked.sqrt(), gone: gone.sqrt() })
     }
 
-    /// Puts every row on its piece and moves held and sliding forces there; says whether one moved.
-    fn guess(&mut self, problem: &Problem<'_>, lambda: &mut [f64], velocity: &[f64]) -> bool {
+    /// Puts every row on its piece and moves held and sliding forces there; whether one moved.
+    fn classify(&mut self, problem: &Problem<'_>, lambda: &mut [f64], velocity: &[f64]) -> bool {
         let n = problem.rows();
         self.unknowns.clear();
         self.sliding.clear();
@@ -239,7 +240,7 @@ impl ActiveSet {
             return false;
         };
         let direction = [sign, 0.0];
-        self.sliding.push(Sliding { rows: [row; 2], normal, coefficient, direction, turn: None });
+        self.sliding.push(Sliding { rows: [row; 2], normal, coefficient, direction, rotation: None });
         place(&mut lambda[row], sign * radius)
     }
 
@@ -265,9 +266,9 @@ impl ActiveSet {
         let across = [-direction[1], direction[0]];
         let backward = -(direction[0] * velocity[row] + direction[1] * velocity[row + 1]);
         let rows = [row, row + 1];
-        let turn = Some((self.unknowns.len(), radius));
+        let rotation = Some((self.unknowns.len(), radius));
         self.unknowns.push(Unknown { rows, weights: across, bend: backward.max(0.0) / radius });
-        self.sliding.push(Sliding { rows, normal, coefficient, direction, turn });
+        self.sliding.push(Sliding { rows, normal, coefficient, direction, rotation });
         let [first, second] = direction.map(|each| radius * each);
         place(&mut lambda[row], first) | place(&mut lambda[row + 1], second)
     }
@@ -311,8 +312,8 @@ impl ActiveSet {
             }
             for sliding in &self.sliding {
                 let [x, y] = sliding.rows.map(|row| combined[row]);
-                if let Some((turn, _)) = sliding.turn {
-                    entries[turn] += y * self.unknowns[turn].weights[1];
+                if let Some((rotation, _)) = sliding.rotation {
+                    entries[rotation] += y * self.unknowns[rotation].weights[1];
                 }
                 if let Some(normal) = self.unknown_of[sliding.normal] {
                     let along = x * sliding.direction[0] + y * sliding.direction[1];
@@ -337,7 +338,7 @@ impl ActiveSet {
         for sliding in &self.sliding {
             let radius = sliding.coefficient * lambda[sliding.normal].max(0.0);
             let mut direction = sliding.direction;
-            if let Some((index, arm)) = sliding.turn {
+            if let Some((index, arm)) = sliding.rotation {
                 for (along, weight) in direction.iter_mut().zip(self.unknowns[index].weights) {
                     *along += self.solution[index] * weight / arm;
                 }
@@ -383,7 +384,7 @@ fn greatest(problem: &Problem<'_>, row: usize) -> f64 {
     if greatest > 0.0 { greatest } else { 1.0 }
 }
 
-/// Sets a force and says whether that changed it.
+/// Sets a force; whether that changed it.
 fn place(force: &mut f64, value: f64) -> bool {
     let moved = *force != value;
     *force = value;

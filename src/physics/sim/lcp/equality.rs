@@ -9,9 +9,9 @@
 //! 1992, section 2.3). With L Lᵀ = A_ee and Y = L⁻¹ A_ei that matrix is A_ii − Yᵀ Y. Sweeps of Gauss-Seidel over
 //! rows e would need about as many as the mass ratio across them; the factor does not know of it.
 
+use super::problem::{Bound, Problem, Solution, SolveStatus, Solver};
 use super::residual::{dot, evaluate, greatest_velocity};
 use super::skyline::{DEPENDENT, Skyline};
-use super::{Bound, Problem, Solution, Solver, Status};
 
 /// A residual below this share of the greatest velocity in the problem is rounding.
 const ROUNDING: f64 = 1e-12;
@@ -19,7 +19,7 @@ const ROUNDING: f64 = 1e-12;
 /// Solves free rows by a symmetric factor and gives what is left to another solver.
 ///
 /// For symmetric positive semidefinite A. Rows that depend on others (a redundant loop, a row repeated) are
-/// passed over; where they contradict the others the status is [`Status::Singular`], and the forces
+/// passed over; where they contradict the others the status is [`SolveStatus::Singular`], and the forces
 /// are those that satisfy the earlier of them. A problem without free rows goes to the other solver as it is.
 #[derive(Debug, Clone)]
 pub struct Equality<S> {
@@ -173,12 +173,18 @@ impl<S: Solver> Equality<S> {
     }
 
     /// The status of forces `lambda` that leave `residual`, where the other solver ended with `inner`.
-    fn verdict(&mut self, problem: &Problem<'_>, lambda: &[f64], residual: f64, inner: Status) -> Status {
+    fn verdict(
+        &mut self,
+        problem: &Problem<'_>,
+        lambda: &[f64],
+        residual: f64,
+        inner: SolveStatus,
+    ) -> SolveStatus {
         if !residual.is_finite() {
-            return Status::NotFinite;
+            return SolveStatus::NotFinite;
         }
         if residual <= self.tolerance {
-            return Status::Solved;
+            return SolveStatus::Solved;
         }
         let rounding = ROUNDING * greatest_velocity(problem, lambda);
         evaluate(problem, lambda, &mut self.velocity);
@@ -186,9 +192,9 @@ impl<S: Solver> Equality<S> {
             self.factor.is_dependent(index) && self.velocity[*row].abs() > self.tolerance.max(rounding)
         };
         if self.eliminated.iter().enumerate().any(strays) {
-            Status::Singular
-        } else if inner == Status::Solved && residual > rounding {
-            Status::IterationLimit
+            SolveStatus::Singular
+        } else if inner == SolveStatus::Solved && residual > rounding {
+            SolveStatus::IterationLimit
         } else {
             inner
         }
@@ -206,7 +212,7 @@ impl<S: Solver> Solver for Equality<S> {
         self.split(problem);
         self.factor.factorise(problem.matrix, problem.rows(), &mut self.eliminated);
         self.reduce(problem, lambda);
-        let mut left = Solution { status: Status::Solved, iterations: 0, residual: 0.0 };
+        let mut left = Solution { status: SolveStatus::Solved, iterations: 0, residual: 0.0 };
         if !self.kept.is_empty() {
             let problem = Problem {
                 matrix: &self.matrix,
@@ -216,7 +222,7 @@ impl<S: Solver> Solver for Equality<S> {
                 cone: problem.cone,
             };
             left = self.inner.solve(&problem, &mut self.force);
-            if left.residual.is_nan() && left.status != Status::Ray {
+            if left.residual.is_nan() && left.status != SolveStatus::Ray {
                 return left;
             }
         }

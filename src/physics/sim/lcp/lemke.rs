@@ -13,10 +13,10 @@
 //! Wherever the pivoting ends, Newton steps from there remove its rounding errors, and the residual of
 //! the problem itself decides whether that is a solution.
 
-use super::active::{self, ActiveSet, Step};
+use super::active::{self, ActiveSet, NewtonStep};
+use super::problem::{Bound, Problem, Solution, SolveStatus, Solver};
 use super::residual::{evaluate, greatest_velocity, project};
 use super::standard::Standard;
-use super::{Bound, Problem, Solution, Solver, Status};
 
 /// An entry of the scaled tableau below this is no pivot.
 const PIVOT: f64 = 1e-11;
@@ -86,7 +86,7 @@ impl Lemke {
         self.trial.clear();
         self.trial.extend_from_slice(lambda);
         for _ in 0..REFINEMENTS {
-            let Step::Taken { residual: refined } =
+            let NewtonStep::Taken { residual: refined } =
                 active::step(&mut self.refinement, problem, &mut self.trial, &mut self.velocity)
             else {
                 break;
@@ -106,7 +106,7 @@ impl Solver for Lemke {
             return Solution::refused(status);
         }
         if !problem.matrix.iter().chain(problem.offset).all(|number| number.is_finite()) {
-            return Solution::refused(Status::NotFinite);
+            return Solution::refused(SolveStatus::NotFinite);
         }
         lambda.fill(0.0);
         project(problem, lambda);
@@ -117,11 +117,11 @@ impl Solver for Lemke {
         self.standard.recover(&self.z, lambda);
         let (residual, exact) = self.refine(problem, lambda);
         let status = if exact {
-            Status::Solved
+            SolveStatus::Solved
         } else if !residual.is_finite() {
-            Status::NotFinite
-        } else if end == Status::Solved || self.standard.has_dependent_rows() {
-            Status::Singular
+            SolveStatus::NotFinite
+        } else if end == SolveStatus::Solved || self.standard.has_dependent_rows() {
+            SolveStatus::Singular
         } else {
             end
         };
@@ -151,25 +151,25 @@ struct Tableau {
 
 impl Tableau {
     /// Pivots at most `limit` times; leaves the basic solution in `z`.
-    fn solve(&mut self, standard: &Standard, limit: u32, z: &mut Vec<f64>) -> (Status, u32) {
+    fn solve(&mut self, standard: &Standard, limit: u32, z: &mut Vec<f64>) -> (SolveStatus, u32) {
         self.load(standard);
         let m = self.size;
         let artificial = 2 * m;
-        let mut status = Status::Solved;
+        let mut status = SolveStatus::Solved;
         let mut pivots = 0;
         if let Some(mut row) = self.most_violated() {
             let mut entering = artificial;
-            status = Status::IterationLimit;
+            status = SolveStatus::IterationLimit;
             while pivots < limit {
                 let leaving = self.pivot(row, entering);
                 pivots += 1;
                 if leaving == artificial {
-                    status = Status::Solved;
+                    status = SolveStatus::Solved;
                     break;
                 }
                 entering = if leaving < m { leaving + m } else { leaving - m };
                 let Some(next) = self.ratio_test(entering) else {
-                    status = Status::Ray;
+                    status = SolveStatus::Ray;
                     break;
                 };
                 row = next;

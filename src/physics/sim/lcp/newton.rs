@@ -1,20 +1,20 @@
 //! Newton's method on the natural map, with Gauss-Seidel sweeps where it does not lead on.
 //!
-//! Once the rows at their bounds are guessed rightly, one Newton step solves the problem to rounding
-//! (for circular cones a few, for their rim is curved); and between two time steps the guess seldom changes.
-//! A wrong guess corrects itself in most cases (Alart & Curnier 1991; Hintermüller, Ito & Kunisch
+//! Once the rows at their bounds are found, one Newton step solves the problem to rounding
+//! (for circular cones a few, for their rim is curved); and between two time steps this active set seldom changes.
+//! A wrong active set corrects itself in most cases (Alart & Curnier 1991; Hintermüller, Ito & Kunisch
 //! 2003), but can go in circles. Then sweeps of projected Gauss-Seidel, twice as many each time, bring the
-//! next guess nearer.
+//! next active set nearer.
 //!
 //! Neither may lead on where many contacts press a mechanism with one or two freedoms left: their rows depend on
 //! each other, and few of the many active sets are consistent. What is left unsolved then is given to the
 //! pivoting method, with the pyramid for the cone, and the Newton steps start again from what it finds.
 
-use super::active::{self, ActiveSet, Step};
+use super::active::{self, ActiveSet, NewtonStep};
 use super::lemke::Lemke;
 use super::pgs::Sweeper;
+use super::problem::{Problem, Solution, SolveStatus, Solver};
 use super::residual::{evaluate, project};
-use super::{Problem, Solution, Solver, Status};
 
 /// Newton steps in a row that may fail to lessen the residual before sweeps take over.
 const PATIENCE: u32 = 3;
@@ -82,13 +82,13 @@ impl Newton {
         while *residual > self.tolerance && taken < most && patience > 0 {
             taken += 1;
             match active::step(&mut self.active, problem, &mut self.trial, &mut self.velocity) {
-                Step::Taken { residual: stepped } if stepped < *residual => {
+                NewtonStep::Taken { residual: stepped } if stepped < *residual => {
                     *residual = stepped;
                     lambda.copy_from_slice(&self.trial);
                 }
-                Step::Taken { residual: stepped } if stepped.is_finite() => patience -= 1,
-                Step::Taken { .. } | Step::Singular => patience = 0,
-                Step::Contradiction => {
+                NewtonStep::Taken { residual: stepped } if stepped.is_finite() => patience -= 1,
+                NewtonStep::Taken { .. } | NewtonStep::Singular => patience = 0,
+                NewtonStep::Contradiction => {
                     // Earlier steps may have gone far along the contradiction.
                     *residual = before;
                     lambda.copy_from_slice(&self.start);
@@ -165,7 +165,7 @@ impl Solver for Newton {
         self.velocity.resize(problem.rows(), 0.0);
         let mut residual = evaluate(problem, lambda, &mut self.velocity);
         if !residual.is_finite() {
-            return Solution::refused(Status::NotFinite);
+            return Solution::refused(SolveStatus::NotFinite);
         }
         let (mut iterations, mut contradiction) = self.search(problem, lambda, &mut residual);
         if residual > NEARLY * self.tolerance && problem.rows() <= MOST_PIVOTED {
@@ -182,9 +182,9 @@ impl Solver for Newton {
             }
         }
         let status = if residual <= self.tolerance {
-            Status::Solved
+            SolveStatus::Solved
         } else if contradiction {
-            Status::Singular
+            SolveStatus::Singular
         } else {
             evaluate(problem, lambda, &mut self.velocity);
             self.sweeper.prepare(problem);

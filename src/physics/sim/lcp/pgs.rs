@@ -6,8 +6,8 @@
 //! [`Tangents::solve`]). So friction follows the normal force within a sweep, and the limit obeys
 //! Coulomb's law although that law is no minimisation.
 
+use super::problem::{Bound, Problem, Solution, SolveStatus, Solver};
 use super::residual::{between, dot, error, evaluate, norm, onto_rim, project, within_disc};
-use super::{Bound, Problem, Solution, Solver, Status};
 
 /// A row whose diagonal is below this share of the greatest one cannot be moved: what it holds are
 /// rounding errors of the others.
@@ -42,7 +42,7 @@ impl Solver for Pgs {
         self.velocity.resize(problem.rows(), 0.0);
         let mut residual = evaluate(problem, lambda, &mut self.velocity);
         if !residual.is_finite() {
-            return Solution::refused(Status::NotFinite);
+            return Solution::refused(SolveStatus::NotFinite);
         }
         let mut iterations = 0;
         if residual > self.tolerance {
@@ -144,23 +144,23 @@ impl Sweeper {
         velocity: &[f64],
         residual: f64,
         tolerance: f64,
-    ) -> Status {
+    ) -> SolveStatus {
         if residual <= tolerance {
-            return Status::Solved;
+            return SolveStatus::Solved;
         }
         if !residual.is_finite() {
-            return Status::NotFinite;
+            return SolveStatus::NotFinite;
         }
         let mut row = 0;
         while row < self.inverse.len() {
             let block = problem.block(row);
             let immobile = self.inverse[row + block - 1] == 0.0;
             if immobile && error(problem, row, lambda, velocity) > tolerance {
-                return Status::Singular;
+                return SolveStatus::Singular;
             }
             row += block;
         }
-        Status::IterationLimit
+        SolveStatus::IterationLimit
     }
 }
 
@@ -203,7 +203,7 @@ impl Tangents {
     /// Sliding is B x + g = −κ x with |x| = radius and κ > 0, where g is the velocity without friction.
     /// κ is taken from the force and the velocity of the moment, −w · x / radius², but at least
     /// |g| / radius − tr B, which it cannot be below; and x(κ) = −(B + κ I)⁻¹ g is scaled to the rim. Sweep by
-    /// sweep both settle, and where they rest, w = −κ x.
+    /// sweep both converge, and where they do, w = −κ x.
     fn solve(&self) -> [f64; 2] {
         let [xx, xy, yx, yy] = self.block;
         let [force, w] = [self.force, self.velocity];

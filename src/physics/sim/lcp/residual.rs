@@ -1,13 +1,13 @@
 //! How far forces are from solving a problem, in one number, and the projection behind it.
 
-use super::{Bound, Problem};
+use super::problem::{Bound, Problem};
 use multiversion::multiversion;
 
 /// The natural-map residual of `lambda`, m/s or rad/s: how far the velocities are from what the
 /// bounds ask for, the greatest over the rows.
 ///
 /// For a row with bounds lo ≤ λ ≤ hi (Cottle, Pang & Stone 1992, section 1.4, with the diagonal of A
-/// turning a force into the velocity that it makes) it is
+/// the factor from a force to the velocity that it causes) it is
 ///
 /// a |λ − clamp(λ − w/a, lo, hi)| = |min(a (λ − lo), max(w, a (λ − hi)))|,
 ///
@@ -155,7 +155,7 @@ fn at_least_zero(value: f64) -> f64 {
     if value < 0.0 { 0.0 } else { value }
 }
 
-/// What turns a force of `row` into a velocity: its diagonal, or 1 where that is not positive.
+/// The factor from a force of `row` to its velocity: its diagonal, or 1 where that is not positive.
 pub(super) fn row_scale(problem: &Problem<'_>, row: usize) -> f64 {
     let diagonal = problem.matrix[row * (problem.rows() + 1)];
     if diagonal > 0.0 { diagonal } else { 1.0 }

@@ -9,7 +9,7 @@
 //! - Free forces are eliminated from their own equations by complete pivoting.
 //! - Every force is scaled by 1/√A_ii, which gives M a unit diagonal whatever the mass ratio.
 
-use super::{Bound, Problem, Status};
+use super::problem::{Bound, Problem, SolveStatus};
 
 /// A pivot below this share of the unit diagonal is a rounding error: its equation depends on the others.
 const DEPENDENT: f64 = 1e-13;
@@ -54,9 +54,9 @@ impl Standard {
     /// Lifts `problem`.
     ///
     /// # Errors
-    /// [`Status::Unsupported`] for a circular cone, for friction under a normal force that may be
+    /// [`SolveStatus::Unsupported`] for a circular cone, for friction under a normal force that may be
     /// negative, and for free forces that only other rows could determine (A not positive semidefinite).
-    pub(super) fn lift(&mut self, problem: &Problem<'_>) -> Result<(), Status> {
+    pub(super) fn lift(&mut self, problem: &Problem<'_>) -> Result<(), SolveStatus> {
         self.place_variables(problem)?;
         self.fill(problem);
         self.eliminate()
@@ -100,7 +100,7 @@ impl Standard {
         self.forces.len() + self.multipliers.len() + 1
     }
 
-    fn place_variables(&mut self, problem: &Problem<'_>) -> Result<(), Status> {
+    fn place_variables(&mut self, problem: &Problem<'_>) -> Result<(), SolveStatus> {
         let n = problem.rows();
         self.forces.clear();
         self.multipliers.clear();
@@ -156,14 +156,14 @@ impl Standard {
         row: usize,
         normal: usize,
         coefficient: f64,
-    ) -> Result<(), Status> {
+    ) -> Result<(), SolveStatus> {
         let pushing = match problem.bounds[normal] {
             Bound::NonNegative => true,
             Bound::Box { lower, .. } => lower >= 0.0,
             Bound::Free | Bound::Friction { .. } => false,
         };
         if problem.cone || !pushing {
-            return Err(Status::Unsupported);
+            return Err(SolveStatus::Unsupported);
         }
         if coefficient > 0.0 {
             let unit = unit(problem, row);
@@ -206,7 +206,7 @@ impl Standard {
     }
 
     /// Solves the equations w = 0 of the free forces for them, as far as they are independent.
-    fn eliminate(&mut self) -> Result<(), Status> {
+    fn eliminate(&mut self) -> Result<(), SolveStatus> {
         let width = self.width();
         let free = self.free;
         self.solved_by.clear();
@@ -232,7 +232,7 @@ impl Standard {
         for row in (0..free).filter(|row| !self.solved_by.contains(&Some(*row))) {
             let others = &self.table[row * width + free..(row + 1) * width - 1];
             if others.iter().any(|entry| entry.abs() > DEPENDENT.sqrt()) {
-                return Err(Status::Unsupported);
+                return Err(SolveStatus::Unsupported);
             }
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Rows of contacts.
 //!
-//! For a touch at point p with unit normal n, where v_p is the velocity of the body there against what it
-//! touches: w_n = n · v_p⁺ + bias ≥ 0, λ_n ≥ 0, w_n λ_n = 0 (Tokizaki & Hasegawa eq. 16). The bias is
+//! For a contact candidate at point p with unit normal n, where v_p is the velocity of the body there relative to
+//! the other side: w_n = n · v_p⁺ + bias ≥ 0, λ_n ≥ 0, w_n λ_n = 0 (Tokizaki & Hasegawa eq. 16). The bias is
 //! that of the gap. A contact that would close within the step and has a speed of rebound u instead asks for
 //! n · v_p⁺ ≥ u, Newton's law of restitution (Moreau 1988 for its place in time stepping). Coulomb
 //! friction adds two rows along tangents t: w_t = t · v_p⁺ and |λ_t| ≤ μ λ_n, the force opposing the sliding (Anitescu & Potra
@@ -9,78 +9,82 @@
 
 use std::ops::Range;
 
-use super::{Lanes, Owner, Row, Rows, gap_bias, gap_recovery};
-use crate::sim::contact::Touch;
+use super::assembly::{Row, Rows};
+use super::lanes::Lanes;
+use super::owner::RowOwner;
+use super::stabilization::{gap_bias, gap_recovery};
+use crate::sim::contact::ContactCandidate;
 use crate::sim::lcp::Bound;
-use crate::sim::spatial::{Force, Motion};
-use crate::sim::state::ContactForces;
+use crate::sim::memory::ContactForces;
+use crate::sim::spatial::{SpatialForce, SpatialMotion};
 
 /// Greatest speed at which a penetrating contact is pushed apart, m/s.
 const FASTEST_RECOVERY: f64 = 0.5;
 
-/// Share of the whole character's mobility with which what it touches gives way in the first pass of tracking.
+/// Compliance of contacts in the feedforward pass, as a share of the whole character's mobility.
 ///
-/// A rigid character on four feet has twelve forces for six freedoms: many loads solve its equations, and a solver would
-/// find one that depends on where it starts. Giving way shares the load out in one way, and takes from its sum no more than
-/// a hundredth.
+/// A rigid character on four feet has twelve contact forces for six degrees of freedom: many distributions solve its
+/// equations, and a solver would find one that depends on its warm start. With compliance the distribution is unique,
+/// and the sum of the forces is less by no more than a hundredth.
 const COMPLIANCE: f64 = 1e-2;
 
-/// The compliance of touches in the first pass of tracking, for a character of `mass` kg and a step of `step` seconds,
+/// The compliance of contacts in the feedforward pass, for a character of `mass` kg and a step of `step` seconds,
 /// (m/s)/N.
 pub fn compliance(mass: f64, step: f64) -> f64 {
     COMPLIANCE * step / mass
 }
 
-/// Adds the rows of all `touches`.
+/// Adds the rows of all `candidates`.
 ///
-/// `free` gives each body's velocity if no row acted; `guess` forces to start from by slot; `compliance`
-/// the speed with which what does not move gives way to a unit of force, (m/s)/N;
-/// `half_solve` half-solves the rows of forces on a touch's body (see [`Rows::push`]).
+/// `free` is each body's velocity if no row acted; `warm_start` holds the forces to start from, by slot; `compliance`
+/// is that of ground and obstacles, (m/s)/N; `half_solve` half-solves the rows of forces on a candidate's body
+/// (see [`Rows::push`]).
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,
-    touches: &[Touch],
-    free: &[Motion],
+    candidates: &[ContactCandidate],
+    free: &[SpatialMotion],
     friction: Option<f64>,
     step: f64,
     stabilization: bool,
-    guess: &ContactForces,
+    warm_start: &ContactForces,
     compliance: f64,
-    mut half_solve: impl FnMut(&Touch, &[Force], &mut Vec<Lanes>) -> Range<usize>,
+    mut half_solve: impl FnMut(&ContactCandidate, &[SpatialForce], &mut Vec<Lanes>) -> Range<usize>,
 ) {
-    for touch in touches {
-        let owner = Owner::Contact { link: touch.link };
-        let velocity = touch.slip(|body| free[body]);
-        let softness = if touch.against.body().is_none() { compliance } else { 0.0 };
-        let remembered = guess.at(touch.slot);
+    for candidate in candidates {
+        let owner = RowOwner::Contact { link: candidate.link };
+        let velocity = candidate.slip(|body| free[body]);
+        let softness = if candidate.against.body().is_none() { compliance } else { 0.0 };
+        let remembered = warm_start.at(candidate.slot);
         let normal = rows.len();
-        let [up, tangents @ ..] = touch.frame;
+        let [up, tangents @ ..] = candidate.frame;
         let free = up.dot(&velocity);
-        let gap = -touch.depth;
+        let gap = -candidate.depth;
         let mut bias = gap_bias(gap, step);
-        if gap + step * free < 0.0 && touch.rebound > 0.0 {
-            bias = bias.min(-touch.rebound);
+        if gap + step * free < 0.0 && candidate.rebound > 0.0 {
+            bias = bias.min(-candidate.rebound);
         }
         let recovery = if stabilization { gap_recovery(gap, step, FASTEST_RECOVERY) } else { 0.0 };
-        let guess = remembered[0];
-        let above = Row { guess, recovery, softness, ..Row::new(owner, Bound::NonNegative, free + bias) };
-        let push = Force::at(touch.at, up);
+        let warm_start = remembered[0];
+        let above =
+            Row { warm_start, recovery, softness, ..Row::new(owner, Bound::NonNegative, free + bias) };
+        let push = SpatialForce::at(candidate.at, up);
         let Some(coefficient) = friction else {
-            rows.push([above], |numbers| half_solve(touch, &[push], numbers));
+            rows.push([above], |numbers| half_solve(candidate, &[push], numbers));
             continue;
         };
         let bound = Bound::Friction { normal, coefficient };
         let [first, second] = std::array::from_fn(|index| Row {
-            guess: remembered[index + 1],
+            warm_start: remembered[index + 1],
             softness,
             ..Row::new(owner, bound, tangents[index].dot(&velocity))
         });
-        let [along, across] = tangents.map(|tangent| Force::at(touch.at, tangent));
-        rows.push([above, first, second], |numbers| half_solve(touch, &[push, along, across], numbers));
+        let [along, across] = tangents.map(|tangent| SpatialForce::at(candidate.at, tangent));
+        rows.push([above, first, second], |numbers| half_solve(candidate, &[push, along, across], numbers));
     }
 }
 
-/// Number of rows of a touch.
-pub fn rows_per_touch(friction: Option<f64>) -> usize {
+/// Number of rows of a contact.
+pub fn rows_per_contact(friction: Option<f64>) -> usize {
     if friction.is_some() { 3 } else { 1 }
 }

@@ -10,7 +10,9 @@
 
 use std::ops::Range;
 
-use super::{Lanes, Owner, Row, Rows};
+use super::assembly::{Row, Rows};
+use super::lanes::Lanes;
+use super::owner::RowOwner;
 use crate::sim::lcp::Bound;
 use crate::sim::tracking::Spring;
 
@@ -32,19 +34,19 @@ pub fn add(
 ) {
     let softness = 1.0 / line.resistance;
     let offset = free - line.at_rest * softness;
-    let row = Row { softness, ..Row::new(Owner::Drive(joint), Bound::Free, offset) };
+    let row = Row { softness, ..Row::new(RowOwner::Drive(joint), Bound::Free, offset) };
     rows.push([row], |numbers| half_solve(joint, numbers));
 }
 
 /// Adds the row that gives joint `joint` the velocity `wanted` (rad/s or m/s) whatever it takes: velocity
 /// control (Tokizaki & Hasegawa eq. 17). The others as for [`add`].
-pub fn hold(
+pub fn prescribe_velocity(
     rows: &mut Rows,
     joint: usize,
     wanted: f64,
     free: f64,
     half_solve: impl FnOnce(usize, &mut Vec<Lanes>) -> Range<usize>,
 ) {
-    let row = Row::new(Owner::Drive(joint), Bound::Free, free - wanted);
+    let row = Row::new(RowOwner::Drive(joint), Bound::Free, free - wanted);
     rows.push([row], |numbers| half_solve(joint, numbers));
 }

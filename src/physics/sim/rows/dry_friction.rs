@@ -2,24 +2,26 @@
 
 use std::ops::Range;
 
-use super::{Lanes, Owner, Row, Rows};
+use super::assembly::{Row, Rows};
+use super::lanes::Lanes;
+use super::owner::RowOwner;
 use crate::sim::lcp::Bound;
 
 /// Adds a row for every joint with dry friction (N m or N).
 ///
-/// `free` are the joint velocities if no row acted, `guess` the last step's forces; `half_solve` half-solves
+/// `free` are the joint velocities if no row acted, `warm_start` the last step's forces; `half_solve` half-solves
 /// the row of a force along a joint (see [`Rows::push`]).
 pub fn add(
     rows: &mut Rows,
     friction: &[f64],
     free: &[f64],
-    guess: &[f64],
+    warm_start: &[f64],
     mut half_solve: impl FnMut(usize, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     for (joint, friction) in friction.iter().copied().enumerate().filter(|(_, friction)| *friction > 0.0) {
         let bound = Bound::Box { lower: -friction, upper: friction };
-        let owner = Owner::DryFriction(joint);
-        let row = Row { guess: guess[joint], ..Row::new(owner, bound, free[joint]) };
+        let owner = RowOwner::DryFriction(joint);
+        let row = Row { warm_start: warm_start[joint], ..Row::new(owner, bound, free[joint]) };
         rows.push([row], |numbers| half_solve(joint, numbers));
     }
 }

@@ -1,4 +1,4 @@
-//! The half-solved numbers of rows, kept so that the matrix of a problem is made of small products of a known length.
+//! The half-solved numbers of rows, stored so that a problem's matrix consists of small products of fixed length.
 //!
 //! With M⁻¹ = Xᵀ X a row of the Jacobian becomes x = X Jᵀ: [`ROOT`] numbers of the root, and one for every joint or other
 //! place that the row reaches. Rows that reach the same places stand side by side in [`LANES`].
@@ -6,14 +6,8 @@
 use multiversion::multiversion;
 use std::ops::Range;
 
+use super::lanes::{LANES, Lanes, ROOT};
 use crate::sim::lcp::dot;
-use crate::sim::reduced::response::ROOT;
-
-/// Rows that stand side by side.
-pub const LANES: usize = 4;
-
-/// One number of up to [`LANES`] rows; 0 for those that are not there.
-pub type Lanes = [f64; LANES];
 
 /// Rows that follow each other and reach the same places.
 #[derive(Debug, Clone)]
@@ -87,14 +81,14 @@ impl HalfSolved {
     }
 
     /// Sets the numbers of row `row` to zero.
-    pub fn silence(&mut self, row: usize) {
+    pub fn disable(&mut self, row: usize) {
         let (group, lane) = self.find(row);
         let range = group.start..group.start + ROOT + group.places.len();
         self.numbers[range].iter_mut().for_each(|lanes| lanes[lane] = 0.0);
     }
 
     /// Whether all numbers of row `row` are zero.
-    pub fn is_silent(&self, row: usize) -> bool {
+    pub fn is_disabled(&self, row: usize) -> bool {
         self.of(row).all(|number| number == 0.0)
     }
 

@@ -6,7 +6,7 @@
 //! the moment d. The row's error is how far the two ends have come apart along d; under stabilisation
 //! the bias takes back a share of it each step (Baumgarte 1972). Unlike what corrects contacts, it acts on the
 //! velocities themselves. A body on a circle that goes straight ahead leaves it by (ω h)² / 2 of its radius in a
-//! step, and where just that is taken back in each, its velocity is along the chord, whose part along the
+//! step, and where just that is taken back in each, its velocity is along the chord, whose component along the
 //! next tangent is neither longer nor shorter than along the last; velocities along each new tangent would
 //! gain the square of ω h.
 
@@ -14,16 +14,19 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::{Lanes, Owner, Row, Rows, SHARE_PER_STEP};
+use super::assembly::{Row, Rows};
+use super::lanes::Lanes;
+use super::owner::RowOwner;
+use super::stabilization::SHARE_PER_STEP;
 use crate::character::LoopKind;
 use crate::model::{DofKind, LoopJoint, Model};
+use crate::sim::bodies::BodyMotion;
 use crate::sim::lcp::Bound;
-use crate::sim::reduced::kinematics::BodyMotion;
-use crate::sim::spatial::{Force, Motion};
+use crate::sim::spatial::{SpatialForce, SpatialMotion};
 
 /// Directions in which the two ends of a joint are held together.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Held {
+pub enum HeldDirections {
     /// All.
     All,
     /// All, by two across an axis of unit length and one along it.
@@ -43,15 +46,15 @@ pub struct Coupling {
     pub parent: usize,
     /// The child's end, m.
     at: Vector3<f64>,
-    translations: Held,
-    rotations: Held,
+    translations: HeldDirections,
+    rotations: HeldDirections,
     /// The child's end less the parent's, m.
-    gap: Vector3<f64>,
-    /// What turns the parent's end into the child's, where rotations are held, rad.
-    turn: Vector3<f64>,
+    position_error: Vector3<f64>,
+    /// Rotation vector from the parent's end to the child's, where rotations are held, rad.
+    rotation_error: Vector3<f64>,
 }
 
-impl Held {
+impl HeldDirections {
     /// The directions, of unit length and square to each other.
     fn directions(self) -> ([Vector3<f64>; 3], usize) {
         match self {
@@ -68,8 +71,8 @@ impl Held {
         }
     }
 
-    /// The part of `vector` that ought to vanish.
-    fn part(self, vector: Vector3<f64>) -> Vector3<f64> {
+    /// The component of `vector` in the held directions, which ought to vanish.
+    fn held_component(self, vector: Vector3<f64>) -> Vector3<f64> {
         match self {
             Self::All | Self::AllAbout(_) => vector,
             Self::Across(axis) => vector - axis * axis.dot(&vector),
@@ -86,12 +89,24 @@ impl Coupling {
         let (own, parent) = (&bodies[child], &bodies[body.parent]);
         let frame = parent.rotation * body.joint_rotation;
         let axis = frame * body.axis;
-        let gap = own.origin - parent.point(body.offset);
-        let (translations, rotations, turn) = match body.dof {
-            DofKind::Revolute => (Held::All, Held::Across(axis), axis.cross(&(own.rotation * body.axis))),
-            DofKind::Prismatic => (Held::Across(axis), Held::All, turn_between(&frame, &own.rotation)),
+        let position_error = own.origin - parent.point(body.offset);
+        let (translations, rotations, rotation_error) = match body.dof {
+            DofKind::Revolute => {
+                (HeldDirections::All, HeldDirections::Across(axis), axis.cross(&(own.rotation * body.axis)))
+            }
+            DofKind::Prismatic => {
+                (HeldDirections::Across(axis), HeldDirections::All, rotation_between(&frame, &own.rotation))
+            }
         };
-        Self { child, parent: body.parent, at: own.origin, translations, rotations, gap, turn }
+        Self {
+            child,
+            parent: body.parent,
+            at: own.origin,
+            translations,
+            rotations,
+            position_error,
+            rotation_error,
+        }
     }
 
     /// Of loop `index`, whose second body is the child.
@@ -102,24 +117,45 @@ impl Coupling {
         let (to, from) = (own.rotation * turns[1], other.rotation * turns[0]);
         let end = own.point(at[1]);
         let axis_there = from * axis;
-        let (translations, rotations, turn) = match kind {
-            LoopKind::Ball => (Held::AllAbout(carrying_axis(own)), Held::None, Vector3::zeros()),
-            LoopKind::Revolute => {
-                (Held::AllAbout(axis_there), Held::Across(axis_there), axis_there.cross(&(to * axis)))
+        let (translations, rotations, rotation_error) = match kind {
+            LoopKind::Ball => {
+                (HeldDirections::AllAbout(carrying_axis(own)), HeldDirections::None, Vector3::zeros())
             }
-            LoopKind::Prismatic => (Held::Across(axis_there), Held::All, turn_between(&from, &to)),
+            LoopKind::Revolute => (
+                HeldDirections::AllAbout(axis_there),
+                HeldDirections::Across(axis_there),
+                axis_there.cross(&(to * axis)),
+            ),
+            LoopKind::Prismatic => {
+                (HeldDirections::Across(axis_there), HeldDirections::All, rotation_between(&from, &to))
+            }
             LoopKind::Fixed => {
                 let about = carrying_axis(own);
-                (Held::AllAbout(about), Held::AllAbout(about), turn_between(&from, &to))
+                (
+                    HeldDirections::AllAbout(about),
+                    HeldDirections::AllAbout(about),
+                    rotation_between(&from, &to),
+                )
             }
         };
-        let gap = end - other.point(at[0]);
-        Self { child: *child, parent: *parent, at: end, translations, rotations, gap, turn }
+        let position_error = end - other.point(at[0]);
+        Self {
+            child: *child,
+            parent: *parent,
+            at: end,
+            translations,
+            rotations,
+            position_error,
+            rotation_error,
+        }
     }
 
     /// How far the two ends are apart: the greater of the distance (m) and the angle (rad).
     pub fn separation(&self) -> f64 {
-        self.translations.part(self.gap).norm().max(self.rotations.part(self.turn).norm())
+        self.translations
+            .held_component(self.position_error)
+            .norm()
+            .max(self.rotations.held_component(self.rotation_error).norm())
     }
 
     /// How many of the rows hold translations; they come first.
@@ -129,14 +165,17 @@ impl Coupling {
 
     /// Calls `take` with the wrench on the child and the error of every row: translations, then
     /// rotations.
-    pub fn each(&self, mut take: impl FnMut(Force, f64)) {
+    pub fn each(&self, mut take: impl FnMut(SpatialForce, f64)) {
         let (directions, count) = self.translations.directions();
         for direction in &directions[..count] {
-            take(Force::at(self.at, *direction), direction.dot(&self.gap));
+            take(SpatialForce::at(self.at, *direction), direction.dot(&self.position_error));
         }
         let (directions, count) = self.rotations.directions();
         for direction in &directions[..count] {
-            take(Force { moment: *direction, force: Vector3::zeros() }, direction.dot(&self.turn));
+            take(
+                SpatialForce { moment: *direction, force: Vector3::zeros() },
+                direction.dot(&self.rotation_error),
+            );
         }
     }
 }
@@ -149,13 +188,13 @@ impl Coupling {
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,
-    owner: Owner,
+    owner: RowOwner,
     coupling: &Coupling,
-    free: &[Motion],
-    wanted: Motion,
+    free: &[SpatialMotion],
+    wanted: SpatialMotion,
     step: f64,
     fastest: f64,
-    mut half_solve: impl FnMut(Force, &mut Vec<Lanes>) -> Range<usize>,
+    mut half_solve: impl FnMut(SpatialForce, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     let velocity = free[coupling.child].plus(free[coupling.parent].plus(wanted).scaled(-1.0));
     coupling.each(|wrench, error| {
@@ -166,10 +205,10 @@ pub fn add(
     });
 }
 
-/// The axis of the joint that carries a body, or the vertical for the root: in a planar loop, that across its plane.
+/// The axis of a body's own joint, or the vertical for the root: in a planar loop, that across its plane.
 fn carrying_axis(body: &BodyMotion) -> Vector3<f64> {
-    let [turn, slide] = [body.freedom.angular, body.freedom.linear];
-    let axis = if turn == Vector3::zeros() { slide } else { turn };
+    let [rotation, slide] = [body.freedom.angular, body.freedom.linear];
+    let axis = if rotation == Vector3::zeros() { slide } else { rotation };
     axis.try_normalize(0.0).unwrap_or_else(Vector3::z)
 }
 
@@ -181,9 +220,9 @@ fn across(axis: Vector3<f64>) -> [Vector3<f64>; 2] {
     [first, axis.cross(&first)]
 }
 
-/// The rotation vector that turns the frame `from` into `to`, rad.
-fn turn_between(from: &Matrix3<f64>, to: &Matrix3<f64>) -> Vector3<f64> {
-    let turn = Rotation3::from_matrix_unchecked(to * from.transpose());
+/// The rotation vector from the frame `from` to `to`, rad.
+fn rotation_between(from: &Matrix3<f64>, to: &Matrix3<f64>) -> Vector3<f64> {
+    let rotation = Rotation3::from_matrix_unchecked(to * from.transpose());
     // The angle of a matrix is the arc cosine of its trace, which rounding takes out of range.
-    UnitQuaternion::from_rotation_matrix(&turn).scaled_axis()
+    UnitQuaternion::from_rotation_matrix(&rotation).scaled_axis()
 }

@@ -6,7 +6,10 @@
 
 use std::ops::Range;
 
-use super::{Lanes, Owner, Row, Rows, gap_bias, gap_recovery};
+use super::assembly::{Row, Rows};
+use super::lanes::Lanes;
+use super::owner::RowOwner;
+use super::stabilization::{gap_bias, gap_recovery};
 use crate::sim::lcp::Bound;
 
 /// Greatest speed at which a violated limit is corrected, rad/s or m/s.
@@ -26,8 +29,8 @@ pub fn near(limit: Option<[f64; 2]>, angle: f64, free: f64, step: f64) -> [bool;
 /// Adds a row for every end of a joint's range that is `near`, lower and upper.
 ///
 /// `angles` are those at the beginning of the step, `free` the joint velocities if no row acted,
-/// `guess` the last step's forces; `half_solve` half-solves the row of a force along a joint
-/// (see [`Rows::push`]); it is turned round here for an upper limit.
+/// `warm_start` the last step's forces; `half_solve` half-solves the row of a force along a joint
+/// (see [`Rows::push`]); its sign is changed here for an upper limit.
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,
@@ -37,23 +40,23 @@ pub fn add(
     free: &[f64],
     step: f64,
     stabilization: bool,
-    guess: &[f64],
+    warm_start: &[f64],
     mut half_solve: impl FnMut(usize, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     for (joint, limit) in limits.iter().enumerate() {
         let Some([lower, upper]) = *limit else { continue };
         let ends = [
-            (Owner::LowerLimit(joint), 1.0, angles[joint] - lower),
-            (Owner::UpperLimit(joint), -1.0, upper - angles[joint]),
+            (RowOwner::LowerLimit(joint), 1.0, angles[joint] - lower),
+            (RowOwner::UpperLimit(joint), -1.0, upper - angles[joint]),
         ];
         for ((owner, sign, gap), near) in ends.into_iter().zip(near[joint]) {
             if !near {
                 continue;
             }
             let offset = sign * free[joint] + gap_bias(gap, step);
-            let guess = (sign * guess[joint]).max(0.0);
+            let warm_start = (sign * warm_start[joint]).max(0.0);
             let recovery = if stabilization { gap_recovery(gap, step, FASTEST_RECOVERY) } else { 0.0 };
-            let row = Row { guess, recovery, ..Row::new(owner, Bound::NonNegative, offset) };
+            let row = Row { warm_start, recovery, ..Row::new(owner, Bound::NonNegative, offset) };
             rows.push([row], |numbers| {
                 let start = numbers.len();
                 let places = half_solve(joint, numbers);

@@ -2,39 +2,40 @@
 //! coordinates.
 //!
 //! The rows read the velocities that the bodies have in their old places, V⁺ = V + h (a − D) with the
-//! acceleration D of a body by the tree's own turning (see `maximal`). A joint's two bodies may accelerate against
-//! each other by S q̈ and by the turning of S with the first body, V_a × (V_b − V_a) (Featherstone 2008,
-//! section 3.5). So what its rows ask for is
+//! bias acceleration D of a body, that of the tree's joints at constant rates (see `maximal`). A loop joint's two bodies
+//! may accelerate relative to each other by S q̈ and by the rotation of S with the first body, V_a × (V_b − V_a)
+//! (Featherstone 2008, section 3.5). So its rows require
 //!
 //! Tᵀ (V_b⁺ − V_a⁺) = h Tᵀ (V_a × (V_b − V_a) − (D_b − D_a)),
 //!
-//! the bias −h J̇ v; without it the loop's own turning is left to the next step, as in the paper's form.
+//! the bias −h J̇ v; without it the rotation of the loop's axes is left to the next step, as in the paper's form.
 //!
-//! **Overconstrained loops.** A planar loop moves for the very reason that its axes are parallel: its rows across the
-//! plane move nothing. Axes as they are written in documents are parallel to a few digits, and then those rows ask
-//! for the impossible with a lever next to none: taken at their word they lock the loop. In a real one the play of
-//! its bearings gives way. So a row that its force hardly moves is left out, and the loop gives way there by what its
-//! axes are askew.
+//! **Overconstrained loops.** A planar loop moves because its axes are parallel: its rows across the plane constrain
+//! nothing. Axes in documents are parallel to a few digits only; such rows then have a very small moment arm, and would
+//! lock the loop. In a real mechanism the clearance of the bearings prevents that. So a row whose force hardly changes
+//! its own velocity is left out, and the loop may misalign there by as much as its axes are not parallel.
 
 use std::ops::Range;
 
+use super::assembly::Rows;
 use super::joint::{self, Coupling};
-use super::{Lanes, Owner, Rows};
+use super::lanes::Lanes;
+use super::owner::RowOwner;
 use crate::model::Model;
-use crate::sim::reduced::kinematics::BodyMotion;
-use crate::sim::spatial::{Force, Motion};
+use crate::sim::bodies::BodyMotion;
+use crate::sim::spatial::{SpatialForce, SpatialMotion};
 
 /// Greatest speed at which a loop that is open is closed, m/s and rad/s.
 const FASTEST_RECOVERY: f64 = 5.0;
 
-/// A row that its force moves by less than this share of the others of its loop is left out: axes are taken to be
-/// parallel within about the root of it, rad.
+/// A row whose mobility is less than this share of the others of its loop is left out: axes count as
+/// parallel within about its square root, rad.
 const WEAK: f64 = 1e-6;
 
 /// Adds the rows of all loops of `model`.
 ///
 /// `bodies` are as they move at `rates` before the step, `free` gives each body's velocity if no row acted;
-/// `turning` asks for the bias. Which rows are left out shows in joint coordinates alone, where the tree's joints hold
+/// `joint_bias` asks for the bias. Which rows are left out shows in joint coordinates alone, where the tree's joints hold
 /// what they hold: `reduced` are the rows there, unless these are they. `half_solve` half-solves the row of a
 /// wrench on the first body and its opposite on the second (see [`Rows::push`]).
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
@@ -43,28 +44,28 @@ pub fn add(
     model: &Model,
     bodies: &[BodyMotion],
     rates: &[f64],
-    free: &[Motion],
+    free: &[SpatialMotion],
     step: f64,
-    turning: bool,
+    joint_bias: bool,
     stabilization: bool,
     reduced: Option<&Rows>,
-    mut half_solve: impl FnMut([usize; 2], Force, &mut Vec<Lanes>) -> Range<usize>,
+    mut half_solve: impl FnMut([usize; 2], SpatialForce, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     let begin = rows.len();
     for index in 0..model.loops.len() {
         let first = rows.len();
         let coupling = Coupling::of_loop(model, bodies, index);
         let (child, parent) = (coupling.child, coupling.parent);
-        let wanted = if turning {
+        let wanted = if joint_bias {
             let own = bodies[parent].velocity.cross_motion(bodies[child].velocity);
-            let by_tree =
-                drift(model, bodies, rates, child).plus(drift(model, bodies, rates, parent).scaled(-1.0));
+            let by_tree = bias_acceleration(model, bodies, rates, child)
+                .plus(bias_acceleration(model, bodies, rates, parent).scaled(-1.0));
             own.plus(by_tree.scaled(-1.0)).scaled(step)
         } else {
-            Motion::ZERO
+            SpatialMotion::ZERO
         };
         let fastest = if stabilization { FASTEST_RECOVERY } else { 0.0 };
-        joint::add(rows, Owner::Loop(index), &coupling, free, wanted, step, fastest, |wrench, numbers| {
+        joint::add(rows, RowOwner::Loop(index), &coupling, free, wanted, step, fastest, |wrench, numbers| {
             half_solve([child, parent], wrench, numbers)
         });
         if reduced.is_none() {
@@ -73,14 +74,14 @@ pub fn add(
     }
     if let Some(reduced) = reduced {
         let there = of_loops(reduced);
-        for row in (begin..rows.len()).filter(|row| reduced.is_silent(there + row - begin)) {
-            rows.silence(row);
+        for row in (begin..rows.len()).filter(|row| reduced.is_disabled(there + row - begin)) {
+            rows.disable(row);
         }
     }
 }
 
-/// Silences the rows from `first` on, of a loop whose first `shifts` rows are translations, that their forces hardly
-/// move.
+/// Disables the rows from `first` on whose mobility is next to none, of a loop whose first `shifts` rows are
+/// translations.
 fn leave_out_weak(rows: &mut Rows, first: usize, shifts: usize) {
     let greatest = |range: Range<usize>, rows: &Rows| range.map(|row| rows.mobility(row)).fold(0.0, f64::max);
     let shift = greatest(first..first + shifts, rows);
@@ -89,31 +90,31 @@ fn leave_out_weak(rows: &mut Rows, first: usize, shifts: usize) {
     for row in first..rows.len() {
         let beside = if row < first + shifts { shift } else { any };
         if rows.mobility(row) < WEAK * beside {
-            rows.silence(row);
+            rows.disable(row);
         }
     }
 }
 
 /// The first row of a loop, or the number of rows without one.
 fn of_loops(rows: &Rows) -> usize {
-    rows.owner.iter().position(|owner| matches!(owner, Owner::Loop(_))).unwrap_or(rows.len())
+    rows.owner.iter().position(|owner| matches!(owner, RowOwner::Loop(_))).unwrap_or(rows.len())
 }
 
-/// What every loop's joint hands from its first body to its second, about the common point, N m and N: into
+/// The wrench that every loop's joint transmits from its first body to its second, about the common point, N m and N: into
 /// `forces`, one a loop. The rows of all loops follow each other in `rows`.
-pub fn forces(rows: &Rows, model: &Model, bodies: &[BodyMotion], forces: &mut [Force]) {
+pub fn forces(rows: &Rows, model: &Model, bodies: &[BodyMotion], forces: &mut [SpatialForce]) {
     let mut numbers = rows.force[of_loops(rows)..].iter();
     for (index, sum) in forces.iter_mut().enumerate() {
-        *sum = Force::ZERO;
+        *sum = SpatialForce::ZERO;
         Coupling::of_loop(model, bodies, index).each(|wrench, _| {
             *sum = numbers.next().map_or(*sum, |number| sum.plus_scaled(wrench, *number));
         });
     }
 }
 
-/// D: acceleration of `body` by the velocities of the joints between it and the root alone.
-fn drift(model: &Model, bodies: &[BodyMotion], rates: &[f64], mut body: usize) -> Motion {
-    let mut sum = Motion::ZERO;
+/// D: bias acceleration of `body`, by the rates of the joints between it and the root.
+fn bias_acceleration(model: &Model, bodies: &[BodyMotion], rates: &[f64], mut body: usize) -> SpatialMotion {
+    let mut sum = SpatialMotion::ZERO;
     while body > 0 {
         let parent = model.bodies[body].parent;
         sum = sum.plus_scaled(bodies[parent].velocity.cross_motion(bodies[body].freedom), rates[body - 1]);

@@ -7,13 +7,15 @@
 
 use std::ops::Range;
 
-use super::{Lanes, Owner, Row, Rows};
+use super::assembly::{Row, Rows};
+use super::lanes::Lanes;
+use super::owner::RowOwner;
 use crate::sim::lcp::Bound;
 use crate::sim::tracking::Spring;
 
 /// Adds the row of joint `joint`, driven by `spring` within ±`max_torque` (N m or N).
 ///
-/// `free` is the joint's velocity if no row acted, `guess` its last torque; `half_solve` half-solves
+/// `free` is the joint's velocity if no row acted, `warm_start` its last torque; `half_solve` half-solves
 /// the row of a force along the joint (see [`Rows::push`]).
 pub fn add(
     rows: &mut Rows,
@@ -21,12 +23,12 @@ pub fn add(
     spring: Spring,
     max_torque: f64,
     free: f64,
-    guess: f64,
+    warm_start: f64,
     half_solve: impl FnOnce(usize, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     let bound = Bound::Box { lower: -max_torque, upper: max_torque };
     let softness = 1.0 / spring.resistance;
     let offset = free - spring.at_rest * softness;
-    let row = Row { softness, guess, ..Row::new(Owner::Torque(joint), bound, offset) };
+    let row = Row { softness, warm_start, ..Row::new(RowOwner::Torque(joint), bound, offset) };
     rows.push([row], |numbers| half_solve(joint, numbers));
 }

@@ -1,0 +1,44 @@
+//! The step in joint coordinates that goes ahead of one in maximal coordinates.
+
+use crate::model::Model;
+use crate::scene::{Accuracy, Coordinates, StepPlan};
+use crate::sim::command::Command;
+use crate::sim::coordinates::outcome::StepOutcome;
+use crate::sim::coordinates::reduced::stages;
+use crate::sim::failure::Failure;
+use crate::sim::state::State;
+use crate::sim::workspace::Workspace;
+
+/// A step in joint coordinates on a copy of the state.
+#[derive(Debug, Clone)]
+pub struct Forecast {
+    /// The copy, after the step.
+    pub state: State,
+    /// Scratch memory of that step: its bodies move with the mean velocities.
+    pub work: Workspace,
+}
+
+impl Forecast {
+    /// For `model` as `plan` steps it.
+    pub fn new(model: &Model, plan: &StepPlan) -> Self {
+        let accuracy = Accuracy { coordinates: Coordinates::Reduced, ..plan.accuracy };
+        let reduced = StepPlan { accuracy, ..plan.clone() };
+        Self { state: State::new(model), work: Workspace::new(model, &reduced) }
+    }
+
+    /// Computes the step of `step` seconds from `state`.
+    ///
+    /// # Errors
+    /// As [`Simulator::step`](crate::sim::Simulator::step).
+    pub fn run(
+        &mut self,
+        model: &Model,
+        plan: &StepPlan,
+        state: &State,
+        command: Command<'_>,
+        step: f64,
+    ) -> Result<StepOutcome, Failure> {
+        self.state.clone_from(state);
+        stages::step(model, plan, &mut self.state, &mut self.work, command, step)
+    }
+}

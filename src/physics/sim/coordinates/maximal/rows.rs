@@ -1,0 +1,143 @@
+//! The rows of a step in maximal coordinates, in their order.
+
+use std::ops::Range;
+
+use super::response;
+use super::stages::Stages;
+use crate::sim::memory::ContactForces;
+use crate::sim::root_freedom::RootFreedom;
+use crate::sim::rows::joint::Coupling;
+use crate::sim::rows::{
+    Lanes, RowOwner, Rows, contact, drive, dry_friction, joint, limit, lock, loops, torque,
+};
+use crate::sim::spatial::{SpatialForce, SpatialMotion};
+use crate::sim::tracking::Spring;
+
+impl Stages<'_> {
+    /// The greatest torque of joint `joint`'s actuator, if its drive has a row within bounds.
+    fn greatest_torque(&self, joint: usize) -> Option<f64> {
+        let greatest = self.plan.drive.as_ref()?.max_torque.as_ref()?[joint];
+        (greatest.is_finite() && !self.work.springs[joint].is_prescribed()).then_some(greatest)
+    }
+
+    /// All rows: contacts first, then what has bounds, then the joints from the leaves to the root, an
+    /// order in which their factor fills in least.
+    pub(super) fn rows(&mut self) {
+        let (plan, step) = (self.plan, self.step);
+        let mut rows = std::mem::take(&mut self.work.rows);
+        rows.clear();
+        self.contacts(&mut rows, &self.state.memory.contacts, 0.0);
+        let (state, work) = (&*self.state, &*self.work);
+        let (memory, rates) = (&state.memory, &work.free_rates);
+        let of_joint = |joint: usize, numbers: &mut Vec<Lanes>| self.of_joint(joint, numbers);
+        if let Some(limits) = &plan.limits {
+            limit::add(
+                &mut rows,
+                limits,
+                &work.near_limit,
+                &state.angles,
+                rates,
+                step,
+                plan.stabilization,
+                &memory.limit,
+                of_joint,
+            );
+        }
+        if let Some(friction) = &plan.dry_friction {
+            dry_friction::add(&mut rows, friction, rates, &memory.dry_friction, of_joint);
+        }
+        for (joint, rate) in rates.iter().enumerate() {
+            if let Some(greatest) = self.greatest_torque(joint) {
+                let warm_start = memory.saturated[joint];
+                torque::add(&mut rows, joint, work.springs[joint], greatest, *rate, warm_start, of_joint);
+            }
+        }
+        for joint in (0..rates.len()).rev() {
+            self.joint(&mut rows, joint);
+            let line = self.line(joint);
+            if !line.is_prescribed() {
+                drive::add(&mut rows, joint, line, rates[joint], of_joint);
+            }
+        }
+        self.lock(&mut rows);
+        loops::add(
+            &mut rows,
+            self.model,
+            &work.bodies,
+            &work.mean_rates,
+            &work.free,
+            step,
+            plan.has_joint_bias(),
+            plan.stabilization,
+            Some(&self.own.forecast.work.rows),
+            |[child, parent], wrench, numbers| self.of_bodies(child, Some(parent), &[wrench], numbers),
+        );
+        self.work.rows = rows;
+    }
+
+    /// Everything along joint `joint` that is linear in its velocity and has no bounds.
+    fn line(&self, joint: usize) -> Spring {
+        let mut line = drive::rotor(self.model.armature[joint], self.state.velocities[joint], self.step);
+        if let Some(damping) = &self.plan.damping {
+            line.resistance += damping[joint];
+        }
+        let spring = self.work.springs[joint];
+        if !spring.is_prescribed() && self.greatest_torque(joint).is_none() {
+            line = line.plus(spring);
+        }
+        line
+    }
+
+    /// Adds the rows of contacts, whose solve starts from `warm_start`; for both see
+    /// [`contact::add`].
+    pub(super) fn contacts(&self, rows: &mut Rows, warm_start: &ContactForces, compliance: f64) {
+        let Self { plan, work, step, .. } = self;
+        contact::add(
+            rows,
+            &work.candidates,
+            &work.free,
+            plan.friction,
+            *step,
+            plan.stabilization,
+            warm_start,
+            compliance,
+            |candidate, forces, numbers| {
+                self.of_bodies(candidate.body, candidate.against.body(), forces, numbers)
+            },
+        );
+    }
+
+    /// Adds the rows that hold joint `joint` together.
+    pub(super) fn joint(&self, rows: &mut Rows, joint: usize) {
+        let coupling = Coupling::of_joint(self.model, &self.work.bodies, joint);
+        // What a step has moved apart the next may take back at once, however fast that was.
+        let fastest = if self.plan.stabilization { f64::INFINITY } else { 0.0 };
+        let (owner, free, step) = (RowOwner::Joint(joint), &self.work.free, self.step);
+        joint::add(rows, owner, &coupling, free, SpatialMotion::ZERO, step, fastest, |wrench, numbers| {
+            self.of_bodies(coupling.child, Some(coupling.parent), &[wrench], numbers)
+        });
+    }
+
+    /// Adds the rows that lock the root's rotation, if it is to be locked.
+    pub(super) fn lock(&self, rows: &mut Rows) {
+        if RootFreedom::new(self.model, self.plan) == RootFreedom::Translating {
+            lock::add(rows, self.work.free[0], |wrench, numbers| self.of_bodies(0, None, &[wrench], numbers));
+        }
+    }
+
+    fn of_bodies(
+        &self,
+        body: usize,
+        other: Option<usize>,
+        forces: &[SpatialForce],
+        numbers: &mut Vec<Lanes>,
+    ) -> Range<usize> {
+        response::of_bodies(&self.own.factors, &self.work.bodies, body, other, forces, numbers)
+    }
+
+    /// Half-solves a unit of force along joint `joint`.
+    pub(super) fn of_joint(&self, joint: usize, numbers: &mut Vec<Lanes>) -> Range<usize> {
+        let wrench = response::along(&self.work.bodies[joint + 1]);
+        self.of_bodies(joint + 1, Some(self.model.bodies[joint + 1].parent), &[wrench], numbers)
+    }
+}

@@ -1,0 +1,61 @@
+//! Feedforward, the first of the two passes of tracking: the torque that would follow the target exactly.
+//!
+//! Rows s are held at the target's velocity as rows e, beside those of the joints themselves (Tokizaki &
+//! Hasegawa eq. 17 and figure 2), with contacts or without. Their forces, with what the rotor and the damping
+//! of the joint take at that velocity, are the offset torques f₀. Where loops or passive joints leave some velocities
+//! open, the velocity-dependent forces of the prescribed motion have to be found along with it. The forecast has done
+//! so, and its torques are taken.
+
+use super::stages::Stages;
+use crate::scene::{DrivePlan, Feedforward};
+use crate::sim::failure::{Failure, fail_unless_usable};
+use crate::sim::lcp::Solver;
+use crate::sim::rows::{RowOwner, contact, drive};
+
+impl Stages<'_> {
+    /// Fills the offset torques for targets that move from `now` to `next`.
+    pub(super) fn velocity_control(
+        &mut self,
+        drive: &DrivePlan,
+        now: &[f64],
+        next: &[f64],
+    ) -> Result<(), Failure> {
+        let (model, plan, step) = (self.model, self.plan, self.step);
+        self.work.feedforward.fill(0.0);
+        if drive.feedforward == Feedforward::None {
+            return Ok(());
+        }
+        if !model.joints_are_independent() {
+            self.work.feedforward.copy_from_slice(&self.own.forecast.work.feedforward);
+            return Ok(());
+        }
+        let mut rows = std::mem::take(&mut self.work.control_rows);
+        rows.clear();
+        if drive.feedforward == Feedforward::ContactAware {
+            let compliance = contact::compliance(model.mass, step);
+            self.contacts(&mut rows, &self.state.memory.feedforward_contacts, compliance);
+        }
+        let wanted = |joint: usize| (next[joint] - now[joint]) / step;
+        for joint in (0..now.len()).rev() {
+            self.joint(&mut rows, joint);
+            let free = self.work.free_rates[joint];
+            drive::prescribe_velocity(&mut rows, joint, wanted(joint), free, |joint, numbers| {
+                self.of_joint(joint, numbers)
+            });
+        }
+        self.lock(&mut rows);
+        rows.assemble(step);
+        let (problem, force) = rows.problem(plan.circular_friction());
+        let solution = self.work.solver.solve(&problem, force);
+        for (owner, force) in rows.owner.iter().zip(&rows.force) {
+            if let RowOwner::Drive(joint) = *owner {
+                let damping = plan.damping.as_ref().map_or(0.0, |damping| damping[joint]);
+                let acceleration = (wanted(joint) - self.state.velocities[joint]) / step;
+                self.work.feedforward[joint] =
+                    force + model.armature[joint] * acceleration + damping * wanted(joint);
+            }
+        }
+        self.work.control_rows = rows;
+        fail_unless_usable(solution.status, model, self.state)
+    }
+}

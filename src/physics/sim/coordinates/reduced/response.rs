@@ -1,0 +1,151 @@
+//! How the character's velocity answers to forces on its bodies and joints.
+//!
+//! With the mass matrix factorised by the articulated-body sweep, M⁻¹ = Xᵀ X for an X that
+//! is applied by walking from a body to the root. A row of the Jacobian becomes `x = X Jᵀ`, six
+//! numbers of the root and one for every joint on the way, and the contact-space matrix J M⁻¹ Jᵀ is
+//! made of dot products of such rows. No inverse is ever formed.
+
+use multiversion::multiversion;
+use std::ops::Range;
+
+use super::articulated::{Articulated, JointFactor};
+use crate::model::Model;
+use crate::sim::bodies::BodyMotion;
+use crate::sim::rows::{LANES, Lanes, ROOT};
+use crate::sim::spatial::{SpatialForce, SpatialMotion};
+
+/// Half-solves units of the rows that are `forces`, no more than [`LANES`], on body `body`, and the opposite on body
+/// `other` if there is one: appends side by side to `numbers` [`ROOT`] of the root and one for each joint in the
+/// range that it gives, in which all joints on the way are.
+#[multiversion(targets("x86_64+avx2"))]
+pub fn of_bodies(
+    model: &Model,
+    bodies: &[BodyMotion],
+    factor: &Articulated,
+    body: usize,
+    other: Option<usize>,
+    forces: &[SpatialForce],
+    numbers: &mut Vec<Lanes>,
+) -> Range<usize> {
+    let mut own = side_by_side(forces);
+    let joints = other.iter().fold(way(model, body), |joints, other| union(joints, way(model, *other)));
+    let start = numbers.len();
+    numbers.resize(start + ROOT + joints.len(), [0.0; LANES]);
+    let (root, weights) = numbers[start..].split_at_mut(ROOT);
+    let opposite = own;
+    climb(model, bodies, factor, body, &mut own, &joints, weights);
+    if let Some(other) = other {
+        let mut rest = opposite.map(|lanes| lanes.map(|component| -component));
+        climb(model, bodies, factor, other, &mut rest, &joints, weights);
+        for (own, rest) in own.iter_mut().zip(rest) {
+            *own = std::array::from_fn(|lane| own[lane] + rest[lane]);
+        }
+    }
+    root.copy_from_slice(&factor.root.half_solve(own));
+    joints
+}
+
+/// The components of `forces`, no more than [`LANES`], moments first.
+#[inline]
+pub fn side_by_side(forces: &[SpatialForce]) -> [Lanes; 6] {
+    let mut sides = [[0.0; LANES]; 6];
+    for (lane, force) in forces.iter().enumerate() {
+        for (lanes, component) in sides.iter_mut().zip(force.components()) {
+            lanes[lane] = component;
+        }
+    }
+    sides
+}
+
+/// Half-solves a unit of the row that is a force along joint `joint`, as [`of_bodies`] does.
+pub fn of_joint(
+    model: &Model,
+    bodies: &[BodyMotion],
+    factor: &Articulated,
+    joint: usize,
+    numbers: &mut Vec<Lanes>,
+) -> Range<usize> {
+    let share = &factor.joints[joint];
+    let rest = share.u.scaled(-share.inverse_d);
+    let others = of_bodies(model, bodies, factor, model.bodies[joint + 1].parent, None, &[rest], numbers);
+    let joints = union(others.clone(), ROOT + joint..ROOT + joint + 1);
+    numbers.resize(numbers.len() + joints.len() - others.len(), [0.0; LANES]);
+    if let Some(own) = numbers.last_mut() {
+        own[0] = share.root_inverse_d;
+    }
+    joints
+}
+
+/// The range of the joints between body `body` and the root. A body's index is greater than its parent's.
+#[inline]
+fn way(model: &Model, body: usize) -> Range<usize> {
+    let mut first = body;
+    while first > 0 && model.bodies[first].parent > 0 {
+        first = model.bodies[first].parent;
+    }
+    ROOT + first.saturating_sub(1)..ROOT + body
+}
+
+/// The smallest range that holds both.
+fn union(first: Range<usize>, second: Range<usize>) -> Range<usize> {
+    match (first.is_empty(), second.is_empty()) {
+        (true, _) => second,
+        (_, true) => first,
+        _ => first.start.min(second.start)..first.end.max(second.end),
+    }
+}
+
+/// Walks `forces` (moments first) on `body` to the root, adds each joint's share to `weights`, which are those of
+/// `joints`, and leaves what reaches the root.
+#[inline(always)] // the rows of contacts spend most of their time here
+fn climb(
+    model: &Model,
+    bodies: &[BodyMotion],
+    factor: &Articulated,
+    mut body: usize,
+    forces: &mut [Lanes; 6],
+    joints: &Range<usize>,
+    weights: &mut [Lanes],
+) {
+    while body > 0 {
+        let joint = body - 1;
+        let JointFactor { u, inverse_d, root_inverse_d } = &factor.joints[joint];
+        let freedom = &bodies[body].freedom;
+        let mut along = [0.0; LANES];
+        for (freedom, lanes) in freedom.angular.iter().chain(&freedom.linear).zip(&*forces) {
+            along = std::array::from_fn(|lane| along[lane] + freedom * lanes[lane]);
+        }
+        let share = &mut weights[ROOT + joint - joints.start];
+        *share = std::array::from_fn(|lane| share[lane] + along[lane] * root_inverse_d);
+        let along = along.map(|along| along * inverse_d);
+        for (u, lanes) in u.components().iter().zip(&mut *forces) {
+            *lanes = std::array::from_fn(|lane| lanes[lane] - u * along[lane]);
+        }
+        body = model.bodies[body].parent;
+    }
+}
+
+/// Change of velocity that belongs to the half-solved impulse `half`: of the root as the result, of
+/// the joints added to `joint_rates`; `changes` receives that of every body.
+#[multiversion(targets("x86_64+avx2"))]
+pub fn finish(
+    model: &Model,
+    bodies: &[BodyMotion],
+    factor: &Articulated,
+    half: &[f64],
+    joint_rates: &mut [f64],
+    changes: &mut [SpatialMotion],
+) -> SpatialMotion {
+    let mut z = [0.0; ROOT];
+    z.copy_from_slice(&half[..ROOT]);
+    changes[0] = factor.root.finish(z);
+    for &index in &model.outward {
+        let joint = index - 1;
+        let share = &factor.joints[joint];
+        let of_parent = changes[model.bodies[index].parent];
+        let change = half[ROOT + joint] * share.root_inverse_d - of_parent.dot(share.u) * share.inverse_d;
+        joint_rates[joint] += change;
+        changes[index] = of_parent.plus_scaled(bodies[index].freedom, change);
+    }
+    changes[0]
+}

@@ -1,0 +1,55 @@
+//! The new state.
+
+use super::Stages;
+use crate::sim::coordinates::reduced::response;
+use crate::sim::failure::{Failure, fail_unless_usable};
+use crate::sim::integrate::advance;
+use crate::sim::spatial::SpatialMotion;
+
+impl Stages<'_> {
+    /// The velocities along which positions move: the new ones, and where a penetration or a violated
+    /// limit is to be corrected, new ones that also correct it. Correcting leaves no speed behind.
+    pub(super) fn recovery(&mut self) -> Result<(), Failure> {
+        let Self { model, plan, state, work, step, .. } = self;
+        work.recovery_root = work.new[0];
+        work.recovery_rates.copy_from_slice(&work.joint_rates);
+        if !work.rows.needs_recovery() {
+            return Ok(());
+        }
+        let status = work.solve_recovery(plan, *step);
+        fail_unless_usable(status, model, state)?;
+        work.recovery_rates.copy_from_slice(&work.free_rates);
+        let change = response::finish(
+            model,
+            &work.bodies,
+            &work.articulated,
+            &work.half,
+            &mut work.recovery_rates,
+            &mut work.recovery_changes,
+        );
+        work.recovery_root = work.free[0].plus(change);
+        Ok(())
+    }
+
+    /// The new state, and what the next step remembers of this one.
+    pub(super) fn commit(&mut self) {
+        let (step, time) = (self.step, self.time);
+        let Self { model, plan, state, work, .. } = self;
+        work.remember(plan, &mut state.memory);
+        let last = &mut state.memory.acceleration;
+        if !model.fixed_base {
+            let root = work.new[0];
+            last.root = root.minus(state.root.motion()).scaled(1.0 / step);
+            state.root.linear_velocity = root.linear;
+            state.root.angular_velocity = root.angular;
+        }
+        let changes = work.joint_rates.iter().zip(&state.velocities);
+        for (acceleration, (new, old)) in last.joints.iter_mut().zip(changes) {
+            *acceleration = (new - old) / step;
+        }
+        state.velocities.copy_from_slice(&work.joint_rates);
+        let root = if model.fixed_base { SpatialMotion::ZERO } else { work.recovery_root };
+        advance(state, root, &work.recovery_rates, if self.midpoint { 0.5 * step } else { step });
+        state.time = time + step;
+    }
+}

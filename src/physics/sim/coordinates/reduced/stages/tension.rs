@@ -1,0 +1,63 @@
+//! The joint tensions, and the frequency of the fastest pendulum under them, which bounds the next step's length.
+
+use super::Stages;
+use crate::sim::memory::Pendulum;
+use crate::sim::rows::{contact, loops};
+use crate::sim::workspace::Workspace;
+
+impl Stages<'_> {
+    /// The tension in each joint, under which its body is a pendulum, and the fastest pendulum: ω² = F r / d, with the
+    /// tension F, the moment arm r and the inertia d that the joint shows. Working with ω⁴ and F² takes no root for each
+    /// joint.
+    pub(super) fn joint_tensions(&mut self) {
+        let Self { model, plan, state, work, step, .. } = self;
+        let Workspace {
+            bodies,
+            new,
+            transmitted_force,
+            candidates,
+            rows,
+            articulated,
+            moment_arms,
+            old,
+            loops: forces_of_loops,
+            ..
+        } = &mut **work;
+        let per_second = 1.0 / *step;
+        for (index, body) in bodies.iter().enumerate() {
+            let change = new[index].minus(old[index]).at(body.center);
+            let centripetal = body.velocity.angular.cross(&body.velocity.at(body.center));
+            transmitted_force[index] =
+                (change * per_second + centripetal - plan.gravity) * model.bodies[index].mass;
+        }
+        let rows_per_contact = contact::rows_per_contact(plan.friction);
+        for (candidate, forces) in candidates.iter().zip(rows.force.chunks_exact(rows_per_contact)) {
+            let force = candidate.force(forces);
+            transmitted_force[candidate.body] -= force;
+            if let Some(other) = candidate.against.body() {
+                transmitted_force[other] += force;
+            }
+        }
+        loops::forces(rows, model, bodies, forces_of_loops);
+        for (closing, force) in model.loops.iter().zip(&*forces_of_loops) {
+            let [parent, child] = closing.bodies;
+            transmitted_force[child] -= force.force;
+            transmitted_force[parent] += force.force;
+        }
+        let (mut fastest, mut greatest) = (0, 0.0);
+        for &index in model.outward.iter().rev() {
+            let joint = index - 1;
+            let force = transmitted_force[index];
+            transmitted_force[model.bodies[index].parent] += force;
+            // A tension that lasts for one step only is an impact.
+            let tension_squared = force.norm_squared();
+            let lasting = tension_squared.min(state.memory.tension_squared[joint]);
+            state.memory.tension_squared[joint] = tension_squared;
+            let fourth = lasting * (moment_arms[joint] * articulated.joints[joint].inverse_d).powi(2);
+            if fourth > greatest {
+                (fastest, greatest) = (index, fourth);
+            }
+        }
+        state.memory.pendulum = Some(Pendulum { body: fastest, frequency: greatest.sqrt().sqrt() });
+    }
+}

@@ -1,0 +1,95 @@
+//! The velocities at which velocity-dependent (Coriolis and gyroscopic) forces are taken: the mean of the old and the
+//! new ones, found by a fixed-point iteration.
+//!
+//! Taken at the old velocities alone, these forces would add energy to every rotation: half the square of its angle in
+//! a step, relatively. The mean is first predicted from the last step's acceleration, which in smooth motion is right
+//! to the step's second order. The new velocities show the prediction's error, and only if that matters is the
+//! iteration repeated.
+
+use super::Stages;
+use super::convergence::{Convergence, FixedPoint};
+use crate::sim::coordinates::reduced::articulated;
+use crate::sim::coordinates::reduced::kinematics::move_along;
+use crate::sim::spatial::SpatialMotion;
+
+/// The mean velocity has converged when its error would displace no body by more than this in the step, rad or m.
+const TOLERANCE: f64 = 1e-6;
+
+/// The same for the midpoint rule, whose own error is smaller.
+const TOLERANCE_AT_MIDPOINT: f64 = 1e-9;
+
+/// The same for the midpoint rule in a step without rows, where the method's error is the only other one.
+const TOLERANCE_IN_FLIGHT: f64 = 1e-11;
+
+/// In a step without rows, the midpoint rule's tolerance is also this share of the displacement by half the change
+/// of velocity, times the third power of the rotation angle: the method's own error is a share of its second power.
+const SHARE_IN_FLIGHT: f64 = 0.01;
+
+/// Where rows act, whose forces jump and whose friction dissipates energy, the tolerance is also this share of the
+/// displacement by half the change of velocity: in the paper's step, and in the midpoint rule.
+const SHARE_OF_GAIN: [f64; 2] = [0.1, 0.001];
+
+impl Stages<'_> {
+    /// Predicts the mean of old and new velocities from the last step's acceleration.
+    pub(super) fn predict_mean(&mut self) {
+        let Self { model, plan, state, work, step, .. } = self;
+        if !plan.velocity_forces {
+            return;
+        }
+        let (half, last) = (0.5 * *step, &state.memory.acceleration);
+        let rates = state.velocities.iter().zip(&last.joints);
+        for (mean, (rate, acceleration)) in work.mean_rates.iter_mut().zip(rates) {
+            *mean = rate + half * acceleration;
+        }
+        let root = if model.fixed_base {
+            SpatialMotion::ZERO
+        } else {
+            state.root.motion().plus_scaled(last.root, half)
+        };
+        self.move_with_mean(root);
+    }
+
+    /// Compares the mean with the new velocities, and sets it anew if another iteration is needed.
+    pub(super) fn correct_mean(&mut self, iteration: &mut FixedPoint) -> Convergence {
+        let Self { model, plan, state, work, step, rotation_angle, midpoint, .. } = self;
+        if !plan.velocity_forces {
+            return Convergence::Converged;
+        }
+        // Half the change of velocity, and the error of the mean.
+        let (mut gain, mut error) = (0.0_f64, 0.0_f64);
+        for ((mean, old), new) in work.mean_rates.iter().zip(&state.velocities).zip(&work.joint_rates) {
+            gain = gain.max((0.5 * (new - old)).abs());
+            error = error.max((0.5 * (new + old) - mean).abs());
+        }
+        let mut root = SpatialMotion::ZERO;
+        if !model.fixed_base {
+            let (old, new, mean) = (state.root.motion(), work.new[0], work.bodies[0].velocity);
+            root = old.plus(new).scaled(0.5);
+            gain = gain.max(root.minus(old).amax());
+            error = error.max(root.minus(mean).amax());
+        }
+        let gain = gain * *step;
+        let tolerance = match (*midpoint, work.rows.is_empty()) {
+            (false, true) => TOLERANCE,
+            (false, false) => TOLERANCE.max(SHARE_OF_GAIN[0] * gain),
+            (true, true) => TOLERANCE_IN_FLIGHT.max(SHARE_IN_FLIGHT * gain * rotation_angle.powi(3)),
+            (true, false) => TOLERANCE_AT_MIDPOINT.max(SHARE_OF_GAIN[1] * gain),
+        };
+        let convergence = iteration.judge(error * *step, *rotation_angle, tolerance);
+        if convergence == Convergence::Improving {
+            for ((mean, old), new) in work.mean_rates.iter_mut().zip(&state.velocities).zip(&work.joint_rates)
+            {
+                *mean = 0.5 * (old + new);
+            }
+            self.move_with_mean(root);
+        }
+        convergence
+    }
+
+    /// Sets the mean velocities of the bodies, of which `root` is the root's, and the velocity-dependent forces at them.
+    fn move_with_mean(&mut self, root: SpatialMotion) {
+        let Self { model, work, .. } = self;
+        move_along(model, root, &work.mean_rates, &mut work.bodies);
+        articulated::prepare(&mut work.articulated, model, &work.bodies, &work.mean_rates);
+    }
+}

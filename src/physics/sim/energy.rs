@@ -1,0 +1,20 @@
+//! Energy of a character.
+
+use super::bodies::BodyMotion;
+use crate::model::Model;
+
+/// Energy of a character, J.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Energy {
+    /// Of motion.
+    pub kinetic: f64,
+    /// Of height: zero with the centre of mass at the world's origin.
+    pub potential: f64,
+}
+
+/// Kinetic energy of the `bodies` of `model` and of the rotors of joints that move at `rates`, J.
+pub(super) fn kinetic_energy(model: &Model, bodies: &[BodyMotion], rates: &[f64]) -> f64 {
+    let of_bodies: f64 = bodies.iter().map(|body| body.velocity.dot(body.inertia.times(body.velocity))).sum();
+    let of_rotors: f64 = model.armature.iter().zip(rates).map(|(inertia, rate)| inertia * rate * rate).sum();
+    0.5 * (of_bodies + of_rotors)
+}

@@ -1,0 +1,127 @@
+//! Why a simulation cannot go on.
+
+use super::lcp::SolveStatus;
+use super::rows::RowOwner;
+use super::state::State;
+use crate::model::Model;
+
+/// A simulation that cannot go on.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{cause} at {time} s ({place})")]
+pub struct Failure {
+    /// Time of the state, s: the beginning of the substep that failed, or its end where a number became non-finite.
+    pub time: f64,
+    /// The body or joint.
+    pub place: String,
+    /// What happened.
+    pub cause: FailureCause,
+}
+
+/// What ended a simulation.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FailureCause {
+    /// The complementarity problem has no solution, or none that pivoting finds.
+    #[error("the complementarity problem has no solution that pivoting could find")]
+    NoSolution,
+    /// The complementarity problem's lengths or bounds disagree.
+    #[error("the complementarity problem is malformed")]
+    MalformedProblem,
+    /// A number of the complementarity problem is not finite.
+    #[error("a number of the complementarity problem is not finite")]
+    NonFiniteProblem,
+    /// The chosen solver cannot handle the problem's friction.
+    #[error("the solver does not handle this problem")]
+    UnsupportedProblem,
+    /// The mass matrix is singular.
+    #[error("nothing resists an acceleration: the mass matrix is singular")]
+    SingularMass,
+    /// A body needs shorter substeps than the shortest.
+    #[error("turns or swings too fast to be followed")]
+    TooFast,
+    /// A number of the state is not finite, and no row acted.
+    #[error("the state became non-finite; no constraint was active")]
+    NonFinite,
+    /// A number of the state is not finite.
+    #[error("the state became non-finite; the largest residual is that of {owner}")]
+    NonFiniteWithRows {
+        /// What the row with the largest residual belongs to, in words.
+        owner: String,
+    },
+    /// What another engine reports.
+    #[error("{0}")]
+    OtherEngine(&'static str),
+}
+
+/// The failure that goes with a solver's `status`, if its forces cannot be used.
+pub(super) fn fail_unless_usable(status: SolveStatus, model: &Model, state: &State) -> Result<(), Failure> {
+    let cause = match status {
+        SolveStatus::Solved | SolveStatus::IterationLimit | SolveStatus::Singular => return Ok(()),
+        SolveStatus::Ray => FailureCause::NoSolution,
+        SolveStatus::Malformed => FailureCause::MalformedProblem,
+        SolveStatus::NotFinite => FailureCause::NonFiniteProblem,
+        SolveStatus::Unsupported => FailureCause::UnsupportedProblem,
+    };
+    Err(Failure { time: state.time, place: format!("character {}", model.character.name), cause })
+}
+
+/// The failure of `body`, which needs shorter substeps than the shortest.
+pub(super) fn too_fast(model: &Model, state: &State, body: usize) -> Failure {
+    let place = match body {
+        0 => format!("root link {}", model.character.links[0].name),
+        _ => format!("body of joint {}", model.joint_names[body - 1]),
+    };
+    Failure { time: state.time, place, cause: FailureCause::TooFast }
+}
+
+/// Fails if a number of `state` is not finite, naming the body.
+///
+/// # Errors
+/// [`Failure`] names the joint's body or the root link.
+pub fn check_finite(model: &Model, state: &State) -> Result<(), Failure> {
+    check_finite_with(model, state, || None)
+}
+
+/// Fails if a number of `state` is not finite, naming the body and the row with the largest residual.
+pub(super) fn check_finite_with(
+    model: &Model,
+    state: &State,
+    worst: impl FnOnce() -> Option<RowOwner>,
+) -> Result<(), Failure> {
+    let root = &state.root;
+    let root_is_finite = root.position.coords.sum().is_finite()
+        && root.orientation.coords.sum().is_finite()
+        && root.linear_velocity.sum().is_finite()
+        && root.angular_velocity.sum().is_finite();
+    let joint = state
+        .angles
+        .iter()
+        .zip(&state.velocities)
+        .position(|(angle, velocity)| !(angle.is_finite() && velocity.is_finite()));
+    let place = match (root_is_finite, joint) {
+        (true, None) => return Ok(()),
+        (_, Some(joint)) => format!("body of joint {}", model.joint_names[joint]),
+        (false, None) => format!("root link {}", model.character.links[0].name),
+    };
+    let cause = match worst() {
+        None => FailureCause::NonFinite,
+        Some(owner) => FailureCause::NonFiniteWithRows { owner: describe(model, owner) },
+    };
+    Err(Failure { time: state.time, place, cause })
+}
+
+/// A row's owner in words.
+fn describe(model: &Model, owner: RowOwner) -> String {
+    match owner {
+        RowOwner::Contact { link } => format!("a contact of link {}", model.character.links[link].name),
+        RowOwner::LowerLimit(joint) | RowOwner::UpperLimit(joint) => {
+            format!("the limit of joint {}", model.joint_names[joint])
+        }
+        RowOwner::DryFriction(joint) => format!("the dry friction of joint {}", model.joint_names[joint]),
+        RowOwner::Torque(joint) => format!("the torque limit of joint {}", model.joint_names[joint]),
+        RowOwner::Drive(joint) => format!("the drive of joint {}", model.joint_names[joint]),
+        RowOwner::Joint(joint) => format!("what holds joint {} together", model.joint_names[joint]),
+        RowOwner::Loop(index) => format!("the loop {}", model.character.loops[index].name),
+        RowOwner::TrunkLock => format!("the rotation lock of link {}", model.character.links[0].name),
+    }
+}
