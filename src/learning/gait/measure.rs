@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::footfall::{Detection, Footing};
 use super::legs::{self, Leg, Side};
 use super::name::{apart, classify};
-use super::report::{Foot, Format, GaitReport, Pair, Regime, Spread};
+use super::report::{Foot, GaitFormat, GaitReport, Pair, Regime, Spread};
 use gaitwright_physics::character::Character;
 use gaitwright_physics::playback::Trace;
 
@@ -17,7 +17,7 @@ const ODD_STRIDE: f64 = 0.3;
 
 /// What a gait is judged against.
 #[derive(Debug, Clone, Copy)]
-pub struct Setting<'a> {
+pub struct GaitContext<'a> {
     /// Whose gait it is.
     pub character: &'a Character,
     /// Links that carry it, by index.
@@ -36,7 +36,7 @@ pub struct Setting<'a> {
 
 /// Measures the gait in `trace`, which should hold at least ten turns of a looping motion and nothing
 /// else. A trace without steps gives a report without phases.
-pub fn measure(trace: &Trace, setting: &Setting<'_>) -> GaitReport {
+pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
     let detection = Detection::for_weight(setting.mass * setting.gravity);
     let legs = legs::place(setting.character, setting.support, setting.standing);
     let footings: Vec<Footing> =
@@ -82,7 +82,7 @@ pub fn measure(trace: &Trace, setting: &Setting<'_>) -> GaitReport {
         (travel.distance > least && resistance > 0.0).then(|| work / resistance)
     };
     GaitReport {
-        format: Format::V1,
+        format: GaitFormat::V1,
         gait: named
             .map(|named| named.name.to_owned())
             .or_else(|| has_names.then(|| "unclassified".to_owned())),

@@ -13,7 +13,7 @@ mod validity;
 
 pub use footfall::{Detection, Footing};
 pub use legs::{Leg, Side};
-pub use measure::{Setting, measure};
+pub use measure::{GaitContext, measure};
 pub use name::{Classified, MAX_DISTANCE, Template, classify, templates};
-pub use report::{Foot, Format, GaitReport, Pair, Regime, Spread};
+pub use report::{Foot, GaitFormat, GaitReport, Pair, Regime, Spread};
 pub use validity::validity;

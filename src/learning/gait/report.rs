@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct GaitReport {
     /// Kind and version of the document.
-    pub format: Format,
+    pub format: GaitFormat,
     /// Name of the gait, or `unclassified`; `null` for a number of legs whose gaits have no names.
     pub gait: Option<String>,
     /// Mean circular distance of the phases to those of the nearest named gait, parts of a stride.
@@ -51,7 +51,7 @@ pub struct GaitReport {
 
 /// The document's kind and version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-pub enum Format {
+pub enum GaitFormat {
     /// The one described here.
     #[default]
     #[serde(rename = "gaitwright/gait@1")]

@@ -13,7 +13,7 @@ use super::task::Terms;
 
 /// A transition by name.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub struct Key {
+pub struct TransitionKey {
     /// State it starts from; `None` for the standing pose.
     pub from: Option<GridState>,
     /// State it leads to.
@@ -24,7 +24,7 @@ pub struct Key {
 
 /// What a transition did.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tracked<S> {
+pub struct TrackedTransition<S> {
     /// The terms of its reward.
     pub terms: Terms,
     /// s simulated: the transition time, or less if the character fell.
@@ -39,12 +39,12 @@ pub struct Tracked<S> {
 /// on the number of threads.
 #[derive(Debug, Clone)]
 pub struct Cache<S> {
-    known: HashMap<Key, Arc<Tracked<S>>>,
+    known: HashMap<TransitionKey, Arc<TrackedTransition<S>>>,
     capacity: usize,
 }
 
 /// Transitions an individual simulated for itself, in order.
-pub type Additions<S> = Vec<(Key, Arc<Tracked<S>>)>;
+pub type Additions<S> = Vec<(TransitionKey, Arc<TrackedTransition<S>>)>;
 
 impl<S> Cache<S> {
     /// An empty one that holds at most `capacity` transitions.
@@ -63,7 +63,7 @@ impl<S> Cache<S> {
     }
 
     /// The transition, if it is known.
-    pub fn get(&self, key: &Key) -> Option<&Arc<Tracked<S>>> {
+    pub fn get(&self, key: &TransitionKey) -> Option<&Arc<TrackedTransition<S>>> {
         self.known.get(key)
     }
 
@@ -87,7 +87,7 @@ impl<S> Cache<S> {
 /// How much the cache was asked and how much it saved.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Account {
+pub struct SimulationTotals {
     /// Transitions the Q-learners asked for.
     pub asked: u64,
     /// Those of them that had to be simulated.
@@ -96,7 +96,7 @@ pub struct Account {
     pub seconds: f64,
 }
 
-impl Account {
+impl SimulationTotals {
     /// Share of the transitions asked for that were not simulated, 0 to 1.
     pub fn hit_rate(&self) -> f64 {
         if self.asked == 0 { 0.0 } else { (self.asked - self.simulated) as f64 / self.asked as f64 }
@@ -108,7 +108,7 @@ impl Account {
     }
 }
 
-impl std::ops::AddAssign for Account {
+impl std::ops::AddAssign for SimulationTotals {
     fn add_assign(&mut self, other: Self) {
         self.asked += other.asked;
         self.simulated += other.simulated;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::cache::Account;
+use super::cache::SimulationTotals;
 use super::ga::Island;
 use super::parameters::Learning;
 use super::{Behaviour, Generation, Task};
@@ -32,7 +32,7 @@ pub struct Checkpoint {
     /// The learning curve so far.
     pub curve: Vec<Generation>,
     /// What was simulated so far.
-    pub account: Account,
+    pub account: SimulationTotals,
     /// s of the wall clock spent so far.
     pub elapsed: f64,
 }

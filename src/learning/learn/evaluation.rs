@@ -23,7 +23,7 @@ const STEPS_UNASKED: u64 = 16;
 
 /// What tracking targets did to the character.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outcome<S> {
+pub struct TrackingOutcome<S> {
     /// The terms of its reward.
     pub terms: Terms,
     /// s simulated: all that was asked for, or less if the character fell.
@@ -55,7 +55,7 @@ pub trait World: Clone + Send + Sync {
         targets: Targets<'_>,
         steps: Range<u64>,
         stop: &Stop,
-    ) -> Result<Outcome<Self::State>, Interrupted>;
+    ) -> Result<TrackingOutcome<Self::State>, Interrupted>;
     /// Number of cells of the trunk's state; 1 for none.
     fn cells(&self) -> usize;
     /// Cell of the trunk in `state`, below [`World::cells`].
@@ -140,7 +140,7 @@ impl World for SimulatedWorld {
         targets: Targets<'_>,
         steps: Range<u64>,
         stop: &Stop,
-    ) -> Result<Outcome<State>, Interrupted> {
+    ) -> Result<TrackingOutcome<State>, Interrupted> {
         self.simulator.set_state(state);
         let step = self.simulator.plan().step();
         let start = self.simulator.center_of_mass();
@@ -170,7 +170,7 @@ impl World for SimulatedWorld {
             terms.displacement = [travel.x, travel.y];
         }
         let after = upright.then(|| self.simulator.state().clone());
-        Ok(Outcome { terms, seconds: (done - steps.start) as f64 * step, after })
+        Ok(TrackingOutcome { terms, seconds: (done - steps.start) as f64 * step, after })
     }
 
     fn cells(&self) -> usize {

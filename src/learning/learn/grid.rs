@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Posture;
-use super::limb::{Limb, limbs};
+use super::limb::{JointChain, limbs};
 use super::parameters::Parameters;
 use gaitwright_physics::model::{Freedom, Model};
 use gaitwright_physics::stance::Stance;
@@ -51,7 +51,7 @@ pub struct Grid {
     /// One a joint of the model.
     pub joints: Vec<JointGrid>,
     /// Limbs, in the order of the model.
-    pub limbs: Vec<Limb>,
+    pub limbs: Vec<JointChain>,
 }
 
 /// A cubic that leaves an angle with velocity v and is back at rest after T has gone as far as

@@ -6,7 +6,7 @@ use gaitwright_physics::model::{Freedom, Model};
 
 /// An unbranched chain of joints.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Limb {
+pub struct JointChain {
     /// Its joints, from the trunk outward.
     pub joints: Vec<usize>,
     /// Joint axes in the root's frame, in the standing pose, and what they are axes of.
@@ -15,7 +15,7 @@ pub struct Limb {
     left: f64,
 }
 
-impl Limb {
+impl JointChain {
     /// For each joint of this limb, whether it moves with (1) or against (-1) the same joint of `source`
     /// when both limbs do the same: mirrored at the root's plane y = 0 if they are on different sides of
     /// it, else as they are. `None` if the limbs differ in their number of joints.
@@ -38,13 +38,13 @@ impl Limb {
 
 /// The limbs of `model` standing at `angles`: a joint belongs to the limb of the joint that carries it,
 /// unless that one carries others too.
-pub fn limbs(model: &Model, angles: &[f64]) -> Vec<Limb> {
+pub fn limbs(model: &Model, angles: &[f64]) -> Vec<JointChain> {
     let mut children = vec![0usize; model.bodies.len()];
     for body in model.bodies.iter().skip(1) {
         children[body.parent] += 1;
     }
     let mut frames = vec![(Matrix3::identity(), Vector3::zeros())];
-    let mut limbs: Vec<Limb> = Vec::new();
+    let mut limbs: Vec<JointChain> = Vec::new();
     let mut limb_of: Vec<usize> = Vec::with_capacity(model.joint_count());
     for (joint, body) in model.bodies.iter().skip(1).enumerate() {
         let (parent_turn, parent_origin) = frames[body.parent];
@@ -60,7 +60,7 @@ pub fn limbs(model: &Model, angles: &[f64]) -> Vec<Limb> {
         let axis = turn * body.axis;
         frames.push((turn, origin + axis * slide));
         let limb = if body.parent == 0 || children[body.parent] > 1 {
-            limbs.push(Limb { joints: Vec::new(), axes: Vec::new(), left: origin.y });
+            limbs.push(JointChain { joints: Vec::new(), axes: Vec::new(), left: origin.y });
             limbs.len() - 1
         } else {
             limb_of[body.parent - 1]

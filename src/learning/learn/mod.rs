@@ -45,13 +45,13 @@ use gaitwright_physics::stance::Stance;
 
 pub use behaviour::{Behaviour, Posture};
 pub use checkpoint::Checkpoint;
-pub use observer::{Cancel, Ended, Generation, Interrupted, Observer, Stop};
+pub use observer::{Cancel, Generation, Interrupted, Observer, Stop, StopReason};
 pub use parameters::{Coding, Crossover, Learning, Mutation, Parameters, Trunk};
 pub use task::{Objective, Task, Terms, Weights};
 
 /// A job of the learner.
 #[derive(Debug, Clone)]
-pub struct Setup {
+pub struct LearningSetup {
     /// Who learns.
     pub model: Arc<Model>,
     /// Where it starts, and how its joints are driven.
@@ -74,7 +74,7 @@ pub struct Setup {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Learned {
     /// Why it ended.
-    pub ended: Ended,
+    pub ended: StopReason,
     /// `None` when no behaviour was found that stays upright through the continuous check.
     pub best: Option<Behaviour>,
     /// One point a generation.
@@ -101,12 +101,12 @@ pub enum LearnError {
 /// # Errors
 /// [`LearnError`], before anything is simulated.
 pub fn learn(
-    setup: &Setup,
+    setup: &LearningSetup,
     observer: &mut dyn Observer,
     cancel: &Cancel,
     resume: Option<Checkpoint>,
 ) -> Result<Learned, LearnError> {
-    let Setup { model, stance, scene, accuracy, task, learning, seed, threads } = setup;
+    let LearningSetup { model, stance, scene, accuracy, task, learning, seed, threads } = setup;
     let parameters = learning.resolve(stance, accuracy.step).map_err(|error| error.under("/learning"))?;
     let objective = Objective::new(task, model, stance).map_err(|error| error.under("/task"))?;
     let world = evaluation::SimulatedWorld::new(model, stance, scene, accuracy, &parameters)?;

@@ -60,7 +60,7 @@ impl Cancel {
 /// Why a learner stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Ended {
+pub enum StopReason {
     /// All generations were done.
     Generations,
     /// The time was over.
@@ -78,7 +78,7 @@ pub struct Stop {
 
 /// An evaluation was broken off; its generation is discarded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Interrupted(pub Ended);
+pub struct Interrupted(pub StopReason);
 
 impl Stop {
     /// On `cancel`, or once `seconds` of the wall clock have passed from now.
@@ -96,10 +96,10 @@ impl Stop {
     /// The reason to stop.
     pub fn check(&self) -> Result<(), Interrupted> {
         if self.cancel.is_cancelled() {
-            return Err(Interrupted(Ended::Cancelled));
+            return Err(Interrupted(StopReason::Cancelled));
         }
         match self.deadline {
-            Some(deadline) if Instant::now() >= deadline => Err(Interrupted(Ended::Seconds)),
+            Some(deadline) if Instant::now() >= deadline => Err(Interrupted(StopReason::Seconds)),
             _ => Ok(()),
         }
     }

@@ -7,14 +7,14 @@ use super::qlearning::{Environment, QTable};
 /// Actions in turn: once through `entry`, then `cycle` over and over. An empty cycle means that the
 /// behaviour ends, by a fall or in a situation that permits nothing.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Path {
+pub struct ActionPath {
     /// Actions from the start into the cycle.
     pub entry: Vec<usize>,
     /// Actions of the cycle.
     pub cycle: Vec<usize>,
 }
 
-impl Path {
+impl ActionPath {
     /// Whether both end in the same cycle, wherever they enter it.
     pub fn same_cycle(&self, other: &Self) -> bool {
         let (ours, theirs) = (&self.cycle, &other.cycle);
@@ -29,14 +29,14 @@ impl Path {
 ///
 /// # Errors
 /// The environment's reason to break off.
-pub fn greedy_path<E: Environment>(environment: &mut E, table: &QTable) -> Result<Path, E::Break> {
+pub fn greedy_path<E: Environment>(environment: &mut E, table: &QTable) -> Result<ActionPath, E::Break> {
     let mut first_seen = vec![None; environment.situations()];
     let mut actions = Vec::new();
     let mut situation = environment.start();
     loop {
         if let Some(start) = first_seen[situation] {
             let cycle = actions.split_off(start);
-            return Ok(Path { entry: actions, cycle });
+            return Ok(ActionPath { entry: actions, cycle });
         }
         first_seen[situation] = Some(actions.len());
         let Some(action) = table.greedy(environment, situation) else { break };
@@ -46,7 +46,7 @@ pub fn greedy_path<E: Environment>(environment: &mut E, table: &QTable) -> Resul
             None => break,
         }
     }
-    Ok(Path { entry: actions, cycle: Vec::new() })
+    Ok(ActionPath { entry: actions, cycle: Vec::new() })
 }
 
 /// A known way from one situation to another.
@@ -65,7 +65,7 @@ pub struct Edge {
 /// The cycle of maximum mean reward among those that can be reached from `start` over `edges`, with
 /// the shortest way into it (Karp 1978, "A characterization of the minimum cycle mean in a digraph").
 /// `None` if no cycle can be reached. Exact up to rounding; O(situations × edges).
-pub fn best_path(situations: usize, edges: &[Edge], start: usize) -> Option<Path> {
+pub fn best_path(situations: usize, edges: &[Edge], start: usize) -> Option<ActionPath> {
     let arrivals = shortest_ways(situations, edges, start);
     let reached: Vec<Edge> = edges.iter().filter(|edge| arrivals[edge.from].is_some()).copied().collect();
     let walk = extreme_walk(situations, &reached)?;
@@ -73,7 +73,7 @@ pub fn best_path(situations: usize, edges: &[Edge], start: usize) -> Option<Path
     let entry = |node: usize| arrivals[node].as_ref().map(|way| way.len());
     let (turn, _) = cycle.iter().enumerate().min_by_key(|(_, edge)| entry(edge.from))?;
     let actions: Vec<usize> = cycle[turn..].iter().chain(&cycle[..turn]).map(|edge| edge.action).collect();
-    Some(Path { entry: arrivals[cycle[turn].from].clone()?, cycle: actions })
+    Some(ActionPath { entry: arrivals[cycle[turn].from].clone()?, cycle: actions })
 }
 
 /// Mean reward of consecutive edges.

@@ -20,12 +20,12 @@ pub trait Environment {
     ///
     /// # Errors
     /// Whatever the environment breaks off for.
-    fn act(&mut self, action: usize) -> Result<Step, Self::Break>;
+    fn act(&mut self, action: usize) -> Result<ActionOutcome, Self::Break>;
 }
 
 /// What an action led to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
+pub struct ActionOutcome {
     /// Its reward.
     pub reward: f64,
     /// The situation it led to; `None` ends the episode.
@@ -91,7 +91,7 @@ impl QTable {
         &mut self,
         environment: &E,
         (situation, action): (usize, usize),
-        step: Step,
+        step: ActionOutcome,
         rates: &Rates,
     ) {
         let best = |next| self.greedy(environment, next).map_or(0.0, |action| self.value(next, action));

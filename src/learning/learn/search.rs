@@ -5,18 +5,18 @@ use std::time::Instant;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-use super::cache::{Account, Cache};
+use super::cache::{Cache, SimulationTotals};
 use super::chance::{Purpose, stream};
 use super::checkpoint::Checkpoint;
 use super::evaluation::World;
 use super::ga::{Individual, Island, migrate, resettle};
 use super::genome::Genome;
 use super::grid::Grid;
-use super::observer::{Ended, Generation, Interrupted, Observer, Stop};
+use super::observer::{Generation, Interrupted, Observer, Stop, StopReason};
 use super::parameters::Parameters;
 use super::subset::Rules;
 use super::task::Objective;
-use super::trial::{Proven, Verdict, judge};
+use super::trial::{AcceptedBehaviour, IndividualVerdict, judge};
 use super::{Behaviour, Learned, Task};
 
 /// What a search is made of; it does not change while it runs.
@@ -44,7 +44,7 @@ struct Progress<S> {
     /// Every best behaviour so far, in the order in which they were found.
     improved: Vec<Behaviour>,
     curve: Vec<Generation>,
-    account: Account,
+    account: SimulationTotals,
     cache: Cache<S>,
     started: Instant,
     /// s spent before this run, if it was resumed.
@@ -67,7 +67,7 @@ impl<W: World> Search<W> {
         let mut progress = self.begin(resume);
         let ended = loop {
             if self.parameters.learning.generations.is_some_and(|most| progress.generations >= most) {
-                break Ended::Generations;
+                break StopReason::Generations;
             }
             let judged = self.ask(&progress, stop).and_then(|candidates| {
                 let verdicts = self.evaluate(pool, &progress, &candidates, stop)?;
@@ -95,7 +95,7 @@ impl<W: World> Search<W> {
             best: None,
             improved: Vec::new(),
             curve: Vec::new(),
-            account: Account::default(),
+            account: SimulationTotals::default(),
             cache: Cache::new(learning.cache_transitions),
             started: Instant::now(),
             spent: 0.0,
@@ -131,7 +131,7 @@ impl<W: World> Search<W> {
         progress: &Progress<W::State>,
         candidates: &[Candidate],
         stop: &Stop,
-    ) -> Result<Vec<Verdict<W::State>>, Interrupted> {
+    ) -> Result<Vec<IndividualVerdict<W::State>>, Interrupted> {
         let rules =
             Rules { grid: &self.grid, objective: &self.objective, parameters: &self.parameters, stop };
         pool.install(|| {
@@ -153,7 +153,7 @@ impl<W: World> Search<W> {
         &self,
         progress: &mut Progress<W::State>,
         candidates: Vec<Candidate>,
-        verdicts: Vec<Verdict<W::State>>,
+        verdicts: Vec<IndividualVerdict<W::State>>,
         observer: &mut dyn Observer,
     ) {
         let learning = &self.parameters.learning;
@@ -162,7 +162,7 @@ impl<W: World> Search<W> {
         for ((island, _, genome), verdict) in candidates.into_iter().zip(verdicts) {
             progress.cache.merge(verdict.additions);
             progress.account += verdict.account;
-            if let Some(Proven { behaviour, looks }) = verdict.proven {
+            if let Some(AcceptedBehaviour { behaviour, looks }) = verdict.proven {
                 progress.islands[island].prove(&looks);
                 let best = champion.as_ref().or(progress.best.as_ref());
                 if best.is_none_or(|best| behaviour.fitness > best.fitness) {

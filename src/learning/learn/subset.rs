@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use super::Posture;
-use super::cache::{Account, Additions, Cache, Key, Tracked};
+use super::cache::{Additions, Cache, SimulationTotals, TrackedTransition, TransitionKey};
 use super::evaluation::World;
 use super::genome::Genome;
 use super::grid::Grid;
 use super::observer::{Interrupted, Stop};
 use super::parameters::Parameters;
 use super::policy::Edge;
-use super::qlearning::{Environment, Step};
+use super::qlearning::{ActionOutcome, Environment};
 use super::task::Objective;
 use super::transition::Transition;
 
@@ -46,13 +46,13 @@ pub struct Subset<'a, W: World> {
     /// Whether a state (or the standing pose, last) can go to a state without leaving a range of motion.
     permitted: Vec<bool>,
     /// Transitions known here, by situation and action.
-    known: Vec<Option<Arc<Tracked<W::State>>>>,
+    known: Vec<Option<Arc<TrackedTransition<W::State>>>>,
     /// Transitions simulated here.
     additions: Additions<W::State>,
-    account: Account,
+    account: SimulationTotals,
     situation: usize,
     /// The transition that led to the present physical state; `None` when standing.
-    last: Option<Arc<Tracked<W::State>>>,
+    last: Option<Arc<TrackedTransition<W::State>>>,
 }
 
 impl<'a, W: World> Subset<'a, W> {
@@ -77,7 +77,7 @@ impl<'a, W: World> Subset<'a, W> {
             permitted,
             known,
             additions: Vec::new(),
-            account: Account::default(),
+            account: SimulationTotals::default(),
             situation: start,
             last: None,
         }
@@ -112,7 +112,7 @@ impl<'a, W: World> Subset<'a, W> {
     }
 
     /// What was simulated and what was saved.
-    pub fn into_parts(self) -> (Additions<W::State>, Account) {
+    pub fn into_parts(self) -> (Additions<W::State>, SimulationTotals) {
         (self.additions, self.account)
     }
 
@@ -120,15 +120,15 @@ impl<'a, W: World> Subset<'a, W> {
         action * self.world.cells() + cell
     }
 
-    fn reward(&self, tracked: &Tracked<W::State>) -> f64 {
+    fn reward(&self, tracked: &TrackedTransition<W::State>) -> f64 {
         let earned = self.rules.objective.reward(&tracked.terms, tracked.seconds);
         if tracked.after.is_some() { earned } else { earned - self.rules.objective.fall_cost() }
     }
 
     /// The transition from the present situation, from the shared cache or simulated.
-    fn look_up(&mut self, action: usize) -> Result<Arc<Tracked<W::State>>, Interrupted> {
+    fn look_up(&mut self, action: usize) -> Result<Arc<TrackedTransition<W::State>>, Interrupted> {
         let state = self.state(self.situation);
-        let key = Key {
+        let key = TransitionKey {
             from: self.genome.states.get(state).cloned(),
             to: self.genome.states[action].clone(),
             cell: self.situation % self.world.cells(),
@@ -144,7 +144,7 @@ impl<'a, W: World> Subset<'a, W> {
         Ok(tracked)
     }
 
-    fn simulate(&mut self, state: usize, action: usize) -> Result<Tracked<W::State>, Interrupted> {
+    fn simulate(&mut self, state: usize, action: usize) -> Result<TrackedTransition<W::State>, Interrupted> {
         let transition = Transition {
             from: self.postures.get(state).unwrap_or(&self.standing),
             to: &self.postures[action],
@@ -164,7 +164,7 @@ impl<'a, W: World> Subset<'a, W> {
             let cell = self.world.cell(&after);
             (after, cell)
         });
-        Ok(Tracked { terms: outcome.terms, seconds: outcome.seconds, after })
+        Ok(TrackedTransition { terms: outcome.terms, seconds: outcome.seconds, after })
     }
 }
 
@@ -189,7 +189,7 @@ impl<W: World> Environment for Subset<'_, W> {
         self.permitted[self.state(situation) * self.postures.len() + action]
     }
 
-    fn act(&mut self, action: usize) -> Result<Step, Interrupted> {
+    fn act(&mut self, action: usize) -> Result<ActionOutcome, Interrupted> {
         self.account.asked += 1;
         if self.account.asked.is_multiple_of(ACTIONS_UNASKED) {
             self.rules.stop.check()?;
@@ -206,6 +206,6 @@ impl<W: World> Environment for Subset<'_, W> {
             self.situation = next;
         }
         self.last = Some(tracked);
-        Ok(Step { reward, next })
+        Ok(ActionOutcome { reward, next })
     }
 }

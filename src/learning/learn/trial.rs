@@ -3,11 +3,11 @@
 
 use rand::Rng;
 
-use super::cache::{Account, Additions, Cache};
+use super::cache::{Additions, Cache, SimulationTotals};
 use super::evaluation::World;
 use super::genome::Genome;
 use super::observer::Interrupted;
-use super::policy::{Path, best_path, greedy_path};
+use super::policy::{ActionPath, best_path, greedy_path};
 use super::qlearning::{Environment, QTable, Rates, learn};
 use super::subset::{Rules, Subset};
 use super::task::Terms;
@@ -16,20 +16,20 @@ use gaitwright_physics::motion::Player;
 
 /// What became of an individual.
 #[derive(Debug)]
-pub struct Verdict<S> {
+pub struct IndividualVerdict<S> {
     /// m/s.
     pub fitness: f64,
     /// Its behaviour, if that passed the whole continuous check upright.
-    pub proven: Option<Proven>,
+    pub proven: Option<AcceptedBehaviour>,
     /// Transitions it simulated.
     pub additions: Additions<S>,
     /// What it cost.
-    pub account: Account,
+    pub account: SimulationTotals,
 }
 
 /// A behaviour that stayed upright over the whole continuous check.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Proven {
+pub struct AcceptedBehaviour {
     /// With its fitness over the check.
     pub behaviour: Behaviour,
     /// Its fitness at every look of the check, m/s.
@@ -50,7 +50,7 @@ pub fn judge<W: World>(
     genome: &Genome,
     (generation, bar): (u32, Option<&[f64]>),
     rng: &mut impl Rng,
-) -> Result<Verdict<W::State>, Interrupted> {
+) -> Result<IndividualVerdict<W::State>, Interrupted> {
     let mut subset = Subset::new(rules, world, shared, genome);
     let mut table = QTable::new(&subset);
     learn(&mut subset, &mut table, &Rates::from(&rules.parameters.learning), rng)?;
@@ -68,20 +68,20 @@ pub fn judge<W: World>(
     let cyclic = [Some(greedy), exact].into_iter().flatten().filter(|path| !path.cycle.is_empty());
     for (place, path) in cyclic.enumerate() {
         let behaviour = compose(&path, &postures, transition_time, generation);
-        let bar = proven.as_ref().map_or(bar, |proven: &Proven| Some(&proven.looks));
+        let bar = proven.as_ref().map_or(bar, |proven: &AcceptedBehaviour| Some(&proven.looks));
         let run = race(rules, world, &behaviour, bar)?;
         account.seconds += run.seconds;
         if place == 0 || run.fitness > fitness {
             fitness = run.fitness;
             let behaviour = Behaviour { fitness, ..behaviour };
-            proven = run.looks.map(|looks| Proven { behaviour, looks });
+            proven = run.looks.map(|looks| AcceptedBehaviour { behaviour, looks });
         }
     }
-    Ok(Verdict { fitness, proven, additions, account })
+    Ok(IndividualVerdict { fitness, proven, additions, account })
 }
 
 /// The behaviour that takes a path through postures.
-fn compose(path: &Path, postures: &[Posture], transition_time: f64, generation: u32) -> Behaviour {
+fn compose(path: &ActionPath, postures: &[Posture], transition_time: f64, generation: u32) -> Behaviour {
     let visit = |actions: &[usize]| actions.iter().map(|&action| postures[action].clone()).collect();
     let (entry, cycle) = (visit(&path.entry), visit(&path.cycle));
     Behaviour { fitness: 0.0, generation, transition_time, entry, cycle }
@@ -89,7 +89,7 @@ fn compose(path: &Path, postures: &[Posture], transition_time: f64, generation: 
 
 /// How a behaviour fared in a continuous simulation.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Run {
+pub struct CheckResult {
     /// m/s.
     pub fitness: f64,
     /// s simulated.
@@ -115,7 +115,7 @@ pub fn race<W: World>(
     world: &mut W,
     behaviour: &Behaviour,
     bar: Option<&[f64]>,
-) -> Result<Run, Interrupted> {
+) -> Result<CheckResult, Interrupted> {
     let player = player(rules, behaviour);
     let standing = world.standing().clone();
     let mut run = play(rules, world, &player, standing, bar)?;
@@ -139,7 +139,7 @@ fn play<W: World>(
     player: &Player,
     start: W::State,
     bar: Option<&[f64]>,
-) -> Result<Run, Interrupted> {
+) -> Result<CheckResult, Interrupted> {
     let learning = &rules.parameters.learning;
     let targets = |t: f64, angles: &mut [f64]| player.targets(t, angles);
     let (length, duration) = (rules.parameters.transition_steps, rules.parameters.transition_time);
@@ -156,7 +156,7 @@ fn play<W: World>(
         let Some(after) = outcome.after else {
             let seconds = done as f64 * duration + outcome.seconds;
             let fitness = rules.objective.fallen(&terms, seconds, learning.check_seconds);
-            return Ok(Run { fitness, seconds, looks: None });
+            return Ok(CheckResult { fitness, seconds, looks: None });
         };
         state = after;
         done += 1;
@@ -166,12 +166,12 @@ fn play<W: World>(
             let best = bar.and_then(|bar| Some((*bar.get(looks.len())?, *bar.last()?)));
             looks.push(fitness);
             if look == last {
-                return Ok(Run { fitness, seconds, looks: Some(looks) });
+                return Ok(CheckResult { fitness, seconds, looks: Some(looks) });
             }
             if let Some((now, finally)) = best
                 && fitness <= now
             {
-                return Ok(Run { fitness: finally + fitness - now, seconds, looks: None });
+                return Ok(CheckResult { fitness: finally + fitness - now, seconds, looks: None });
             }
             look = (2 * look).min(last);
         }

@@ -9,6 +9,6 @@ mod setup;
 
 pub use document::{CharacterSource, InlineCharacter, JointStart, Scenario, Start};
 pub use lines::{ContactLine, JointLine, Line, SampleLine, Summary};
-pub use run::{Ended, Prepared};
+pub use run::{PreparedScenario, ScenarioEnd};
 pub use script::Script;
-pub use setup::{Files, NoFiles, Setup};
+pub use setup::{Files, NoFiles, ScenarioSetup};

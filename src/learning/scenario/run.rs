@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::lines::{ContactLine, EnergyLine, JointLine, Line, MomentumLine, SampleLine, Summary};
 use super::script::Script;
-use super::setup::Setup;
+use super::setup::ScenarioSetup;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::{Accuracy, AccuracyChoice};
 use gaitwright_physics::sim::contact::Against;
@@ -13,7 +13,7 @@ use gaitwright_physics::sim::{Failure, Simulator};
 
 /// A scenario made ready to run.
 #[derive(Debug)]
-pub struct Prepared {
+pub struct PreparedScenario {
     simulator: Simulator,
     script: Script,
     /// Targets at the beginning and at the end of a step.
@@ -28,7 +28,7 @@ pub struct Prepared {
 
 /// How a simulation ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ended {
+pub enum ScenarioEnd {
     /// It ran to its end.
     Finished,
     /// It could not go on; the summary says why.
@@ -37,20 +37,20 @@ pub enum Ended {
     Stopped,
 }
 
-impl Prepared {
+impl PreparedScenario {
     /// Makes `setup` ready to be run as finely as `accuracy` asks (for the reason of `choice`, if it was chosen),
     /// with a line of output every `sample_every` seconds.
     ///
     /// # Errors
     /// Every fault of scene, accuracy and drive.
     pub fn new(
-        setup: Setup,
+        setup: ScenarioSetup,
         accuracy: &Accuracy,
         choice: Option<AccuracyChoice>,
         sample_every: f64,
     ) -> Result<Self, InputError> {
         let plan = setup.plan(accuracy)?;
-        let Setup { model, scene, start, script, duration, .. } = setup;
+        let ScenarioSetup { model, scene, start, script, duration, .. } = setup;
         let obstacles = scene.obstacles.iter().enumerate();
         let obstacles = obstacles.map(|(index, obstacle)| obstacle.name(index)).collect();
         let steps = (duration / plan.step()).round().max(1.0) as u64;
@@ -67,12 +67,12 @@ impl Prepared {
     }
 
     /// Runs the simulation and gives every line to `sink`, which answers whether it wants more.
-    pub fn run(self, sink: impl FnMut(Line) -> bool) -> Ended {
+    pub fn run(self, sink: impl FnMut(Line) -> bool) -> ScenarioEnd {
         self.run_while(|| true, sink)
     }
 
     /// The same as long as it is `wanted`, which is asked at every step.
-    pub fn run_while(mut self, wanted: impl Fn() -> bool, mut sink: impl FnMut(Line) -> bool) -> Ended {
+    pub fn run_while(mut self, wanted: impl Fn() -> bool, mut sink: impl FnMut(Line) -> bool) -> ScenarioEnd {
         let plan = self.simulator.plan().clone();
         let mut computing = Duration::ZERO;
         let mut penetration: f64 = 0.0;
@@ -80,11 +80,11 @@ impl Prepared {
         let mut done = 0;
         let mut failure = None;
         if !sink(Line::Sample(Box::new(self.sample()))) {
-            return Ended::Stopped;
+            return ScenarioEnd::Stopped;
         }
         while done < self.steps {
             if !wanted() {
-                return Ended::Stopped;
+                return ScenarioEnd::Stopped;
             }
             let result = self.step(done, &mut computing);
             if let Err(failed) = result {
@@ -96,10 +96,10 @@ impl Prepared {
             joint_error =
                 joint_error.max(self.simulator.limit_violation()).max(self.simulator.joint_separation());
             if done % self.stride == 0 && !sink(Line::Sample(Box::new(self.sample()))) {
-                return Ended::Stopped;
+                return ScenarioEnd::Stopped;
             }
         }
-        let ended = if failure.is_some() { Ended::Failed } else { Ended::Finished };
+        let ended = if failure.is_some() { ScenarioEnd::Failed } else { ScenarioEnd::Finished };
         let summary = Summary {
             status: failure.map_or_else(|| "finished".to_owned(), |failure| format!("failed: {failure}")),
             steps: done,
@@ -111,7 +111,7 @@ impl Prepared {
             greatest_penetration: penetration,
             greatest_joint_error: joint_error,
         };
-        if sink(Line::End { summary: Box::new(summary) }) { ended } else { Ended::Stopped }
+        if sink(Line::End { summary: Box::new(summary) }) { ended } else { ScenarioEnd::Stopped }
     }
 
     /// Step number `index`, its computing time added to `computing`.

@@ -49,7 +49,7 @@ impl Files for NoFiles {
 
 /// A scenario with its documents read: everything about a simulation but how finely it is computed.
 #[derive(Debug, Clone)]
-pub struct Setup {
+pub struct ScenarioSetup {
     /// The character.
     pub model: Arc<Model>,
     /// The world around it.
@@ -64,7 +64,7 @@ pub struct Setup {
     pub duration: f64,
 }
 
-impl Setup {
+impl ScenarioSetup {
     /// What a step computes when it is computed as finely as `accuracy` asks.
     ///
     /// # Errors
@@ -80,7 +80,7 @@ impl Scenario {
     /// # Errors
     /// Every fault of the document, with JSON pointers into it; those of its character below
     /// `/character`.
-    pub fn set_up(&self, files: &impl Files) -> Result<Setup, InputError> {
+    pub fn set_up(&self, files: &impl Files) -> Result<ScenarioSetup, InputError> {
         let faults = self.faults();
         if !faults.is_empty() {
             return Err(InputError::Impossible(faults));
@@ -95,7 +95,7 @@ impl Scenario {
             return Err(InputError::Impossible(faults));
         }
         let (scene, duration) = (self.scene.clone(), self.duration);
-        Ok(Setup { model, scene, gains, start, script, duration })
+        Ok(ScenarioSetup { model, scene, gains, start, script, duration })
     }
 
     fn read_character(&self, files: &impl Files) -> Result<Reading, InputError> {

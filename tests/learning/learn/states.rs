@@ -4,7 +4,7 @@ use super::{bundled, parameters, plain_grid};
 use gaitwright_learning::learn::ga::{Individual, Island, migrate, resettle};
 use gaitwright_learning::learn::genome::Genome;
 use gaitwright_learning::learn::grid::{Grid, GridState, JointGrid, Level};
-use gaitwright_learning::learn::limb::{Limb, limbs};
+use gaitwright_learning::learn::limb::{JointChain, limbs};
 use gaitwright_learning::learn::transition::Transition;
 use gaitwright_learning::learn::{Learning, Mutation};
 use gaitwright_physics::motion::hermite;
@@ -175,7 +175,7 @@ fn left_legs_are_the_mirror_image_of_right_legs() {
             let signs = target.like(source).unwrap();
             // Abduction turns about the axis ahead, hip and knee about the lateral one: in a mirror the
             // former reverses and the latter do not.
-            let side = |limb: &Limb| name(limb.joints[0]).starts_with('L');
+            let side = |limb: &JointChain| name(limb.joints[0]).starts_with('L');
             let expected = if side(target) == side(source) { [1, 1, 1] } else { [-1, 1, 1] };
             assert_eq!(signs, expected, "{} like {}", name(target.joints[0]), name(source.joints[0]));
         }

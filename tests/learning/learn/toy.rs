@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::{Notes, plain_grid, plain_task, timeless};
-use gaitwright_learning::learn::cache::{Cache, Key, Tracked};
-use gaitwright_learning::learn::evaluation::{Outcome, Targets, World};
+use gaitwright_learning::learn::cache::{Cache, TrackedTransition, TransitionKey};
+use gaitwright_learning::learn::evaluation::{Targets, TrackingOutcome, World};
 use gaitwright_learning::learn::genome::Genome;
 use gaitwright_learning::learn::grid::{GridState, Level};
 use gaitwright_learning::learn::qlearning::{self, QTable, Rates};
@@ -14,8 +14,8 @@ use gaitwright_learning::learn::search::Search;
 use gaitwright_learning::learn::subset::{Rules, Subset};
 use gaitwright_learning::learn::trial::race;
 use gaitwright_learning::learn::{
-    Behaviour, Cancel, Checkpoint, Ended, Interrupted, Learned, Learning, Objective, Parameters, Posture,
-    Stop, Terms,
+    Behaviour, Cancel, Checkpoint, Interrupted, Learned, Learning, Objective, Parameters, Posture, Stop,
+    StopReason, Terms,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -56,14 +56,14 @@ impl World for Sledge {
         targets: Targets<'_>,
         steps: Range<u64>,
         _: &Stop,
-    ) -> Result<Outcome<f64>, Interrupted> {
+    ) -> Result<TrackingOutcome<f64>, Interrupted> {
         self.calls.fetch_add(1, Ordering::Relaxed);
         let mut angles = [0.0; 2];
         targets(steps.end as f64 * self.step, &mut angles);
         let fell = angles[1] > self.tip;
         let terms = Terms { displacement: [(angles[0] - state).max(0.0), 0.0], ..Terms::default() };
         let seconds = (steps.end - steps.start) as f64 * self.step;
-        Ok(Outcome { terms, seconds, after: (!fell).then_some(angles[0]) })
+        Ok(TrackingOutcome { terms, seconds, after: (!fell).then_some(angles[0]) })
     }
 
     fn cells(&self) -> usize {
@@ -121,7 +121,7 @@ fn the_toys_best_behaviour_is_found() {
     // From −0.6 to 0.6 and back, 0.1 s each: 6 m/s, less or more at the start of 20 s by 0.6 m at most.
     assert!((best.fitness - 6.0).abs() <= 0.6 / 20.0 + 1e-9, "{}", best.fitness);
     assert_eq!(best.cycle.len(), 2);
-    assert_eq!(learned.ended, Ended::Generations);
+    assert_eq!(learned.ended, StopReason::Generations);
     assert_eq!(learned.curve, notes.generations);
     assert_eq!(notes.improved.last(), Some(&best));
     assert!(notes.improved.windows(2).all(|pair| pair[1].fitness > pair[0].fitness));
@@ -157,11 +157,11 @@ fn a_cancelled_search_keeps_what_it_found() {
     let cancel = Cancel::default();
     let mut notes = Notes { cancel_after: Some((3, cancel.clone())), ..Notes::default() };
     let learned = search.run(&pool, &mut notes, &Stop::new(&cancel, None), None);
-    assert_eq!((learned.ended, learned.curve.len()), (Ended::Cancelled, 3));
+    assert_eq!((learned.ended, learned.curve.len()), (StopReason::Cancelled, 3));
     assert!(learned.best.is_some());
     let out_of_time =
         search.run(&pool, &mut Notes::default(), &Stop::new(&Cancel::default(), Some(0.0)), None);
-    assert_eq!((out_of_time.ended, out_of_time.curve.len()), (Ended::Seconds, 0));
+    assert_eq!((out_of_time.ended, out_of_time.curve.len()), (StopReason::Seconds, 0));
 }
 
 #[test]
@@ -198,14 +198,16 @@ fn the_cache_counts_what_it_saves_and_changes_no_deterministic_world() {
 fn a_full_cache_keeps_what_came_first() {
     let key = |angle| {
         let to = GridState(vec![Level { angle, velocity: 0 }]);
-        Key { from: None, to, cell: 0 }
+        TransitionKey { from: None, to, cell: 0 }
     };
-    let tracked =
-        |after: f64| Arc::new(Tracked { terms: Terms::default(), seconds: 0.1, after: Some((after, 0)) });
+    let tracked = |after: f64| {
+        Arc::new(TrackedTransition { terms: Terms::default(), seconds: 0.1, after: Some((after, 0)) })
+    };
     let mut cache = Cache::new(2);
     cache.merge(vec![(key(1), tracked(1.0))]);
     cache.merge(vec![(key(1), tracked(5.0)), (key(2), tracked(2.0)), (key(3), tracked(3.0))]);
-    let after = |key: &Key| cache.get(key).and_then(|tracked| tracked.after).map(|(state, _)| state);
+    let after =
+        |key: &TransitionKey| cache.get(key).and_then(|tracked| tracked.after).map(|(state, _)| state);
     assert_eq!([after(&key(1)), after(&key(2)), after(&key(3))], [Some(1.0), Some(2.0), None]);
 }
 

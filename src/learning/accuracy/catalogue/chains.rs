@@ -2,11 +2,12 @@
 
 use serde_json::{Value, json};
 
+use super::case::Case;
+use super::quantity::Quantity;
 use super::sketch::{
     GRAVITY, air, block, body, bolted, character, hinge, limits, moving, rod, scenario, smoothly, space,
     turning, with,
 };
-use super::{Case, Quantity};
 use crate::scenario::{CharacterSource, Scenario};
 use gaitwright_physics::scene::Scene;
 

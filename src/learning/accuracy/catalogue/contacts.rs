@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
+use super::case::Case;
+use super::quantity::Quantity;
 use super::sketch::{GRAVITY, block, body, character, resting, scenario, turning, with};
-use super::{Case, Quantity};
 use crate::scenario::Scenario;
 use gaitwright_physics::motion::RootMotion;
 use gaitwright_physics::scene::Scene;

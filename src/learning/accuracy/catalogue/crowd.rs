@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
+use super::case::Case;
+use super::quantity::Quantity;
 use super::sketch::{air, body, character, limits, moving, scenario, turning, with};
-use super::{Case, Quantity};
 use gaitwright_physics::scene::{Effect, Scene, Switch};
 
 /// Number of links of each random character.

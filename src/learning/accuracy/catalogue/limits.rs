@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
+use super::case::Case;
+use super::quantity::Quantity;
 use super::sketch::{GRAVITY, air, body, bolted, character, hinge, hold, limits, moving, rod, space, with};
-use super::{Case, Quantity};
 use crate::scenario::Scenario;
 use gaitwright_physics::scene::{Drive, MaxTorque, Scene};
 

@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
+use super::case::Case;
+use super::quantity::Quantity;
 use super::sketch::{GRAVITY, air, body, bolted, closed, hinge, moving, resting, rod, scenario};
-use super::{Case, Quantity};
 use crate::scenario::{CharacterSource, InlineCharacter, Scenario};
 use gaitwright_physics::scene::Scene;
 

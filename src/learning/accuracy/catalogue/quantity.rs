@@ -9,7 +9,7 @@ use gaitwright_physics::scene::{Drive, MaxTorque};
 
 /// A run of a scenario to be measured.
 #[derive(Debug)]
-pub struct Run<'a> {
+pub struct CaseRun<'a> {
     /// What was run.
     pub scenario: &'a Scenario,
     /// Its samples, the first at the start.
@@ -104,7 +104,7 @@ impl Quantity {
 
     /// The quantity of `run` in its unit; NaN where a number of the run is not finite or nothing can be
     /// measured.
-    pub fn of(&self, run: &Run<'_>) -> f64 {
+    pub fn of(&self, run: &CaseRun<'_>) -> f64 {
         let samples = run.samples;
         let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return f64::NAN };
         let late = |after: f64| samples.iter().filter(move |sample| sample.time >= after - 1e-9);
@@ -156,7 +156,7 @@ impl Quantity {
 }
 
 /// How much more than at the start is stored at every sample, J.
-fn changes<'a>(run: &'a Run<'_>, first: &SampleLine) -> impl Iterator<Item = f64> + use<'a> {
+fn changes<'a>(run: &'a CaseRun<'_>, first: &SampleLine) -> impl Iterator<Item = f64> + use<'a> {
     let start = stored(run.scenario, first);
     let scenario = run.scenario;
     run.samples.iter().map(move |sample| stored(scenario, sample) - start)

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use serde_json::json;
 
+use super::case::Case;
+use super::quantity::Quantity;
 use super::sketch::{GRAVITY, block, character, hinge, hold, resting, rod, scenario, with};
-use super::{Case, Quantity};
 use crate::scenario::{CharacterSource, InlineCharacter, Scenario};
 use gaitwright_physics::scene::{Drive, Feedforward, MaxTorque, Scene};
 

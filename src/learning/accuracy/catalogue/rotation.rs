@@ -1,9 +1,10 @@
 //! Bodies that turn: tumbling, spinning, precessing.
 
+use super::case::Case;
+use super::quantity::Quantity;
 use super::sketch::{
     GRAVITY, air, body, bolted, character, hinge, moving, scenario, smoothly, space, turning,
 };
-use super::{Case, Quantity};
 use crate::scenario::Scenario;
 
 const Z: [f64; 3] = [0.0, 0.0, 1.0];

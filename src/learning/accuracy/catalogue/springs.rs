@@ -1,8 +1,9 @@
 //! Springs from soft to far stiffer than a step can resolve, without damping and critically damped, and a
 //! damper that stops everything.
 
+use super::case::Case;
+use super::quantity::Quantity;
 use super::sketch::{GRAVITY, air, body, bolted, character, hinge, hold, moving, rod};
-use super::{Case, Quantity};
 use crate::scenario::Scenario;
 use gaitwright_physics::scene::MaxTorque;
 

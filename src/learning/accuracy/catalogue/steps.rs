@@ -1,8 +1,9 @@
 //! The same pendulum and the same dropped block at steps from 1 µs to a thirtieth of a second.
 
+use super::case::Case;
 use super::contacts::dropped_block;
+use super::quantity::Quantity;
 use super::sketch::{GRAVITY, air, body, bolted, character, hinge, moving, rod, tuned};
-use super::{Case, Quantity};
 
 /// Steps, s, and their names.
 const STEPS: [(&str, f64); 6] =

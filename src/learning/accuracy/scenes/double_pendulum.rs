@@ -10,8 +10,9 @@
 
 use serde_json::json;
 
+use super::closed_form::{ClosedForm, GRAVITY, at, free_space, moving, scenario};
 use super::ode::followed;
-use super::{ClosedForm, GRAVITY, Measure, at, free_space, moving, scenario};
+use crate::accuracy::measure::Measure;
 use crate::scenario::{JointStart, Scenario};
 use gaitwright_physics::sim::State;
 

@@ -5,7 +5,9 @@
 
 use serde_json::json;
 
-use super::{ClosedForm, GRAVITY, Jacobi, Measure, at, free_space, moving, scenario};
+use super::closed_form::{ClosedForm, GRAVITY, at, free_space, moving, scenario};
+use super::elliptic::Jacobi;
+use crate::accuracy::measure::Measure;
 use crate::scenario::{JointStart, Scenario};
 use gaitwright_physics::sim::State;
 

@@ -4,7 +4,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::json;
 
-use super::{ClosedForm, GRAVITY, Measure, at, body, moving, scenario};
+use super::closed_form::{ClosedForm, GRAVITY, at, body, moving, scenario};
+use crate::accuracy::measure::Measure;
 use crate::scenario::Scenario;
 use gaitwright_physics::scene::{Ground, Scene};
 use gaitwright_physics::sim::State;

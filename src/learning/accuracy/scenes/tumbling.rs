@@ -3,8 +3,9 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde_json::json;
 
+use super::closed_form::{ClosedForm, at, body, moving, scenario};
 use super::ode::followed;
-use super::{ClosedForm, Measure, at, body, moving, scenario};
+use crate::accuracy::measure::Measure;
 use crate::scenario::Scenario;
 use gaitwright_physics::motion::RootMotion;
 use gaitwright_physics::scene::Scene;
