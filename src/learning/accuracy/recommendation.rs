@@ -1,4 +1,4 @@
-//! The setting to take for a tolerance.
+//! The recommended setting for a tolerance.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use super::engine::Engine;
 use super::table::Table;
 use gaitwright_physics::scene::Accuracy;
 
-/// The setting to take for a tolerance.
+/// The recommended setting for a tolerance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Recommendation {

@@ -7,15 +7,15 @@ use super::engine::Engine;
 use super::figures::Figures;
 use gaitwright_physics::scene::{Accuracy, Feedforward};
 
-/// How the trial of a setting went.
+/// How the trial of a setting ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RowStatus {
-    /// To its end.
+    /// The simulation reached its end.
     Measured,
-    /// The simulation broke off, or lost the character.
+    /// The simulation broke off, or its error grew beyond any use.
     Diverged,
-    /// The setting does not apply here.
+    /// The setting does not apply here, or takes too long.
     LeftOut,
 }
 
@@ -29,26 +29,26 @@ impl RowStatus {
     }
 }
 
-/// A setting and what came of it.
+/// A setting and the result of its trial.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TableRow {
     /// The method: settings that differ only in how finely they are computed share it.
     pub method: String,
-    /// Who computed.
+    /// The simulator that computed the steps.
     pub engine: Engine,
     /// The setting; `null` for a method that was left out altogether.
     pub accuracy: Option<Accuracy>,
     /// The feedforward, where it is another than the scenario asks for. Such a setting drives the character
-    /// otherwise: its error is against a truth of its own, and it is neither on the front nor recommended.
+    /// differently: its error is against a truth of its own, and it is neither on the front nor recommended.
     pub feedforward: Option<Feedforward>,
-    /// How it went.
+    /// How its trial ended.
     pub status: RowStatus,
     /// Why it diverged or was left out.
     pub because: Option<String>,
-    /// What was measured; `null` unless it went to its end.
+    /// What was measured; `null` unless the simulation reached its end.
     pub figures: Option<Figures>,
-    /// Whether nothing else that was tried is both as fast and as exact.
+    /// Whether no other setting that was tried is at least as fast and as exact, and better in one of the two.
     pub front: bool,
 }
 
@@ -96,7 +96,7 @@ impl TableRow {
             figures.and_then(pick).map(|value| value.to_string()).unwrap_or_default()
         };
         let own = |pick: fn(&Accuracy) -> String| self.accuracy.as_ref().map(pick).unwrap_or_default();
-        // What only this simulator has says nothing about another engine.
+        // Settings that only this simulator has are left empty for another engine.
         let ours = |pick| if self.engine == Engine::Gaitwright { own(pick) } else { String::new() };
         [
             self.method.clone(),

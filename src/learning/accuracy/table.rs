@@ -8,13 +8,13 @@ use super::front::mark_front;
 use super::row::{COLUMNS, TableRow};
 use super::truth::Truth;
 
-/// What came of every setting that was tried.
+/// The results of every setting that was tried.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
     /// Kind and version of the document.
     pub format: TableFormat,
-    /// What the settings were tried on.
+    /// The problem that the settings were tried on.
     pub subject: StudySubject,
     /// Where the true states come from.
     pub truth: Truth,
@@ -31,7 +31,7 @@ pub enum TableFormat {
     V1,
 }
 
-/// What settings were tried on.
+/// The problem that settings were tried on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StudySubject {

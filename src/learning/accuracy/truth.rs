@@ -5,15 +5,15 @@ use serde::{Deserialize, Serialize};
 
 use gaitwright_physics::scene::Accuracy;
 
-/// Where true states come from.
+/// Where the true states of a problem come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Truth {
-    /// In words.
+    /// A description in words.
     pub because: String,
     /// The setting of the reference simulation; `null` for an exact solution.
     pub accuracy: Option<Accuracy>,
-    /// Error of the reference at twice its step against itself, in the unit of the errors: what is smaller
-    /// cannot be told from 0. `null` for an exact solution.
+    /// Error of the reference at twice its step against itself, in the unit of the errors: a smaller
+    /// error cannot be distinguished from 0. `null` for an exact solution.
     pub uncertainty: Option<f64>,
 }

@@ -1,8 +1,8 @@
-//! Judging a gait: footfalls, phases, duty factors, names, what it costs and whether it is valid.
+//! Measures of a gait: footfalls, phases, duty factors, name, cost of transport and physical validity.
 //!
 //! The figures are Hildebrand's (M. Hildebrand 1965, "Symmetrical gaits of horses"; 1989, "The
-//! quadrupedal gaits of vertebrates"): the duty factor of a foot is the share of the stride that it
-//! stands, its phase the part of the stride by which it touches down after the reference foot.
+//! quadrupedal gaits of vertebrates"): the duty factor of a foot is the share of the stride for which it is
+//! on the ground; its phase is the share of the stride by which it touches down after the reference foot.
 
 mod footfall;
 mod legs;

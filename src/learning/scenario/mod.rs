@@ -1,5 +1,5 @@
-//! One simulation as a document asks for it: who, where, how finely, driven by what, for how long; and
-//! its result, line by line.
+//! One simulation as a document describes it: character, scene, accuracy, drive and duration; and its output, line by
+//! line.
 
 mod document;
 mod lines;

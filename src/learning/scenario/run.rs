@@ -1,4 +1,4 @@
-//! From a scenario to its lines.
+//! Running a scenario: from its setup to its lines of output.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -16,12 +16,14 @@ use gaitwright_physics::sim::{Failure, Simulator};
 pub struct PreparedScenario {
     simulator: Simulator,
     script: Script,
-    /// Targets at the beginning and at the end of a step.
+    /// Targets at the beginning and at the end of a step, rad or m, one a joint.
     now: Vec<f64>,
     next: Vec<f64>,
     /// Names of the scene's obstacles.
     obstacles: Vec<String>,
+    /// Number of steps of the whole simulation.
     steps: u64,
+    /// Number of steps between two samples.
     stride: u64,
     choice: Option<AccuracyChoice>,
 }
@@ -31,9 +33,9 @@ pub struct PreparedScenario {
 pub enum ScenarioEnd {
     /// It ran to its end.
     Finished,
-    /// It could not go on; the summary says why.
+    /// A step failed; the summary states why.
     Failed,
-    /// The receiver of the lines wanted no more.
+    /// The receiver of the lines asked for no more.
     Stopped,
 }
 
@@ -66,12 +68,12 @@ impl PreparedScenario {
         self.steps
     }
 
-    /// Runs the simulation and gives every line to `sink`, which answers whether it wants more.
+    /// Runs the simulation and passes every line to `sink`, which returns whether it wants more.
     pub fn run(self, sink: impl FnMut(Line) -> bool) -> ScenarioEnd {
         self.run_while(|| true, sink)
     }
 
-    /// The same as long as it is `wanted`, which is asked at every step.
+    /// The same as long as `wanted`, called at every step, returns true.
     pub fn run_while(mut self, wanted: impl Fn() -> bool, mut sink: impl FnMut(Line) -> bool) -> ScenarioEnd {
         let plan = self.simulator.plan().clone();
         let mut computing = Duration::ZERO;
@@ -114,7 +116,7 @@ impl PreparedScenario {
         if sink(Line::End { summary: Box::new(summary) }) { ended } else { ScenarioEnd::Stopped }
     }
 
-    /// Step number `index`, its computing time added to `computing`.
+    /// Takes step number `index` (from 0) and adds its computing time to `computing`.
     fn step(&mut self, index: u64, computing: &mut Duration) -> Result<(), Failure> {
         std::mem::swap(&mut self.now, &mut self.next);
         self.script.targets((index + 1) as f64 * self.simulator.plan().step(), &mut self.next);
@@ -125,6 +127,7 @@ impl PreparedScenario {
         result
     }
 
+    /// The present state as a line of output.
     fn sample(&self) -> SampleLine {
         let simulator = &self.simulator;
         let (model, state) = (simulator.model(), simulator.state());

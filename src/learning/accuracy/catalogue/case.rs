@@ -7,15 +7,15 @@ use crate::scenario::Scenario;
 /// A scene that is hard to simulate, and what must hold in it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
-    /// The name by which it is asked for.
+    /// Its unique name.
     pub name: String,
     /// What happens in it, in one line.
     pub about: String,
     /// The scene, at the step at which it is to be run first.
     pub scenario: Scenario,
-    /// What must hold.
+    /// The bounds that must hold, at the step of `scenario` and at four times that step.
     pub bounds: Vec<CaseBound>,
-    /// Whether the case is about its own step, which is then never multiplied.
+    /// Whether the case tests its own step, which is then never multiplied.
     pub own_step: bool,
 }
 
@@ -40,7 +40,7 @@ impl Case {
         self
     }
 
-    /// Never at a multiple of its step.
+    /// A case that tests its own step: never at a multiple of it.
     pub(super) fn at_its_own_step(mut self) -> Self {
         self.own_step = true;
         self

@@ -1,4 +1,4 @@
-//! A case run and measured against its bounds.
+//! Running a case and measuring it against its bounds.
 
 use serde::Serialize;
 
@@ -11,7 +11,7 @@ use crate::scenario::{Line, NoFiles, ScenarioEnd};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::Accuracy;
 
-/// What came of a case.
+/// The result of running a case.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CaseVerdict {
     /// Name of the case.
@@ -37,7 +37,7 @@ pub struct CaseMeasurement {
     pub unit: &'static str,
     /// The most it may be.
     pub bound: f64,
-    /// What it was; for a run that failed, until then.
+    /// The measured value; for a run that failed, over the time until then.
     pub measured: f64,
     /// Whether the bound holds.
     pub holds: bool,

@@ -13,7 +13,7 @@ use gaitwright_physics::scene::{Drive, MaxTorque, Scene};
 /// The end of the hinge's range, rad.
 const END: f64 = 0.5;
 
-/// What a limit may be passed by, rad: a limit is approached, never overrun.
+/// Greatest violation of a limit, rad: a limit may be approached but not crossed.
 const OVERSHOOT: f64 = 1e-3;
 
 /// The cases of limits.
@@ -45,7 +45,7 @@ fn bar(scene: Scene) -> Scenario {
     bolted(character("bar", &links, &joints), scene)
 }
 
-/// It comes back at no more than the rate of recovery, 1 rad/s, and stays.
+/// The joint returns at no more than the rate of correction, 1 rad/s, and stays.
 fn violated() -> Case {
     let mut scenario = bar(space());
     scenario.start.joints = moving([("hinge", 1.0, 0.0)]);
@@ -55,7 +55,7 @@ fn violated() -> Case {
         .at_most(1e-2, Quantity::JointSpeed { after: 5.0 })
 }
 
-/// Three rods whose motors are far too weak for their targets.
+/// Three rods whose motors are too weak to reach their targets.
 fn saturated() -> Case {
     let (most, stiffness) = (0.5, 1e4);
     let names = ["first", "second", "third"];
@@ -71,7 +71,7 @@ fn saturated() -> Case {
     let mut scenario = bolted(character("weak", &links, &joints), air());
     scenario.start.joints = moving(names.map(|name| (name, 0.0, 2.0)));
     scenario.drive = hold(stiffness, 10.0, MaxTorque::All(most), names.map(|name| (name, 2.0)));
-    // Three rods from hanging to standing, and what the motors can do over two radians each.
+    // The potential energy of three rods from hanging to upright, and the work of the motors over two radians each.
     let available = 3.0 * GRAVITY * 1.5 + 3.0 * most * 2.0;
     Case::new("torque-saturated", "three motors that cannot reach their targets", scenario)
         .at_most(1e-9, Quantity::TorqueExcess)

@@ -1,8 +1,8 @@
 //! Hard cases: scenes in which simulators fail, each with the bounds that must hold in it.
 //!
-//! A [`Case`] is a scenario with bounds that follow from its physics: no more energy than the scene holds,
-//! no joint beyond its limit, rest where there must be rest. [`judge()`] runs it and measures every bounded
-//! [`Quantity`]. The bounds are those of the default step and of four times that step alike.
+//! A [`Case`] is a scenario with bounds that follow from its physics: no gain of energy, no joint beyond its limit,
+//! rest where friction or damping must end all motion. [`judge()`] runs it and measures every bounded [`Quantity`].
+//! The same bounds hold at the default step and at four times that step.
 
 mod case;
 mod chains;

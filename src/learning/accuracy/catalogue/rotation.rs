@@ -14,8 +14,8 @@ pub fn cases() -> Vec<Case> {
     vec![tumbling(), spinning("spin-1e3", 0.0), spinning("spin-1e3-unbalanced", 0.02), precessing()]
 }
 
-/// A body of 1, 2 and 3 kg m² about the axis of the middle moment, which is not stable: it turns over again
-/// and again. Energy and angular momentum are kept for ever.
+/// A body of 1, 2 and 3 kg m² about the axis of the middle moment, which is unstable: it flips over
+/// periodically. Energy and angular momentum are conserved.
 fn tumbling() -> Case {
     let spin: f64 = 5.0;
     let mut scenario =
@@ -28,7 +28,7 @@ fn tumbling() -> Case {
         .at_most(0.01 * 2.0 * spin, Quantity::AngularMomentumChange)
 }
 
-/// A flywheel at 1000 rad/s on a free body that itself turns; its centre of mass `offset` m off the axis.
+/// A flywheel at 1000 rad/s on a free rotating body; the flywheel's centre of mass is `offset` m off its axis.
 fn spinning(name: &str, offset: f64) -> Case {
     let (speed, across, mass) = (1e3, 2e-4, 0.1);
     let links = [
@@ -47,8 +47,7 @@ fn spinning(name: &str, offset: f64) -> Case {
         .at_most(1.5 * speed, Quantity::JointSpeed { after: 0.0 })
 }
 
-/// A fast top whose axis is level: gravity makes it go round at m g r / (I ω) and lets it nod by twice that
-/// rate's square over the spin's share, which is small.
+/// A fast top with a level axis: gravity makes it precess at m g r / (I ω); its nutation is small.
 fn precessing() -> Case {
     let (mass, arm, along, across, spin) = (0.1, 0.1, 2e-4, 1e-4, 1e3);
     let ring = |name: &str| body(name, 1e-3, [0.0; 3], [1e-6; 3]);

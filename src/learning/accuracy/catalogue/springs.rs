@@ -7,7 +7,7 @@ use super::sketch::{GRAVITY, air, body, bolted, character, hinge, hold, moving, 
 use crate::scenario::Scenario;
 use gaitwright_physics::scene::MaxTorque;
 
-/// Share of the energy in reach that a simulation may gain by its own errors.
+/// Share of the energy that can be released which a simulation may gain by its numerical errors.
 const GAIN: f64 = 0.01;
 
 /// Angles from which the two joints start, rad.
@@ -22,7 +22,7 @@ pub fn cases() -> Vec<Case> {
     for exponent in 2..=9 {
         let stiffness = 10.0_f64.powi(exponent);
         let stored: f64 = START.iter().map(|(_, angle)| 0.5 * stiffness * angle * angle).sum();
-        // Each rod's centre is less than 0.05 m above where it hangs.
+        // Each rod's centre starts less than 0.05 m above its lowest position.
         let available = stored + 2.0 * GRAVITY * 0.05;
         cases.push(
             Case::new(
@@ -46,7 +46,7 @@ pub fn cases() -> Vec<Case> {
             .at_most(1e-6, Quantity::JointSpeed { after: 9.0 }),
         );
     }
-    // Under the weight's moment of at most some 10 N m.
+    // Under a moment of the weight of at most about 10 N m.
     let creep = 10.0 / 1e9;
     cases.push(
         Case::new(

@@ -26,7 +26,7 @@ pub fn cases() -> Vec<Case> {
         let mut pendulum = bolted(character("pendulum", &links, &[hinge]), air());
         pendulum.start.joints = moving([("hinge", 2.0, 0.0)]);
         let available = GRAVITY * 0.5 * (1.0 - 2.0_f64.cos());
-        // The first-order step carries an energy that swings by h/2 times the power of the weight.
+        // The energy of the first-order method oscillates by h/2 times the power of the weight.
         let power = GRAVITY * 0.5 * (3.0 * GRAVITY * (1.0 - 2.0_f64.cos())).sqrt();
         cases.push(own_step(
             Case::new(format!("step-{name}-swing"), format!("a pendulum at steps of {name} s"), pendulum)

@@ -12,23 +12,23 @@ use gaitwright_physics::motion::RootMotion;
 use gaitwright_physics::scene::{AskedAccuracy, Drive, Scene};
 use gaitwright_physics::sim::State;
 
-/// Number of times at which a scene is compared with its solution, evenly spaced, the last at its end. Scenes last
-/// for whole multiples of 8 ms from one to the next, so that the steps of a sweep divide it.
+/// Number of times at which a scene is compared with its solution, evenly spaced, the last at its end. The time
+/// between two of them is a multiple of 8 ms in every scene, so that the steps of a sweep divide it.
 const MARKS: u32 = 8;
 
 /// Gravitational acceleration in the scenes, m/s².
 pub const GRAVITY: f64 = 9.81;
 
-/// A scene whose motion is known.
+/// A scene whose motion is known exactly.
 #[derive(Debug, Clone, Copy)]
 pub struct ClosedForm {
-    /// The name by which it is asked for.
+    /// Its unique name.
     pub name: &'static str,
     /// What happens in it.
     pub about: &'static str,
     /// Where the solution comes from.
     pub truth: &'static str,
-    /// How far a state is from the true one.
+    /// How the error of a state against the true one is measured.
     pub measure: Measure,
     /// Makes the scene's document.
     pub(super) scenario: fn() -> Scenario,
@@ -57,7 +57,7 @@ impl ClosedForm {
     }
 }
 
-/// A scenario of `seconds` in which only what is said here happens.
+/// A passive character in `scene` for `seconds`, its root starting as `root`.
 pub(super) fn scenario(character: Value, scene: Scene, root: RootMotion, seconds: f64) -> Scenario {
     Scenario {
         format: Scenario::FORMAT.to_owned(),
@@ -72,7 +72,7 @@ pub(super) fn scenario(character: Value, scene: Scene, root: RootMotion, seconds
     }
 }
 
-/// Nothing but gravity.
+/// Gravity without ground.
 pub(super) fn free_space() -> Scene {
     Scene { gravity: [0.0, 0.0, -GRAVITY], ground: None, ..Scene::default() }
 }
@@ -84,7 +84,7 @@ pub(super) fn body(name: &str, link: &Value) -> Value {
     json!({ "format": "gaitwright/character@1", "name": name, "links": [link] })
 }
 
-/// A root at `position` that moves at `velocity` without turning.
+/// A root at `position` (m) with the linear velocity `velocity` (m/s) and no angular velocity.
 pub(super) fn moving(position: [f64; 3], velocity: [f64; 3]) -> RootMotion {
     RootMotion {
         position,

@@ -22,9 +22,9 @@ const MASS: [f64; 2] = [1.0, 0.6];
 const CENTER: [f64; 2] = [0.25, 0.2];
 /// Distance between the joints, m.
 const LENGTH: f64 = 0.5;
-/// About the centres of mass, kg m².
+/// Moments of inertia about the centres of mass, kg m².
 const INERTIA: [f64; 2] = [0.02, 0.01];
-/// rad.
+/// Initial joint angles, rad.
 const RELEASED: [f64; 2] = [1.2, 0.8];
 
 pub(super) const SCENE: ClosedForm = ClosedForm {

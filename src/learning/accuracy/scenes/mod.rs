@@ -30,7 +30,7 @@ pub const SCENES: [ClosedForm; 7] = [
 ];
 
 impl ClosedForm {
-    /// The scene called `name`.
+    /// The scene called `name`, if there is one.
     pub fn named(name: &str) -> Option<&'static Self> {
         SCENES.iter().find(|scene| scene.name == name)
     }
