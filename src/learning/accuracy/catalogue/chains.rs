@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 use super::case::Case;
 use super::quantity::Quantity;
 use super::sketch::{
-    GRAVITY, air, block, body, bolted, character, hinge, limits, moving, rod, scenario, smoothly, space,
-    turning, with,
+    GRAVITY, air, block, body, character, fixed_base, hinge, limits, moving, rod, scenario, second_order,
+    space, turning, with,
 };
 use crate::scenario::{CharacterSource, Scenario};
 use gaitwright_physics::scene::Scene;
@@ -70,7 +70,7 @@ impl Chain<'_> {
 
 /// The chain swinging from a first joint at `angle` rad.
 fn swinging(chain: &Chain<'_>, name: &str, angle: f64) -> Scenario {
-    let mut scenario = bolted(chain.character(name), air());
+    let mut scenario = fixed_base(chain.character(name), air());
     scenario.start.joints = moving([("joint_0", angle, 0.0)]);
     scenario
 }
@@ -81,7 +81,7 @@ fn mass_ratios() -> Vec<Case> {
     let swing = |name: &str, about: &str, masses: &[f64]| {
         let chain = Chain { masses, length: 0.3, axes: &[Y, X] };
         let available = chain.weight_moment() * (1.0 - 1.0_f64.cos());
-        Case::new(name, about, smoothly(swinging(&chain, "chain", 1.0)))
+        Case::new(name, about, second_order(swinging(&chain, "chain", 1.0)))
             .at_most(GAIN * available, Quantity::EnergyGain)
     };
     let (grams, tonnes) = (1e-3, 1e3);
@@ -135,7 +135,7 @@ fn long_chains() -> Vec<Case> {
     let drop = flat.weight_moment();
     let level = std::f64::consts::FRAC_PI_2;
 
-    let mut hanging = bolted(flat.character("chain"), air());
+    let mut hanging = fixed_base(flat.character("chain"), air());
     let names: Vec<String> = (0..masses.len()).map(|index| format!("joint_{index}")).collect();
     let lean = 1e-3;
     hanging.start.joints = moving(names.iter().map(|name| (name.as_str(), lean, 0.0)));
@@ -150,7 +150,7 @@ fn long_chains() -> Vec<Case> {
 
     let whirl = 10.0;
     let tilt: f64 = 0.8;
-    let mut whirling = bolted(Chain { axes: &[Z, Y, X], ..spatial }.character("chain"), air());
+    let mut whirling = fixed_base(Chain { axes: &[Z, Y, X], ..spatial }.character("chain"), air());
     whirling.start.joints = moving([("joint_0", 0.0, whirl), ("joint_1", tilt, 0.0)]);
     // From the second link on the chain is off the axis.
     let off_axis = Chain { masses: &masses[1..], ..spatial }.inertia() * tilt.sin().powi(2);
@@ -170,21 +170,21 @@ fn long_chains() -> Vec<Case> {
         Case::new(
             "chain-released",
             "100 links released from horizontal, all in one plane",
-            smoothly(swinging(&flat, "chain", level)),
+            second_order(swinging(&flat, "chain", level)),
         )
         .at_most(WHIP_GAIN * drop, Quantity::EnergyGain),
         Case::new(
             "chain-released-in-space",
             "100 links released from horizontal, axes crossed",
-            smoothly(swinging(&spatial, "chain", level)),
+            second_order(swinging(&spatial, "chain", level)),
         )
         .at_most(WHIP_GAIN * drop, Quantity::EnergyGain),
-        Case::new("chain-whirling", "100 links whirl about the vertical at 10 rad/s", smoothly(whirling))
+        Case::new("chain-whirling", "100 links whirl about the vertical at 10 rad/s", second_order(whirling))
             .at_most(GAIN * whirling_energy, Quantity::EnergyGain),
         Case::new(
             "chain-thrown",
             "100 links and a weight spin freely at 20 rad/s without gravity",
-            smoothly(thrown),
+            second_order(thrown),
         )
         .at_most(GAIN * thrown_energy, Quantity::EnergyGain)
         .at_most(GAIN * inertia * spin, Quantity::AngularMomentumChange)
@@ -209,7 +209,7 @@ fn odd_links() -> Vec<Case> {
             hinge("elbow_pitch", "yaw", "pitch", [0.0; 3], Y),
             hinge("elbow_roll", "pitch", "lower", [0.0; 3], X),
         ];
-        let mut scenario = bolted(character("arm", &links, &joints), air());
+        let mut scenario = fixed_base(character("arm", &links, &joints), air());
         scenario.start.joints =
             moving([("shoulder", 1.0, 0.0), ("elbow_roll", 0.5, 0.0), ("elbow_yaw", 0.0, 1.0)]);
         scenario

@@ -6,7 +6,9 @@ use serde_json::Value;
 
 use super::case::Case;
 use super::quantity::Quantity;
-use super::sketch::{GRAVITY, air, body, bolted, character, hinge, hold, limits, moving, rod, space, with};
+use super::sketch::{
+    GRAVITY, air, body, character, fixed_base, hinge, hold, limits, moving, rod, space, with,
+};
 use crate::scenario::Scenario;
 use gaitwright_physics::scene::{Drive, MaxTorque, Scene};
 
@@ -42,7 +44,7 @@ fn bar(scene: Scene) -> Scenario {
     let links = [body("base", 1.0, [0.0; 3], [0.1; 3]), rod("bar", 1.0, 0.5)];
     let joints: [Value; 1] =
         [with(hinge("hinge", "base", "bar", [0.0; 3], [0.0, 1.0, 0.0]), &limits(-END, END))];
-    bolted(character("bar", &links, &joints), scene)
+    fixed_base(character("bar", &links, &joints), scene)
 }
 
 /// The joint returns at no more than the rate of correction, 1 rad/s, and stays.
@@ -68,7 +70,7 @@ fn saturated() -> Case {
         links.push(rod(&link, 1.0, 0.5));
         parent = (link, [0.0, 0.0, -0.5]);
     }
-    let mut scenario = bolted(character("weak", &links, &joints), air());
+    let mut scenario = fixed_base(character("weak", &links, &joints), air());
     scenario.start.joints = moving(names.map(|name| (name, 0.0, 2.0)));
     scenario.drive = hold(stiffness, 10.0, MaxTorque::All(most), names.map(|name| (name, 2.0)));
     // The potential energy of three rods from hanging to upright, and the work of the motors over two radians each.

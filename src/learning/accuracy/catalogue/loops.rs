@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::case::Case;
 use super::quantity::Quantity;
-use super::sketch::{GRAVITY, air, body, bolted, closed, hinge, moving, resting, rod, scenario};
+use super::sketch::{GRAVITY, air, body, closed, fixed_base, hinge, moving, resting, rod, scenario};
 use crate::scenario::{CharacterSource, InlineCharacter, Scenario};
 use gaitwright_physics::scene::Scene;
 
@@ -47,7 +47,7 @@ fn fourbar(angle: f64, ties: &[Value]) -> Scenario {
     let mut loops = vec![json!({ "name": "right_elbow", "kind": "revolute", "a": "right", "b": "coupler",
                                  "origin": { "position": end }, "axis": y })];
     loops.extend_from_slice(ties);
-    let mut scenario = bolted(closed("fourbar", &links, &joints, &loops), air());
+    let mut scenario = fixed_base(closed("fourbar", &links, &joints, &loops), air());
     scenario.start.joints =
         moving([("left_shoulder", angle, 0.0), ("left_elbow", -angle, 0.0), ("right_shoulder", angle, 0.0)]);
     scenario

@@ -3,7 +3,7 @@
 use super::case::Case;
 use super::quantity::Quantity;
 use super::sketch::{
-    GRAVITY, air, body, bolted, character, hinge, moving, scenario, smoothly, space, turning,
+    GRAVITY, air, body, character, fixed_base, hinge, moving, scenario, second_order, space, turning,
 };
 use crate::scenario::Scenario;
 
@@ -23,7 +23,7 @@ fn tumbling() -> Case {
     scenario.start.root = Some(turning([0.0; 3], [0.01, spin, 0.01]));
     scenario.duration = 100.0;
     scenario.sample_every = 0.08;
-    Case::new("tumbling", "a free body tumbles about its middle axis for 100 s", smoothly(scenario))
+    Case::new("tumbling", "a free body tumbles about its middle axis for 100 s", second_order(scenario))
         .at_most(0.01 * spin * spin, Quantity::EnergyChange)
         .at_most(0.01 * 2.0 * spin, Quantity::AngularMomentumChange)
 }
@@ -62,7 +62,7 @@ fn precessing() -> Case {
         hinge("nod", "fork", "ring", [0.0; 3], [0.0, 1.0, 0.0]),
         hinge("spin", "ring", "wheel", [arm, 0.0, 0.0], [1.0, 0.0, 0.0]),
     ];
-    let mut scenario: Scenario = bolted(character("top", &links, &joints), air());
+    let mut scenario: Scenario = fixed_base(character("top", &links, &joints), air());
     let rate = mass * GRAVITY * arm / (along * spin);
     // Gravity turns the spin (along x) towards y: the torque m g r about +y.
     scenario.start.joints = moving([("turn", 0.0, rate), ("nod", 0.0, 0.0), ("spin", 0.0, spin)]);

@@ -77,7 +77,7 @@ pub fn scenario(character: CharacterSource, scene: Scene) -> Scenario {
 }
 
 /// The same with the integrator of second order.
-pub fn smoothly(scenario: Scenario) -> Scenario {
+pub fn second_order(scenario: Scenario) -> Scenario {
     tuned(scenario, |accuracy| accuracy.integrator = Integrator::MoreauJean)
 }
 
@@ -90,7 +90,7 @@ pub fn tuned(mut scenario: Scenario, change: impl FnOnce(&mut Accuracy)) -> Scen
 }
 
 /// The same with the root fixed to the world.
-pub fn bolted(character: CharacterSource, scene: Scene) -> Scenario {
+pub fn fixed_base(character: CharacterSource, scene: Scene) -> Scenario {
     Scenario { fixed_base: true, ..scenario(character, scene) }
 }
 

@@ -3,7 +3,7 @@
 
 use super::case::Case;
 use super::quantity::Quantity;
-use super::sketch::{GRAVITY, air, body, bolted, character, hinge, hold, moving, rod};
+use super::sketch::{GRAVITY, air, body, character, fixed_base, hinge, hold, moving, rod};
 use crate::scenario::Scenario;
 use gaitwright_physics::scene::MaxTorque;
 
@@ -68,7 +68,7 @@ fn pulled(stiffness: f64, damping: f64, speed: f64) -> Scenario {
         hinge("upper", "base", "arm", [0.0; 3], axis),
         hinge("lower", "arm", "hand", [0.0, 0.0, -0.5], axis),
     ];
-    let mut scenario = bolted(character("rods", &links, &joints), air());
+    let mut scenario = fixed_base(character("rods", &links, &joints), air());
     scenario.start.joints = moving(START.map(|(name, angle)| (name, angle, speed * angle.signum())));
     scenario.drive = hold(stiffness, damping, MaxTorque::Unlimited, START.map(|(name, _)| (name, 0.0)));
     scenario

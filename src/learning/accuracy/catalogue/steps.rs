@@ -3,7 +3,7 @@
 use super::case::Case;
 use super::contacts::dropped_block;
 use super::quantity::Quantity;
-use super::sketch::{GRAVITY, air, body, bolted, character, hinge, moving, rod, tuned};
+use super::sketch::{GRAVITY, air, body, character, fixed_base, hinge, moving, rod, tuned};
 
 /// Steps, s, and their names.
 const STEPS: [(&str, f64); 6] =
@@ -23,7 +23,7 @@ pub fn cases() -> Vec<Case> {
     for (name, step) in STEPS {
         let links = [body("base", 1.0, [0.0; 3], [0.1; 3]), rod("bob", 1.0, 1.0)];
         let hinge = hinge("hinge", "base", "bob", [0.0; 3], [0.0, 1.0, 0.0]);
-        let mut pendulum = bolted(character("pendulum", &links, &[hinge]), air());
+        let mut pendulum = fixed_base(character("pendulum", &links, &[hinge]), air());
         pendulum.start.joints = moving([("hinge", 2.0, 0.0)]);
         let available = GRAVITY * 0.5 * (1.0 - 2.0_f64.cos());
         // The energy of the first-order method oscillates by h/2 times the power of the weight.

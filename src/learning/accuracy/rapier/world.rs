@@ -94,7 +94,7 @@ pub fn build(model: &Model, plan: &StepPlan, state: &State) -> Result<Built, Uns
     settings.normalized_allowed_linear_error = LINEAR_SLOP;
     settings.normalized_prediction_distance = PREDICTION;
     settings.num_internal_pgs_iterations = SWEEPS;
-    // A manifold is found anew in each step, as exactly as the others are.
+    // Contact manifolds are computed anew in each step.
     settings.contact_recycling = false;
 
     let mut motions = vec![BodyMotion::REST; model.bodies.len()];
