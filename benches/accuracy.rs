@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use gaitwright_learning::accuracy::scenes::ClosedForm;
-use gaitwright_learning::accuracy::{Pieces, Status, Sweep, Table, Watcher, study};
+use gaitwright_learning::accuracy::{Pieces, RowStatus, StudyObserver, Sweep, Table, study};
 use gaitwright_learning::scenario::{Files, Scenario};
 use gaitwright_physics::character::{Options, Reading, read_file};
 use gaitwright_physics::fault::InputError;
@@ -33,7 +33,7 @@ impl Files for Examples {
 /// Says on standard error what is being done.
 struct Told;
 
-impl Watcher for Told {
+impl StudyObserver for Told {
     fn progress(&mut self, done: usize, all: usize, what: &str) {
         eprintln!("{done}/{all} {what}");
     }
@@ -71,7 +71,7 @@ fn print(table: &Table) {
                 figures.seconds,
                 if row.front { "yes" } else { "" }
             ),
-            (None, Status::Diverged) => println!("| {} | {step} | diverged: {because} | | |", row.method),
+            (None, RowStatus::Diverged) => println!("| {} | {step} | diverged: {because} | | |", row.method),
             (None, _) => println!("| {} | – | left out: {because} | | |", row.method),
         }
     }

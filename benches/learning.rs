@@ -11,7 +11,7 @@ use gaitwright_learning::learn::genome::Genome;
 use gaitwright_learning::learn::grid::Grid;
 use gaitwright_learning::learn::transition::Transition;
 use gaitwright_learning::learn::{
-    Behaviour, Cancel, Checkpoint, Generation, Learning, Observer, Setup, Stop, Task, learn,
+    Behaviour, Cancel, Checkpoint, Generation, Learning, LearningSetup, Observer, Stop, Task, learn,
 };
 use gaitwright_physics::character::{self, Options};
 use gaitwright_physics::model::{Base, Model};
@@ -28,7 +28,7 @@ impl Observer for Nobody {
     fn checkpoint(&mut self, _: &Checkpoint) {}
 }
 
-fn setup() -> Setup {
+fn setup() -> LearningSetup {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/quadruped.urdf");
     let reading = character::read_file(&path, Options::default()).expect("the bundled quadruped can be read");
     let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
@@ -36,7 +36,7 @@ fn setup() -> Setup {
     let stance = Arc::new(Stance::find(&model, &scene));
     let learning = Learning { generations: Some(1), ..Learning::default() };
     let accuracy = Accuracy::default();
-    Setup { model, stance, scene, accuracy, task: Task::default(), learning, seed: 1, threads: 1 }
+    LearningSetup { model, stance, scene, accuracy, task: Task::default(), learning, seed: 1, threads: 1 }
 }
 
 /// One transition from the standing pose to a state drawn at random; throughput in simulation steps.

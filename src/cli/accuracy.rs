@@ -7,7 +7,7 @@ use anyhow::{Context, anyhow};
 use gaitwright::export::front_diagram;
 use gaitwright_learning::accuracy::catalogue;
 use gaitwright_learning::accuracy::scenes::{ClosedForm, SCENES};
-use gaitwright_learning::accuracy::{Pieces, Recommendation, StudyError, Sweep, Table, Watcher, study};
+use gaitwright_learning::accuracy::{Pieces, Recommendation, StudyError, StudyObserver, Sweep, Table, study};
 use gaitwright_learning::scenario::Scenario;
 use gaitwright_physics::fault::InputError;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -170,7 +170,7 @@ impl Progress {
     }
 }
 
-impl Watcher for Progress {
+impl StudyObserver for Progress {
     fn progress(&mut self, done: usize, all: usize, what: &str) {
         if let Some(bar) = &self.bar {
             bar.set_length(all as u64);

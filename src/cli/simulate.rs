@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use gaitwright_learning::accuracy::{catalogue, prepare};
-use gaitwright_learning::scenario::{Ended, Files, Line, Scenario};
+use gaitwright_learning::scenario::{Files, Line, Scenario, ScenarioEnd};
 use gaitwright_physics::character::{Options, Reading, read_file};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::AskedAccuracy;
@@ -62,8 +62,8 @@ impl Simulate {
         written?;
         out.flush()?;
         match ended {
-            Ended::Finished | Ended::Stopped => Ok(()),
-            Ended::Failed => {
+            ScenarioEnd::Finished | ScenarioEnd::Stopped => Ok(()),
+            ScenarioEnd::Failed => {
                 Err(Failure::Work(anyhow!("{name}: the simulation could not go on; its summary says why")))
             }
         }

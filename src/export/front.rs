@@ -5,7 +5,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
 use super::diagram::{Area, DiagramError, Drawn, FAINT, INK, drawn, label};
-use gaitwright_learning::accuracy::{Engine, Figures, Row, Status, Table};
+use gaitwright_learning::accuracy::{Engine, Figures, RowStatus, Table, TableRow};
 
 const WIDTH: u32 = 960;
 const HEIGHT: u32 = 580;
@@ -40,7 +40,7 @@ pub fn front_diagram(table: &Table) -> Result<String, DiagramError> {
 }
 
 /// What a row shows: computing time and error, neither of them 0, which has no place on a logarithmic axis.
-fn place(row: &Row) -> Option<(f64, f64)> {
+fn place(row: &TableRow) -> Option<(f64, f64)> {
     let figures: &Figures = row.comparable()?;
     (figures.seconds > 0.0 && figures.error > 0.0).then_some((figures.seconds, figures.error))
 }
@@ -65,7 +65,7 @@ fn draw(area: &Area<'_>, table: &Table) -> Drawn {
     for rows in table.rows.chunk_by(|one, other| one.method == other.method) {
         let points: Vec<(i32, i32)> = rows.iter().filter_map(place).map(at).collect();
         let lost =
-            rows.iter().filter(|row| row.status == Status::Diverged && row.feedforward.is_none()).count();
+            rows.iter().filter(|row| row.status == RowStatus::Diverged && row.feedforward.is_none()).count();
         if points.is_empty() && lost == 0 {
             continue;
         }

@@ -16,7 +16,7 @@ use super::App;
 use super::extract::JsonBody;
 use super::problem::Problem;
 use gaitwright_learning::accuracy::{self, StudyError};
-use gaitwright_learning::scenario::{Line, NoFiles, Prepared, Scenario};
+use gaitwright_learning::scenario::{Line, NoFiles, PreparedScenario, Scenario};
 use gaitwright_physics::fault::InputError;
 
 /// Most steps of a simulation over HTTP; longer ones are for the command line.
@@ -56,7 +56,7 @@ pub(super) async fn simulate(State(app): State<App>, JsonBody(body): JsonBody) -
     Ok(([(CONTENT_TYPE, "application/jsonl")], lines).into_response())
 }
 
-fn prepare(body: &[u8], given_up: &dyn Fn() -> bool) -> Result<Prepared, InputError> {
+fn prepare(body: &[u8], given_up: &dyn Fn() -> bool) -> Result<PreparedScenario, InputError> {
     let scenario = Scenario::parse(body)?;
     let prepared = accuracy::prepare_until(&scenario, &NoFiles, given_up).map_err(|error| match error {
         StudyError::Input(error) => error,

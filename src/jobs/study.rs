@@ -9,8 +9,8 @@ use super::files::Artefact;
 use super::run::RunError;
 use super::work::{Studied, Work};
 use crate::export::front_diagram;
-use gaitwright_learning::accuracy::{Pieces, Sweep, Table, Watcher, study};
-use gaitwright_learning::scenario::{NoFiles, Scenario, Setup};
+use gaitwright_learning::accuracy::{Pieces, StudyObserver, Sweep, Table, study};
+use gaitwright_learning::scenario::{NoFiles, Scenario, ScenarioSetup};
 use gaitwright_physics::fault::{Fault, InputError, Parts};
 
 /// The format of a request for a study.
@@ -43,7 +43,7 @@ impl StudyRequest {
     ///
     /// [`InputError::Malformed`] when `bytes` is not JSON, otherwise [`InputError::Impossible`] with
     /// every fault of the scenario, its character and its motion.
-    pub fn parse(bytes: &[u8]) -> Result<(Self, Setup), InputError> {
+    pub fn parse(bytes: &[u8]) -> Result<(Self, ScenarioSetup), InputError> {
         let mut parts = Parts::parse(bytes)?;
         parts.check_format(FORMAT);
         let scenario = parts.require("scenario");
@@ -92,7 +92,7 @@ impl From<StudyRequest> for Work {
 pub(super) fn run(
     bytes: &[u8],
     folder: &Path,
-    watcher: &mut dyn Watcher,
+    watcher: &mut dyn StudyObserver,
 ) -> Result<Option<Studied>, RunError> {
     let (request, setup) = StudyRequest::parse(bytes)?;
     let name = setup.model.character.name.clone();

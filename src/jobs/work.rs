@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::request::Settings;
-use gaitwright_learning::accuracy::{Recommendation, Subject};
-use gaitwright_learning::learn::Ended;
+use gaitwright_learning::accuracy::{Recommendation, StudySubject};
+use gaitwright_learning::learn::StopReason;
 use gaitwright_physics::motion::Metrics;
 use gaitwright_physics::scene::{AccuracyChoice, AskedAccuracy, Decision, Effect};
 
@@ -37,7 +37,7 @@ pub struct Learned {
     /// Every effect, whether it is simulated, and why; known once the job runs.
     pub effects: BTreeMap<Effect, Decision>,
     /// Why the learning stopped.
-    pub ended_by: Option<Ended>,
+    pub ended_by: Option<StopReason>,
     /// Figures of the motion found, from the continuous check.
     pub metrics: Option<Metrics>,
 }
@@ -48,7 +48,7 @@ pub struct Studied {
     /// Errors for which a setting is to be recommended, m.
     pub tolerances: Vec<f64>,
     /// What the settings were tried on; known once the study is done.
-    pub subject: Option<Subject>,
+    pub subject: Option<StudySubject>,
     /// One for each tolerance; known once the study is done.
     pub recommendations: Vec<Recommendation>,
 }

@@ -23,7 +23,7 @@ use super::service::{Jobs, ServiceError, Shared};
 use super::study;
 use super::work::Work;
 use gaitwright_learning::accuracy;
-use gaitwright_learning::learn::{Checkpoint, Ended, Generation};
+use gaitwright_learning::learn::{Checkpoint, Generation, StopReason};
 
 /// Shortest time between two writings of a running job's record and curve.
 const RECORD_EVERY: Duration = Duration::from_millis(500);
@@ -277,7 +277,7 @@ impl Watcher for Reporter<'_> {
     }
 }
 
-impl accuracy::Watcher for Reporter<'_> {
+impl accuracy::StudyObserver for Reporter<'_> {
     fn progress(&mut self, done: usize, all: usize, _: &str) {
         self.job.progress.fraction = done as f64 / all.max(1) as f64;
         if self.recorded.elapsed() >= RECORD_EVERY {
@@ -292,7 +292,7 @@ impl accuracy::Watcher for Reporter<'_> {
 
 /// Writes what came of a job that learns into its record.
 fn conclude(job: &mut Job, live: &Live, outcome: Outcome) {
-    let cancelled = outcome.ended == Ended::Cancelled;
+    let cancelled = outcome.ended == StopReason::Cancelled;
     job.timings.checking_seconds = Some(outcome.checking_seconds);
     if let Work::Learning(learned) = &mut job.work {
         learned.ended_by = (!cancelled || live.is_abandoned()).then_some(outcome.ended);

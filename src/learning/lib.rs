@@ -1,11 +1,43 @@
 //! Learns motion for articulated characters, judges it, and measures what accuracy costs.
 //!
-//! | room | what it holds |
+//! Everything here is computed with the simulator of [`gaitwright_physics`]; nothing here reads files, serves
+//! requests or writes recordings.
+//!
+//! | module | what it holds |
 //! |---|---|
-//! | [`scenario`] | one simulation as a document asks for it |
-//! | [`gait`] | footfalls, phases, gait names, cost of transport |
-//! | [`learn`] | QDSEGA over the simulator |
-//! | [`accuracy`] | what accuracy costs, which setting to take for a tolerance, the hard cases that must hold, and rapier3d as the engine compared with |
+//! | [`scenario`] | one simulation as a JSON document describes it, and its output line by line |
+//! | [`gait`] | footfalls, phases, gait names and cost of transport of a simulated motion |
+//! | [`learn`] | QDSEGA: Q-learning in subsets of states that a genetic algorithm chooses |
+//! | [`accuracy`] | computing time against error for integrators, solvers and steps; the setting to take for a tolerance; the hard cases and their bounds; rapier3d as the engine compared with |
+//!
+//! `learn` and `gait` know neither each other nor the other two; `accuracy` simulates scenarios.
+//!
+//! The same document and the same seed give the same result, bit for bit, whatever the number of threads. Only
+//! computing times differ.
+//!
+//! ```
+//! use gaitwright_learning::accuracy::prepare;
+//! use gaitwright_learning::scenario::{Line, NoFiles, Scenario, ScenarioEnd};
+//!
+//! // A ball of 10 cm falls from a height of 1 m for a tenth of a second.
+//! let scenario = Scenario::parse(br#"{
+//!     "character": { "json": { "format": "gaitwright/character@1", "name": "ball",
+//!         "links": [{ "name": "ball", "density": 500, "shapes": [{ "kind": "sphere", "radius": 0.1 }] }] } },
+//!     "start": { "root": { "position": [0, 0, 1], "orientation": [1, 0, 0, 0],
+//!                          "linear_velocity": [0, 0, 0], "angular_velocity": [0, 0, 0] } },
+//!     "duration": 0.1
+//! }"#)?;
+//! let mut height = f64::NAN;
+//! let end = prepare(&scenario, &NoFiles)?.run(|line| {
+//!     if let Line::Sample(sample) = line {
+//!         height = sample.root.position[2];
+//!     }
+//!     true
+//! });
+//! assert_eq!(end, ScenarioEnd::Finished);
+//! assert!((height - (1.0 - 0.5 * 9.81 * 0.1 * 0.1)).abs() < 0.002);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod accuracy;
 pub mod gait;

@@ -1,9 +1,9 @@
 //! A table of accuracy made by hand, and a reader of its CSV.
 
-use gaitwright_learning::accuracy::{Engine, Figures, Row, Status, Subject, Table, Truth};
+use gaitwright_learning::accuracy::{Engine, Figures, RowStatus, StudySubject, Table, TableRow, Truth};
 use gaitwright_physics::scene::{Accuracy, Feedforward};
 
-fn row(method: &str, step: f64, figures: Option<(f64, f64)>) -> Row {
+fn row(method: &str, step: f64, figures: Option<(f64, f64)>) -> TableRow {
     let figures = figures.map(|(seconds, error)| Figures {
         error,
         worst_error: 2.0 * error,
@@ -16,12 +16,12 @@ fn row(method: &str, step: f64, figures: Option<(f64, f64)>) -> Row {
         joint_separation: Some(0.0),
         residual: Some(1e-12),
     });
-    Row {
+    TableRow {
         method: method.to_owned(),
         engine: Engine::Gaitwright,
         accuracy: Some(Accuracy { step, ..Accuracy::default() }),
         feedforward: None,
-        status: if figures.is_some() { Status::Measured } else { Status::Diverged },
+        status: if figures.is_some() { RowStatus::Measured } else { RowStatus::Diverged },
         because: figures.is_none().then(|| "it flew away, \"far\"".to_owned()),
         figures,
         front: false,
@@ -43,7 +43,7 @@ pub fn table() -> Table {
         variant,
         other,
     ];
-    let subject = Subject {
+    let subject = StudySubject {
         name: "hand-made".into(),
         character: "nobody".into(),
         error: "distance from home".into(),

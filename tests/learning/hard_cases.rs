@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use gaitwright_learning::accuracy::catalogue::{Bound, Case, Quantity, cases, judge, named};
+use gaitwright_learning::accuracy::catalogue::{Case, CaseBound, Quantity, cases, judge, named};
 use gaitwright_learning::scenario::Scenario;
 
 /// Parts of the catalogue that are run side by side, by the first word of a case's name.
@@ -84,7 +84,7 @@ fn whips_gain_less_at_the_default_step() {
 #[test]
 fn a_broken_bound_is_told() {
     let mut case = named("friction-0").unwrap();
-    case.bounds.push(Bound { quantity: Quantity::Creep { after: 0.0 }, most: 1.0 });
+    case.bounds.push(CaseBound { quantity: Quantity::Creep { after: 0.0 }, most: 1.0 });
     let verdict = judge(&case, 1.0).unwrap();
     let (broken, kept) = verdict.rows.split_last().unwrap();
     assert!(verdict.finished && !verdict.holds() && !broken.holds && kept.iter().all(|row| row.holds));

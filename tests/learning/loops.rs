@@ -5,7 +5,9 @@ use std::sync::Arc;
 use gaitwright_learning::learn::evaluation::{SimulatedWorld, World};
 use gaitwright_learning::learn::grid::Grid;
 use gaitwright_learning::learn::{Behaviour, Checkpoint};
-use gaitwright_learning::learn::{Cancel, Generation, Learning, Observer, Posture, Setup, Stop, Task, learn};
+use gaitwright_learning::learn::{
+    Cancel, Generation, Learning, LearningSetup, Observer, Posture, Stop, Task, learn,
+};
 use gaitwright_physics::motion::Player;
 use gaitwright_physics::scene::{Accuracy, Scene};
 use gaitwright_physics::sim::Simulator;
@@ -22,7 +24,7 @@ impl Observer for Unheard {
 }
 
 /// The bundled pantograph, which learns for a few generations.
-fn setup() -> Setup {
+fn setup() -> LearningSetup {
     let model = common::example("pantograph.json");
     let scene = Scene::default();
     let stance = Arc::new(Stance::find(&model, &scene));
@@ -38,12 +40,12 @@ fn setup() -> Setup {
         ..Learning::default()
     };
     let accuracy = Accuracy::default();
-    Setup { model, stance, scene, accuracy, task: Task::default(), learning, seed: 5, threads: 2 }
+    LearningSetup { model, stance, scene, accuracy, task: Task::default(), learning, seed: 5, threads: 2 }
 }
 
 #[test]
 fn the_pantograph_stands_with_closed_loops() {
-    let Setup { model, stance, .. } = setup();
+    let LearningSetup { model, stance, .. } = setup();
     assert!(stance.stable);
     let simulator = Simulator::new(
         model.clone(),

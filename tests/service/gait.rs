@@ -4,8 +4,8 @@ use crate::synthetic;
 
 use gaitwright::export::{Curve, gait_diagram};
 use gaitwright_learning::gait::{
-    Detection, Footing, GaitReport, Leg, MAX_DISTANCE, Regime, Setting, Side, classify, measure, templates,
-    validity,
+    Detection, Footing, GaitContext, GaitReport, Leg, MAX_DISTANCE, Regime, Side, classify, measure,
+    templates, validity,
 };
 use gaitwright_learning::learn::Generation;
 use gaitwright_physics::playback::Trace;
@@ -24,7 +24,7 @@ fn standing(heading: f64) -> Vec<Isometry3<f64>> {
 
 fn report(trace: &Trace, heading: f64) -> GaitReport {
     let (character, standing) = (quadruped(), standing(heading));
-    let setting = Setting {
+    let setting = GaitContext {
         character: &character,
         support: &SUPPORT,
         standing: &standing,

@@ -3,7 +3,7 @@
 use crate::synthetic;
 
 use gaitwright::export::{self, Performance};
-use gaitwright_learning::gait::{Setting, measure};
+use gaitwright_learning::gait::{GaitContext, measure};
 use gaitwright_learning::learn::{Behaviour, Posture};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::motion::{
@@ -234,7 +234,7 @@ fn a_published_loop_closes_on_level_ground_and_the_entry_joins_it() {
         entry: vec![posture(0.3)],
         cycle: vec![posture(0.1), posture(0.2)],
     };
-    let setting = Setting {
+    let setting = GaitContext {
         character: &character,
         support: &[2, 4, 6, 8],
         standing: &trace.samples[0].link_poses,

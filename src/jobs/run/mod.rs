@@ -17,8 +17,8 @@ use crate::export::{DiagramError, RecordingError};
 use gaitwright_learning::accuracy::{StudyError, settle, swaying};
 use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::learn::{
-    Behaviour, Cancel, Checkpoint, Ended, Generation, LearnError, Learning, Posture, Setup, Task, Trunk,
-    learn,
+    Behaviour, Cancel, Checkpoint, Generation, LearnError, Learning, LearningSetup, Posture, StopReason,
+    Task, Trunk, learn,
 };
 use gaitwright_physics::character::{self, JointKind, Link, Options, Reading, Source};
 use gaitwright_physics::fault::{Fault, InputError};
@@ -104,7 +104,7 @@ pub struct Order {
 #[derive(Debug, Clone)]
 pub struct Prepared {
     /// What the learner is given, with the values used in place of those left open.
-    pub setup: Setup,
+    pub setup: LearningSetup,
     /// The scene as simulated: the task's, with what the learner's parameters ask of it.
     pub scene: Scene,
     /// What a simulated step computes.
@@ -119,7 +119,7 @@ pub struct Prepared {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// Why the learning stopped.
-    pub ended: Ended,
+    pub ended: StopReason,
     /// Figures of the motion found; `None` without a motion.
     pub metrics: Option<Metrics>,
     /// Why there is no motion.
@@ -192,8 +192,16 @@ impl Order {
         let Some((accuracy, accuracy_choice)) = settled else { return Ok(None) };
         let parameters =
             learning.resolve(&stance, accuracy.step).map_err(|error| error.under("/learning"))?;
-        let setup =
-            Setup { model, stance, scene, accuracy, task, learning: parameters.learning, seed, threads };
+        let setup = LearningSetup {
+            model,
+            stance,
+            scene,
+            accuracy,
+            task,
+            learning: parameters.learning,
+            seed,
+            threads,
+        };
         let scene = simulated(&setup.scene, &setup.learning);
         let plan = Arc::new(StepPlan::compile(&scene, &accuracy, Some(&setup.stance.gains), &setup.model)?);
         let standing_seconds = start.elapsed().as_secs_f64();
@@ -289,7 +297,12 @@ pub fn run(
     watcher.stage(Stage::Standing);
     let Some(prepared) = order.prepare(threads, cancel)? else {
         let unsuccessful = Some("called off before the learning began".to_owned());
-        return Ok(Outcome { ended: Ended::Cancelled, metrics: None, unsuccessful, checking_seconds: 0.0 });
+        return Ok(Outcome {
+            ended: StopReason::Cancelled,
+            metrics: None,
+            unsuccessful,
+            checking_seconds: 0.0,
+        });
     };
     watcher.prepared(&prepared);
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use gaitwright_learning::gait::{self, GaitReport, Setting, validity};
+use gaitwright_learning::gait::{self, GaitContext, GaitReport, validity};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
 use gaitwright_physics::motion::{Player, Trial, Validity};
@@ -96,7 +96,7 @@ impl Act<'_> {
         let standing = Simulator::new(self.model.clone(), plan, self.stance.state.clone()).link_poses();
         let gait = gait::measure(
             &looping,
-            &Setting {
+            &GaitContext {
                 character: &self.model.character,
                 support: &self.stance.support,
                 standing: &standing,

@@ -16,7 +16,7 @@ use crate::jobs::files::Artefact;
 use crate::jobs::job::CharacterName;
 use crate::jobs::request::Settings;
 use gaitwright_learning::gait::GaitReport;
-use gaitwright_learning::learn::{Behaviour, Cancel, Ended, Learned};
+use gaitwright_learning::learn::{Behaviour, Cancel, Learned, StopReason};
 use gaitwright_physics::character::Note;
 use gaitwright_physics::motion::{Metrics, Motion, Provenance};
 use gaitwright_physics::playback::Trace;
@@ -50,7 +50,7 @@ pub struct Report {
     /// Every effect, whether it was simulated, and why.
     pub effects: BTreeMap<Effect, Decision>,
     /// Why the learning stopped.
-    pub ended_by: Ended,
+    pub ended_by: StopReason,
     /// Whether the same job gives the same motion again: not when the clock or somebody ended it.
     pub reproducible: bool,
     /// Generations evaluated.
@@ -197,7 +197,7 @@ fn report(
         accuracy_choice: prepared.accuracy_choice.clone(),
         effects: prepared.plan.decisions.clone(),
         ended_by: learned.ended,
-        reproducible: learned.ended == Ended::Generations,
+        reproducible: learned.ended == StopReason::Generations,
         generations: last.map_or(0, |figures| figures.generation + 1),
         fitness: learned.best.as_ref().map(|behaviour| behaviour.fitness),
         simulated_seconds: last.map_or(0.0, |figures| figures.simulated_seconds),

@@ -1,17 +1,18 @@
 //! The cheapest settings for a tolerance, chosen by a short study of the very scenario that asks for them.
 //!
 //! The choice must not depend on how busy the machine is, or the same job would not give the same motion twice.
-//! So it is not computing time that is compared here but work: how often new velocities are computed for a
+//! Settings are therefore compared by work, not by computing time: by how often new velocities are computed for a
 //! simulated second.
 
 use std::sync::Arc;
 
+use super::engine::Engine;
 use super::fault::StudyError;
+use super::figures::{Figures, TrialOutcome};
 use super::reference::{Pieces, reference};
-use super::sweep::Point;
-use super::table::{Engine, Truth};
-use super::trial::{Figures, Outcome};
-use crate::scenario::{Files, Prepared, Scenario, Script, Setup};
+use super::settings::TrialSettings;
+use super::truth::Truth;
+use crate::scenario::{Files, PreparedScenario, Scenario, ScenarioSetup, Script};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
 use gaitwright_physics::motion::Player;
@@ -24,7 +25,7 @@ const STEPS: [f64; 6] = [0.008, 0.004, 0.002, 0.001, 0.0005, AskedAccuracy::FINE
 /// The tolerance that goes with each of them under error control, rad or m.
 const STEP_TOLERANCES: [f64; 6] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
 
-/// What the settings are tried on.
+/// How the scenario is cut into the pieces that the settings are tried on.
 const PIECES: Pieces = Pieces { count: 6, span: 4.0, length: 0.064, finest: STEPS[5], finer: 32.0 };
 
 /// How far the joints sway to either side in the motion of [`swaying`], rad or m, and for how long each time, s.
@@ -33,13 +34,13 @@ const SWAY_TIME: f64 = 0.25;
 const SWAYING: f64 = 2.0;
 
 /// The settings for what `setup` asks for: those asked for, or the cheapest within the tolerance asked for, with
-/// the reason. `None` when `stop` says so before they are found.
+/// the reason. `None` when `stop` returns true before they are found.
 ///
 /// # Errors
 /// Every fault of the scene and the drive; a scenario that cannot be simulated even at the finest setting; a
 /// tolerance that nothing here can keep.
 pub fn settle(
-    setup: &Setup,
+    setup: &ScenarioSetup,
     asked: &AskedAccuracy,
     stop: &dyn Fn() -> bool,
 ) -> Result<Option<(Accuracy, Option<AccuracyChoice>)>, StudyError> {
@@ -51,9 +52,11 @@ pub fn settle(
     let mut most_exact = f64::INFINITY;
     let mut cheapest: Option<(f64, Accuracy, f64)> = None;
     for accuracy in candidates() {
-        let point = Point { engine: Engine::Gaitwright, accuracy };
-        let Some(outcome) = problem.try_out(&point, 0, stop) else { return Ok(None) };
-        let Outcome::Measured(Figures { error, evaluations: Some(work), .. }) = outcome else { continue };
+        let settings = TrialSettings { engine: Engine::Gaitwright, accuracy };
+        let Some(outcome) = problem.try_out(&settings, 0, stop) else { return Ok(None) };
+        let TrialOutcome::Measured(Figures { error, evaluations: Some(work), .. }) = outcome else {
+            continue;
+        };
         most_exact = most_exact.min(error);
         if error <= tolerance && cheapest.is_none_or(|(least, _, own)| (work, error) < (least, own)) {
             cheapest = Some((work, accuracy, error));
@@ -101,11 +104,11 @@ fn out_of_reach(most_exact: f64, truth: &Truth) -> InputError {
 ///
 /// # Errors
 /// Those of [`Scenario::set_up`] and of [`settle`].
-pub fn prepare(scenario: &Scenario, files: &impl Files) -> Result<Prepared, StudyError> {
+pub fn prepare(scenario: &Scenario, files: &impl Files) -> Result<PreparedScenario, StudyError> {
     prepare_until(scenario, files, &|| false)
 }
 
-/// The same until `stop` says so: what has not been chosen by then has its default.
+/// The same until `stop` returns true: settings that have not been chosen by then have their defaults.
 ///
 /// # Errors
 /// As [`prepare`].
@@ -113,27 +116,27 @@ pub fn prepare_until(
     scenario: &Scenario,
     files: &impl Files,
     stop: &dyn Fn() -> bool,
-) -> Result<Prepared, StudyError> {
+) -> Result<PreparedScenario, StudyError> {
     let setup = scenario.set_up(files)?;
     let settled = settle(&setup, &scenario.accuracy, stop)?;
     let (accuracy, choice) = settled.unwrap_or_default();
-    Ok(Prepared::new(setup, &accuracy, choice, scenario.sample_every)?)
+    Ok(PreparedScenario::new(setup, &accuracy, choice, scenario.sample_every)?)
 }
 
-/// A character that stands in `scene` and sways in every joint: what there is to try settings on before it has
-/// learned any motion.
-pub fn swaying(model: &Arc<Model>, stance: &Stance, scene: &Scene) -> Setup {
-    let leant = |sign: f64| -> Vec<f64> {
+/// A character that stands in `scene` and sways in every joint: a motion on which settings can be tried before the
+/// character has learned any.
+pub fn swaying(model: &Arc<Model>, stance: &Stance, scene: &Scene) -> ScenarioSetup {
+    let leaning_to = |sign: f64| -> Vec<f64> {
         let leaning = |(angle, limit): (&f64, &Option<[f64; 2]>)| {
             let target = angle + sign * SWAY;
             limit.map_or(target, |[lower, upper]| target.max(lower).min(upper))
         };
         stance.angles.iter().zip(&model.limits).map(leaning).collect()
     };
-    let (one, other) = (leant(1.0), leant(-1.0));
+    let (one, other) = (leaning_to(1.0), leaning_to(-1.0));
     let rest = vec![0.0; model.joint_count()];
     let cycle = [(one.as_slice(), rest.as_slice()), (other.as_slice(), rest.as_slice())];
-    Setup {
+    ScenarioSetup {
         model: model.clone(),
         scene: scene.clone(),
         gains: Some(stance.gains.clone()),

@@ -1,4 +1,4 @@
-//! How far a state is from the true one.
+//! Measures of error: how far a state is from the true one.
 
 use nalgebra::Matrix3;
 
@@ -26,15 +26,15 @@ impl Measure {
         of: displacement,
     };
 
-    /// Distance of the root's origin from where it should be.
+    /// Distance between the root's origin and its true position.
     pub(super) const ROOT_POSITION: Self =
         Self { what: "distance of the body from where it should be", unit: "m", of: root_distance };
 
-    /// Angle of the rotation between the root's orientation and the one it should have.
+    /// Angle of the rotation between the root's orientation and its true one.
     pub(super) const ROOT_ORIENTATION: Self =
         Self { what: "angle between the body's orientation and the true one", unit: "rad", of: root_angle };
 
-    /// Greatest difference of a joint angle.
+    /// Greatest error of a joint angle.
     pub(super) const JOINT_ANGLE: Self =
         Self { what: "greatest error of a joint angle", unit: "rad", of: joint_angle };
 }
@@ -51,9 +51,9 @@ pub fn displacement(model: &Model, state: &State, truth: &State) -> f64 {
     let gap = state.root.position - truth.root.position;
     let square = |(index, body): (usize, &Body)| {
         let center = gap + actual[index].center - wanted[index].center;
-        let turn = actual[index].rotation - wanted[index].rotation;
-        let turned = (turn * second_moment(body) * turn.transpose()).trace().max(0.0);
-        center.norm_squared() + turned
+        let rotation_error = actual[index].rotation - wanted[index].rotation;
+        let rotational = (rotation_error * second_moment(body) * rotation_error.transpose()).trace().max(0.0);
+        center.norm_squared() + rotational
     };
     let sum: f64 = model.bodies.iter().enumerate().map(square).sum();
     (sum / model.bodies.len() as f64).sqrt()
@@ -79,7 +79,7 @@ fn root_distance(_: &Model, state: &State, truth: &State) -> f64 {
 }
 
 fn root_angle(_: &Model, state: &State, truth: &State) -> f64 {
-    // Through the quaternions' difference, which resolves angles that the cosine cannot tell from 0.
+    // By the difference of the quaternions, which resolves angles that the cosine cannot distinguish from 0.
     let (own, other) = (state.root.orientation.coords, truth.root.orientation.coords);
     let chord = (own - other).norm().min((own + other).norm());
     4.0 * (0.5 * chord).min(1.0).asin()

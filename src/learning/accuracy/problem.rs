@@ -1,33 +1,33 @@
-//! What settings are compared on.
+//! The problem that settings are compared on.
 
 use super::measure::Measure;
-use crate::scenario::Setup;
+use crate::scenario::ScenarioSetup;
 use gaitwright_physics::scene::Accuracy;
 use gaitwright_physics::sim::State;
 
 /// Pieces of a simulation whose true ends are known.
 #[derive(Debug, Clone)]
-pub struct Problem {
-    /// Who is simulated where, driven by what.
-    pub setup: Setup,
-    /// How far a state is from the true one.
+pub struct AccuracyProblem {
+    /// Character, scene, start and drive.
+    pub setup: ScenarioSetup,
+    /// How the error of a state against the true one is measured.
     pub measure: Measure,
     /// Time between two marks of a piece, and from its start to its first mark, s.
     pub interval: f64,
-    /// At least one.
+    /// The pieces; at least one.
     pub pieces: Vec<Piece>,
 }
 
-/// A stretch of time that every setting starts from the same state.
+/// A part of the simulation that every setting starts from the same state.
 #[derive(Debug, Clone)]
 pub struct Piece {
-    /// Where it starts; its time is that of the whole simulation.
+    /// The state at its start; its time is that of the whole simulation.
     pub start: State,
     /// The true states one, two, … intervals later; at least one.
     pub marks: Vec<State>,
 }
 
-impl Problem {
+impl AccuracyProblem {
     /// Number of steps from mark to mark, none of which is longer than `step` seconds.
     pub fn steps(&self, step: f64) -> usize {
         // A step that divides the interval but for rounding is taken as it is.

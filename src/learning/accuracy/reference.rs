@@ -1,4 +1,4 @@
-//! Anybody's scenario as a problem: pieces of it, simulated far more finely than any setting that is tried.
+//! The problem of any scenario: pieces of it, simulated far more finely than any setting that is tried.
 //!
 //! Contacts make a trajectory chaotic, so that after a while two simulations of it have nothing to do with each
 //! other, however fine they are. Settings are therefore compared over short pieces, each started from the same
@@ -10,19 +10,19 @@ use std::sync::Arc;
 
 use super::fault::StudyError;
 use super::measure::Measure;
-use super::problem::{Piece, Problem};
-use super::table::Truth;
-use crate::scenario::Setup;
+use super::problem::{AccuracyProblem, Piece};
+use super::truth::Truth;
+use crate::scenario::ScenarioSetup;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::{Accuracy, Integrator, SolverChoice, SolverKind};
 use gaitwright_physics::sim::Simulator;
 
-/// How a scenario is cut.
+/// How a scenario is cut into pieces, and how finely their true ends are computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pieces {
     /// Greatest number of pieces, evenly spread.
     pub count: usize,
-    /// Greatest part of the scenario, from its start, over which they are spread, s.
+    /// Greatest time from the scenario's start over which they are spread, s.
     pub span: f64,
     /// Length of a piece, s; the whole scenario when that is shorter.
     pub length: f64,
@@ -38,24 +38,25 @@ impl Default for Pieces {
     }
 }
 
-/// Shortest step of a reference, s: below it rounding gains on what is left of the method's error.
+/// Shortest step of a reference, s: below it rounding errors exceed the remaining error of the method.
 const SHORTEST: f64 = 2e-7;
 
-/// Cuts `setup` into pieces and computes their true ends; `None` when `stop` says so before it is done.
+/// Cuts `setup` into pieces and computes their true ends; `None` when `stop` returns true before that is
+/// done.
 ///
 /// # Errors
 /// Every fault of the scene and the drive; a scenario that cannot be simulated even at the finest setting.
 pub fn reference(
-    setup: &Setup,
+    setup: &ScenarioSetup,
     pieces: &Pieces,
     stop: &dyn Fn() -> bool,
-) -> Result<Option<(Problem, Truth)>, StudyError> {
+) -> Result<Option<(AccuracyProblem, Truth)>, StudyError> {
     let span = setup.duration.min(pieces.span);
     let interval = pieces.length.min(span);
     let count = ((span / interval) as usize).clamp(1, pieces.count.max(1));
     let apart = (span - interval) / (count - 1).max(1) as f64;
 
-    let mut path = Run::new(setup, finely(pieces.finest))?;
+    let mut path = ReferenceRun::new(setup, finely(pieces.finest))?;
     let mut starts = vec![setup.start.clone()];
     for _ in 1..count {
         if !path.advance((apart / pieces.finest).round() as usize, stop)? {
@@ -64,12 +65,12 @@ pub fn reference(
         starts.push(path.simulator.state().clone());
     }
 
-    // The same at twice the step tells how far the reference itself may be trusted.
+    // The difference from the same at twice the step is the uncertainty of the reference itself.
     let step = (pieces.finest / pieces.finer).max(SHORTEST);
     let coarse_steps = (0.5 * interval / step).ceil().max(1.0);
     let accuracy = finely(0.5 * interval / coarse_steps);
-    let mut fine = Run::new(setup, accuracy)?;
-    let mut coarser = Run::new(setup, finely(2.0 * accuracy.step))?;
+    let mut fine = ReferenceRun::new(setup, accuracy)?;
+    let mut coarser = ReferenceRun::new(setup, finely(2.0 * accuracy.step))?;
     let steps = [2, 1].map(|times| times * coarse_steps as usize);
     let mut uncertainty = 0.0;
     let mut cut = Vec::with_capacity(count);
@@ -91,10 +92,13 @@ pub fn reference(
         pieces.finest, accuracy.step
     );
     let truth = Truth { because, accuracy: Some(accuracy), uncertainty: Some(uncertainty) };
-    Ok(Some((Problem { setup: setup.clone(), measure: Measure::DISPLACEMENT, interval, pieces: cut }, truth)))
+    Ok(Some((
+        AccuracyProblem { setup: setup.clone(), measure: Measure::DISPLACEMENT, interval, pieces: cut },
+        truth,
+    )))
 }
 
-/// The most exact setting there is at a step.
+/// The most exact setting with this step (s).
 fn finely(step: f64) -> Accuracy {
     let solver = SolverChoice { kind: SolverKind::Newton, iterations: 200, tolerance: 1e-12 };
     let second = Accuracy { step, solver, integrator: Integrator::MoreauJean, ..Accuracy::default() };
@@ -105,24 +109,26 @@ fn finely(step: f64) -> Accuracy {
     }
 }
 
-/// A simulation on its way through a scenario.
-struct Run<'a> {
-    setup: &'a Setup,
+/// A simulation of a scenario, advanced piece by piece.
+struct ReferenceRun<'a> {
+    setup: &'a ScenarioSetup,
     simulator: Simulator,
+    /// s.
     step: f64,
+    /// Targets at the beginning and at the end of a step, rad or m, one a joint.
     now: Vec<f64>,
     next: Vec<f64>,
 }
 
-impl<'a> Run<'a> {
-    fn new(setup: &'a Setup, accuracy: Accuracy) -> Result<Self, InputError> {
+impl<'a> ReferenceRun<'a> {
+    fn new(setup: &'a ScenarioSetup, accuracy: Accuracy) -> Result<Self, InputError> {
         let plan = Arc::new(setup.plan(&accuracy)?);
         let targets = vec![0.0; setup.model.joint_count()];
         let simulator = Simulator::new(setup.model.clone(), plan, setup.start.clone());
         Ok(Self { setup, simulator, step: accuracy.step, now: targets.clone(), next: targets })
     }
 
-    /// Takes `steps` steps from where the simulation is; whether it got there before `stop` said so.
+    /// Takes `steps` steps from the present state; whether they were all taken before `stop` returned true.
     fn advance(&mut self, steps: usize, stop: &dyn Fn() -> bool) -> Result<bool, StudyError> {
         let (script, start) = (&self.setup.script, self.simulator.state().time);
         script.targets(start, &mut self.next);

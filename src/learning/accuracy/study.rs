@@ -1,52 +1,55 @@
-//! From a problem and a sweep to a table.
+//! The study: every setting of a sweep tried on a problem, and the results put in a table.
 
 use std::collections::BTreeMap;
 
-use super::fault::StudyError;
-use super::problem::Problem;
+use super::fault::{LeftOutReason, StudyError};
+use super::figures::TrialOutcome;
+use super::problem::AccuracyProblem;
 use super::reference::{Pieces, reference};
+use super::row::{RowStatus, TableRow};
 use super::scenes::ClosedForm;
-use super::sweep::{Method, Point, Series, Sweep};
-use super::table::{Row, Status, Subject, Table, Truth};
-use super::trial::Outcome;
-use crate::scenario::Setup;
+use super::settings::TrialSettings;
+use super::sweep::{Method, Series, Sweep};
+use super::table::{StudySubject, Table};
+use super::truth::Truth;
+use crate::scenario::ScenarioSetup;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::Feedforward;
 
-/// Watches a study, and may end it.
-pub trait Watcher {
-    /// The study is about to do `what`, after `done` of `all` settings.
+/// Observes a study, and may end it.
+pub trait StudyObserver {
+    /// The study is about to do `what`, with `done` of `all` settings finished.
     fn progress(&mut self, done: usize, all: usize, what: &str);
-    /// Whether to end it; asked at every step, so that it has to answer at once.
+    /// Whether to end the study. Called at every simulation step, so it must not block.
     fn stop(&self) -> bool;
 }
 
-/// Studies the scenario called `name`, cut into `pieces`; `None` when the watcher ends it.
+/// Studies the scenario called `name`, cut into `pieces`; `None` when the observer ends it.
 ///
 /// # Errors
 /// Every fault of the scene and the drive; a scenario that cannot be simulated even at the finest setting.
 pub fn study(
     name: &str,
-    setup: &Setup,
+    setup: &ScenarioSetup,
     pieces: &Pieces,
     sweep: &Sweep,
-    watcher: &mut dyn Watcher,
+    observer: &mut dyn StudyObserver,
 ) -> Result<Option<Table>, StudyError> {
-    watcher.progress(0, 1, "computing the reference");
-    let Some((problem, truth)) = reference(setup, pieces, &|| watcher.stop())? else { return Ok(None) };
-    let mut study = Study::new(name, problem, truth, sweep, watcher);
+    observer.progress(0, 1, "computing the reference");
+    let Some((problem, truth)) = reference(setup, pieces, &|| observer.stop())? else { return Ok(None) };
+    let mut study = Study::new(name, problem, truth, sweep, observer);
     let variants: Vec<Feedforward> = study.variants().collect();
     for feedforward in variants {
         let mut setup = setup.clone();
         if let Some(gains) = &mut setup.gains {
             gains.feedforward = feedforward;
         }
-        study.watcher.progress(0, 1, "computing the reference of another feedforward");
-        let watcher = &*study.watcher;
-        let variant = match reference(&setup, pieces, &|| watcher.stop()) {
+        study.observer.progress(0, 1, "computing the reference of another feedforward");
+        let observer = &*study.observer;
+        let variant = match reference(&setup, pieces, &|| observer.stop()) {
             Ok(None) => return Ok(None),
             Ok(Some((problem, _))) => Ok(problem),
-            Err(error) => Err(error.to_string()),
+            Err(error) => Err(LeftOutReason::NoReference(error)),
         };
         study.variant.insert(feedforward, variant);
     }
@@ -54,69 +57,73 @@ pub fn study(
 }
 
 impl ClosedForm {
-    /// Studies this scene; `None` when the watcher ends it.
+    /// Studies this scene; `None` when the observer ends it.
     ///
     /// # Errors
     /// What this simulator cannot do that the scene asks for.
-    pub fn study(&self, sweep: &Sweep, watcher: &mut dyn Watcher) -> Result<Option<Table>, InputError> {
+    pub fn study(
+        &self,
+        sweep: &Sweep,
+        observer: &mut dyn StudyObserver,
+    ) -> Result<Option<Table>, InputError> {
         let problem = self.problem()?;
         let truth = Truth { because: self.truth.to_owned(), accuracy: None, uncertainty: None };
-        Ok(Study::new(self.name, problem, truth, sweep, watcher).run())
+        Ok(Study::new(self.name, problem, truth, sweep, observer).run())
     }
 }
 
-/// A study at work.
+/// A study under way.
 struct Study<'a> {
     name: &'a str,
-    problem: Problem,
+    problem: AccuracyProblem,
     truth: Truth,
     sweep: &'a Sweep,
     series: Vec<Series>,
-    /// The problem as other feedforwards have it, or why there is none.
-    variant: BTreeMap<Feedforward, Result<Problem, String>>,
-    watcher: &'a mut dyn Watcher,
+    /// The same problem driven with other feedforwards, each with a truth of its own, or why there is none.
+    variant: BTreeMap<Feedforward, Result<AccuracyProblem, LeftOutReason>>,
+    observer: &'a mut dyn StudyObserver,
 }
 
 impl<'a> Study<'a> {
     fn new(
         name: &'a str,
-        problem: Problem,
+        problem: AccuracyProblem,
         truth: Truth,
         sweep: &'a Sweep,
-        watcher: &'a mut dyn Watcher,
+        observer: &'a mut dyn StudyObserver,
     ) -> Self {
         let series = sweep.series(&problem);
-        Self { name, problem, truth, sweep, series, variant: BTreeMap::new(), watcher }
+        Self { name, problem, truth, sweep, series, variant: BTreeMap::new(), observer }
     }
 
     /// The feedforwards beside the problem's own that are to be tried.
     fn variants(&self) -> impl Iterator<Item = Feedforward> + '_ {
         self.series
             .iter()
-            .filter(|series| series.points.is_ok())
+            .filter(|series| series.settings.is_ok())
             .filter_map(|series| series.method.feedforward)
     }
 
     fn run(mut self) -> Option<Table> {
-        let all = self.series.iter().flat_map(|series| &series.points).map(Vec::len).sum();
+        let all = self.series.iter().flat_map(|series| &series.settings).map(Vec::len).sum();
         let mut rows = Vec::new();
-        for Series { method, points } in std::mem::take(&mut self.series) {
+        for Series { method, settings } in std::mem::take(&mut self.series) {
             let problem = match method.feedforward.and_then(|feedforward| self.variant.get(&feedforward)) {
                 None => Ok(&self.problem),
                 Some(variant) => variant.as_ref().map_err(Clone::clone),
             };
-            match (points, problem) {
-                (Err(because), _) | (_, Err(because)) => {
-                    rows.push(row(&method, None, Outcome::LeftOut(because)));
+            match (settings, problem) {
+                (Err(reason), _) | (_, Err(reason)) => {
+                    rows.push(row(&method, None, TrialOutcome::LeftOut(reason)));
                 }
-                (Ok(points), Ok(problem)) => {
-                    for point in points {
-                        self.watcher.progress(rows.len().min(all), all, &method.name);
-                        let watcher = &*self.watcher;
-                        let outcome = problem.try_out(&point, self.sweep.repeats, &|| watcher.stop())?;
-                        let left_out = matches!(outcome, Outcome::LeftOut(_));
-                        rows.push(row(&method, Some((problem, point)), outcome));
-                        // What does not apply, or takes too long, does so all the more at finer settings.
+                (Ok(settings), Ok(problem)) => {
+                    for settings in settings {
+                        self.observer.progress(rows.len().min(all), all, &method.name);
+                        let observer = &*self.observer;
+                        let outcome = problem.try_out(&settings, self.sweep.repeats, &|| observer.stop())?;
+                        let left_out = matches!(outcome, TrialOutcome::LeftOut(_));
+                        rows.push(row(&method, Some((problem, settings)), outcome));
+                        // A setting that does not apply or takes too long does so at finer steps, too.
                         if left_out {
                             break;
                         }
@@ -127,9 +134,9 @@ impl<'a> Study<'a> {
         Some(Table::new(self.subject(), self.truth.clone(), rows))
     }
 
-    fn subject(&self) -> Subject {
-        let Problem { setup, measure, .. } = &self.problem;
-        Subject {
+    fn subject(&self) -> StudySubject {
+        let AccuracyProblem { setup, measure, .. } = &self.problem;
+        StudySubject {
             name: self.name.to_owned(),
             character: setup.model.character.name.clone(),
             error: measure.what.to_owned(),
@@ -140,16 +147,16 @@ impl<'a> Study<'a> {
     }
 }
 
-fn row(method: &Method, tried: Option<(&Problem, Point)>, outcome: Outcome) -> Row {
+fn row(method: &Method, tried: Option<(&AccuracyProblem, TrialSettings)>, outcome: TrialOutcome) -> TableRow {
     let (status, figures, because) = match outcome {
-        Outcome::Measured(figures) => (Status::Measured, Some(figures), None),
-        Outcome::Diverged(because) => (Status::Diverged, None, Some(because)),
-        Outcome::LeftOut(because) => (Status::LeftOut, None, Some(because)),
+        TrialOutcome::Measured(figures) => (RowStatus::Measured, Some(figures), None),
+        TrialOutcome::Diverged(divergence) => (RowStatus::Diverged, None, Some(divergence.to_string())),
+        TrialOutcome::LeftOut(reason) => (RowStatus::LeftOut, None, Some(reason.to_string())),
     };
-    Row {
+    TableRow {
         method: method.name.clone(),
         engine: method.engine,
-        accuracy: tried.map(|(problem, point)| problem.divided(&point.accuracy)),
+        accuracy: tried.map(|(problem, settings)| problem.divided(&settings.accuracy)),
         feedforward: method.feedforward,
         status,
         because,

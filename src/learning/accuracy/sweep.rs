@@ -1,11 +1,13 @@
-//! Which settings are tried.
+//! The settings that are tried.
 //!
-//! Not every combination of every knob, which nobody could read: one setting is the base, and every other method
-//! changes one thing about it. Each is tried at every step of the sweep. A method under error control is given a
-//! tolerance with each: within a step targets move evenly, so that its length matters whatever the tolerance.
+//! Every combination of all settings would be unreadable. One setting is the base, and every other method changes one
+//! thing about it. Each method is tried at every step of the sweep. A method under error control gets a tolerance
+//! with each step: within a step targets move linearly, so the step's length matters whatever the tolerance.
 
-use super::problem::Problem;
-use super::table::Engine;
+use super::engine::Engine;
+use super::fault::LeftOutReason;
+use super::problem::AccuracyProblem;
+use super::settings::TrialSettings;
 use gaitwright_physics::scene::{
     Accuracy, Coordinates, Feedforward, FrictionCone, Integrator, JointBias, SolverChoice, SolverKind,
     StepPlan,
@@ -18,7 +20,7 @@ pub struct Sweep {
     pub steps: Vec<f64>,
     /// Tolerances of a step for the methods under error control, rad or m, one for each of `steps`.
     pub step_tolerances: Vec<f64>,
-    /// How many times each piece is timed.
+    /// How many times each piece is timed; the shortest time counts.
     pub repeats: u32,
 }
 
@@ -33,72 +35,63 @@ impl Default for Sweep {
     }
 }
 
-/// A way to simulate, whatever the step.
+/// A way to simulate, without the length of the step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Method {
     /// Its name: what differs from the base.
     pub name: String,
-    /// Who computes.
+    /// The simulator that computes the steps.
     pub engine: Engine,
     /// The feedforward, where it is another than the scenario asks for.
     pub feedforward: Option<Feedforward>,
-    /// Its settings but for the step.
+    /// Its settings; the step is replaced by those of the sweep.
     accuracy: Accuracy,
-    /// Whether it chooses its steps itself.
+    /// Whether it divides its steps to keep a tolerance of the sweep.
     controlled: bool,
 }
 
-/// A single setting.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
-    /// Who computes.
-    pub engine: Engine,
-    /// How.
-    pub accuracy: Accuracy,
-}
-
-/// A method and the settings of it that are tried, or why there are none.
+/// A method and its settings that are tried, or why it is left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// The method.
     pub method: Method,
-    /// Its settings, the cheapest first.
-    pub points: Result<Vec<Point>, String>,
+    /// Its settings, the longest step first.
+    pub settings: Result<Vec<TrialSettings>, LeftOutReason>,
 }
 
 impl Sweep {
     /// The settings for `problem`.
-    pub fn series(&self, problem: &Problem) -> Vec<Series> {
+    pub fn series(&self, problem: &AccuracyProblem) -> Vec<Series> {
         let plan = problem.setup.plan(&Accuracy::default());
         let reason = |method: &Method| match &plan {
             Ok(plan) => method.reason_against(problem, plan),
-            Err(error) => Some(error.to_string()),
+            Err(error) => Some(LeftOutReason::Plan(error.clone())),
         };
         let methods = methods(problem).into_iter();
         methods
             .map(|method| match reason(&method) {
-                Some(reason) => Series { points: Err(reason), method },
-                None => Series { points: Ok(self.points(&method)), method },
+                Some(reason) => Series { settings: Err(reason), method },
+                None => Series { settings: Ok(self.settings(&method)), method },
             })
             .collect()
     }
 
     /// The settings of `method`.
-    fn points(&self, method: &Method) -> Vec<Point> {
-        let point = |accuracy| Point { engine: method.engine, accuracy };
+    fn settings(&self, method: &Method) -> Vec<TrialSettings> {
+        let tried = |accuracy| TrialSettings { engine: method.engine, accuracy };
         if method.controlled {
             let pairs = self.steps.iter().zip(&self.step_tolerances);
             let controlled =
                 |(&step, &tolerance)| Accuracy { step, step_tolerance: Some(tolerance), ..method.accuracy };
-            pairs.map(controlled).map(point).collect()
+            pairs.map(controlled).map(tried).collect()
         } else {
-            self.steps.iter().map(|&step| point(Accuracy { step, ..method.accuracy })).collect()
+            self.steps.iter().map(|&step| tried(Accuracy { step, ..method.accuracy })).collect()
         }
     }
 }
 
 /// The methods that are compared.
-fn methods(problem: &Problem) -> Vec<Method> {
+fn methods(problem: &AccuracyProblem) -> Vec<Method> {
     let base = Accuracy::default();
     let own = |name: &str, accuracy| Method {
         name: name.to_owned(),
@@ -149,25 +142,24 @@ fn methods(problem: &Problem) -> Vec<Method> {
 }
 
 impl Method {
-    /// Why there is nothing to be learned from it about `problem`, whose steps are those of `plan`.
-    fn reason_against(&self, problem: &Problem, plan: &StepPlan) -> Option<String> {
+    /// Why this method cannot differ from the base, or cannot be used, on `problem` with the base's `plan`.
+    fn reason_against(&self, problem: &AccuracyProblem, plan: &StepPlan) -> Option<LeftOutReason> {
         let base = Accuracy::default();
         let joints = problem.setup.model.joint_count();
         let rows = plan.ground.is_some() || plan.limits.is_some() || plan.dry_friction.is_some();
         let boxed = plan.drive.as_ref().is_some_and(|drive| drive.max_torque.is_some());
         let reason = if self.feedforward.is_some() && !problem.setup.script.has_targets() {
-            "no joint is driven toward a target"
+            LeftOutReason::NoTargets
         } else if self.accuracy.coordinates != base.coordinates && joints == 0 {
-            "the character has no joints: both coordinates are the same"
+            LeftOutReason::NoJoints
         } else if self.accuracy.friction_cone != base.friction_cone && plan.friction.is_none() {
-            "nothing here has friction"
+            LeftOutReason::NoFriction
         } else if self.accuracy.solver != base.solver && !(rows || boxed) {
-            "neither contact nor limits: there is nothing to solve"
+            LeftOutReason::NothingToSolve
         } else {
             let faults = self.accuracy.faults();
-            let reasons: Vec<String> = faults.iter().map(|fault| fault.reason.clone()).collect();
-            return (!reasons.is_empty()).then(|| reasons.join("; "));
+            return (!faults.is_empty()).then_some(LeftOutReason::Settings(faults));
         };
-        Some(reason.to_owned())
+        Some(reason)
     }
 }

@@ -3,77 +3,42 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-use super::engine::Stepper;
-use super::problem::{Piece, Problem};
-use super::sweep::Point;
+use super::fault::{Divergence, LeftOutReason};
+use super::figures::{Figures, TrialOutcome};
+use super::problem::{AccuracyProblem, Piece};
+use super::rapier::Unsupported;
+use super::settings::TrialSettings;
+use super::stepper::Stepper;
 use gaitwright_physics::scene::StepPlan;
-use gaitwright_physics::sim::{energy, momentum};
+use gaitwright_physics::sim::{Failure, energy, momentum};
 
-/// What was measured of a setting. Means and extremes are over everything that was compared with the truth.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Figures {
-    /// Mean error, in the unit of the subject.
-    pub error: f64,
-    /// Greatest error, in the unit of the subject.
-    pub worst_error: f64,
-    /// Computing time of the steps alone for a simulated second, s: of every piece the shortest of several
-    /// repeats.
-    pub seconds: f64,
-    /// How often new velocities were computed for a simulated second, a measure of work that no machine disturbs;
-    /// `null` where the engine does not tell.
-    pub evaluations: Option<f64>,
-    /// Mean difference of the energy from the true one, J.
-    pub energy_error: f64,
-    /// Mean difference of the linear momentum from the true one, kg m/s.
-    pub momentum_error: f64,
-    /// Greatest penetration, m; `null` where the engine does not tell.
-    pub penetration: Option<f64>,
-    /// Greatest distance of a joint from its range of motion, rad or m.
-    pub limit_overshoot: f64,
-    /// Greatest distance (m) or angle (rad) by which the two bodies of a joint or of a closed loop are apart: in
-    /// joint coordinates only loops can be; `null` where the engine does not tell.
-    pub joint_separation: Option<f64>,
-    /// Greatest residual of the complementarity problem, m/s or rad/s; `null` where the engine has none.
-    pub residual: Option<f64>,
-}
-
-/// What came of a setting.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Outcome {
-    /// It went to its end.
-    Measured(Figures),
-    /// The simulation broke off, or lost the character; why.
-    Diverged(String),
-    /// It does not apply to this problem; why.
-    LeftOut(String),
-}
-
-/// An error beyond this, in m or rad, is no inaccuracy any more.
+/// An error beyond this, in m or rad, is no inaccuracy any more: the simulation has diverged.
 const LOST: f64 = 100.0;
 
-/// Settings that compute new velocities more often than this for a simulated second are not tried to their end.
+/// Trials that compute new velocities more often than this for a simulated second are broken off, 1/s.
 const MOST_EVALUATIONS: u64 = 50_000;
 
-impl Problem {
-    /// Tries `point`, timed `repeats` times (not at all for 0); `None` when `stop` says so before it
-    /// is done.
-    pub fn try_out(&self, point: &Point, repeats: u32, stop: &dyn Fn() -> bool) -> Option<Outcome> {
-        let plan = match self.setup.plan(&self.divided(&point.accuracy)) {
+impl AccuracyProblem {
+    /// Simulates every piece with `settings`, timed `repeats` times (not at all for 0); `None` when `stop` returns
+    /// true before that is done.
+    pub fn try_out(
+        &self,
+        settings: &TrialSettings,
+        repeats: u32,
+        stop: &dyn Fn() -> bool,
+    ) -> Option<TrialOutcome> {
+        let plan = match self.setup.plan(&self.divided(&settings.accuracy)) {
             Ok(plan) => Arc::new(plan),
-            Err(error) => return Some(Outcome::LeftOut(error.to_string())),
+            Err(error) => return Some(TrialOutcome::LeftOut(LeftOutReason::Plan(error))),
         };
-        let mut trial = match Trial::new(self, plan, point) {
+        let mut trial = match Trial::new(self, plan, settings) {
             Ok(trial) => trial,
-            Err(reason) => return Some(Outcome::LeftOut(reason)),
+            Err(missing) => return Some(TrialOutcome::LeftOut(missing.into())),
         };
-        let mut sum = Sum::NOTHING;
+        let mut sum = Sum::ZERO;
         let mut computing = Duration::ZERO;
         for piece in &self.pieces {
-            trial.rehearse(piece);
+            trial.prepare_targets(piece);
             match trial.measure(piece, &mut sum, stop) {
                 Ok(true) => {}
                 Ok(false) => return None,
@@ -84,35 +49,39 @@ impl Problem {
                 match trial.time(piece, stop) {
                     Ok(None) => return None,
                     Ok(Some(time)) => shortest = Some(shortest.map_or(time, |own: Duration| own.min(time))),
-                    Err(reason) => return Some(Outcome::Diverged(reason)),
+                    Err(divergence) => return Some(TrialOutcome::Diverged(divergence)),
                 }
             }
             computing += shortest.unwrap_or_default();
         }
-        Some(Outcome::Measured(sum.figures(self, computing)))
+        Some(TrialOutcome::Measured(sum.figures(self, computing)))
     }
 }
 
-/// A setting at work.
+/// A simulation of the pieces of a problem with one setting.
 struct Trial<'a> {
-    problem: &'a Problem,
+    problem: &'a AccuracyProblem,
     plan: Arc<StepPlan>,
     stepper: Stepper,
-    /// Steps from mark to mark.
+    /// Number of steps from mark to mark.
     steps: usize,
-    /// Targets at the beginning of every step of a piece, and at the end of the last.
+    /// Targets at the beginning of every step of a piece and at the end of the last, rad or m: (steps + 1) × joints.
     targets: Vec<f64>,
 }
 
 impl<'a> Trial<'a> {
-    fn new(problem: &'a Problem, plan: Arc<StepPlan>, point: &Point) -> Result<Self, String> {
-        let stepper = Stepper::new(point.engine, &problem.setup, &plan)?;
-        let steps = problem.steps(point.accuracy.step);
+    fn new(
+        problem: &'a AccuracyProblem,
+        plan: Arc<StepPlan>,
+        settings: &TrialSettings,
+    ) -> Result<Self, Unsupported> {
+        let stepper = Stepper::new(settings.engine, &problem.setup, &plan)?;
+        let steps = problem.steps(settings.accuracy.step);
         Ok(Self { problem, plan, stepper, steps, targets: Vec::new() })
     }
 
-    /// Looks up the targets of a piece, so that doing so is not timed.
-    fn rehearse(&mut self, piece: &Piece) {
+    /// Fills `targets` for a piece, so that looking them up is not timed.
+    fn prepare_targets(&mut self, piece: &Piece) {
         let (joints, step) = (self.problem.setup.model.joint_count(), self.plan.step());
         let count = self.steps * piece.marks.len() + 1;
         self.targets.resize(count * joints, 0.0);
@@ -124,40 +93,42 @@ impl<'a> Trial<'a> {
         }
     }
 
-    fn step(&mut self, index: usize) -> Result<(), String> {
+    fn step(&mut self, index: usize) -> Result<(), Failure> {
         let joints = self.problem.setup.model.joint_count();
         let (now, next) = self.targets[index * joints..(index + 2) * joints].split_at(joints);
         self.stepper.step(self.problem.setup.script.command(now, next))
     }
 
-    /// Goes through a piece and compares every mark with the truth; whether it got to the end before `stop`
-    /// said so.
+    /// Simulates a piece, compares every mark with the truth and adds the figures to `sum`. Returns whether the end
+    /// was reached before `stop` returned true.
     ///
     /// # Errors
-    /// What became of the setting instead.
-    fn measure(&mut self, piece: &Piece, sum: &mut Sum, stop: &dyn Fn() -> bool) -> Result<bool, Outcome> {
-        self.stepper.restart(&piece.start).map_err(Outcome::Diverged)?;
+    /// The outcome of the trial where it cannot be measured.
+    fn measure(
+        &mut self,
+        piece: &Piece,
+        sum: &mut Sum,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<bool, TrialOutcome> {
+        self.stepper.restart(&piece.start).map_err(diverged)?;
         let seconds = self.problem.interval * piece.marks.len() as f64;
         let allowed = (MOST_EVALUATIONS as f64 * seconds) as u64;
-        let Problem { setup, measure, .. } = self.problem;
+        let AccuracyProblem { setup, measure, .. } = self.problem;
         for (number, truth) in piece.marks.iter().enumerate() {
             for index in number * self.steps..(number + 1) * self.steps {
                 if stop() {
                     return Ok(false);
                 }
-                self.step(index).map_err(Outcome::Diverged)?;
-                sum.watch(&self.stepper, &setup.model.limits);
+                self.step(index).map_err(diverged)?;
+                sum.add_step(&self.stepper, &setup.model.limits);
                 if self.stepper.evaluations().is_some_and(|count| count > allowed) {
-                    return Err(Outcome::LeftOut(format!(
-                        "takes more than {MOST_EVALUATIONS} evaluations a second"
-                    )));
+                    return Err(TrialOutcome::LeftOut(LeftOutReason::TooCostly(MOST_EVALUATIONS)));
                 }
             }
             let state = self.stepper.state();
             let error = (measure.of)(&setup.model, state, truth);
             if error.is_nan() || error > LOST {
-                let reason = format!("off by {error:.3e} {} at {} s", measure.unit, truth.time);
-                return Err(Outcome::Diverged(reason));
+                return Err(diverged(Divergence::Lost { error, unit: measure.unit, time: truth.time }));
             }
             sum.error += error;
             sum.worst = sum.worst.max(error);
@@ -173,13 +144,13 @@ impl<'a> Trial<'a> {
         Ok(true)
     }
 
-    /// Computing time of the steps of a piece; `None` when `stop` says so before its end.
-    fn time(&mut self, piece: &Piece, stop: &dyn Fn() -> bool) -> Result<Option<Duration>, String> {
+    /// Computing time of the steps of a piece; `None` when `stop` returns true before its end.
+    fn time(&mut self, piece: &Piece, stop: &dyn Fn() -> bool) -> Result<Option<Duration>, Divergence> {
         self.stepper.restart(&piece.start)?;
         let steps = self.steps * piece.marks.len();
         let started = Instant::now();
         for index in 0..steps {
-            // A look at a flag: nothing beside a step.
+            // Reads a flag, which takes no time beside a step.
             if stop() {
                 return Ok(None);
             }
@@ -189,7 +160,11 @@ impl<'a> Trial<'a> {
     }
 }
 
-/// What adds up over the pieces.
+fn diverged(cause: impl Into<Divergence>) -> TrialOutcome {
+    TrialOutcome::Diverged(cause.into())
+}
+
+/// Sums and extremes over the pieces, in the units of [`Figures`].
 struct Sum {
     error: f64,
     worst: f64,
@@ -203,7 +178,7 @@ struct Sum {
 }
 
 impl Sum {
-    const NOTHING: Self = Self {
+    const ZERO: Self = Self {
         error: 0.0,
         worst: 0.0,
         energy: 0.0,
@@ -215,8 +190,8 @@ impl Sum {
         residual: None,
     };
 
-    /// Takes in what the last step shows beside its state.
-    fn watch(&mut self, stepper: &Stepper, limits: &[Option<[f64; 2]>]) {
+    /// Adds the extremes of the last step, of which its state alone does not tell.
+    fn add_step(&mut self, stepper: &Stepper, limits: &[Option<[f64; 2]>]) {
         let outside = |(limit, angle): (&Option<[f64; 2]>, &f64)| {
             limit.map_or(0.0, |[lower, upper]| (lower - angle).max(angle - upper))
         };
@@ -230,7 +205,8 @@ impl Sum {
         greater(&mut self.residual, simulator.residual());
     }
 
-    fn figures(self, problem: &Problem, computing: Duration) -> Figures {
+    /// The figures of a trial whose steps took `computing` altogether.
+    fn figures(self, problem: &AccuracyProblem, computing: Duration) -> Figures {
         let (marks, seconds) = (problem.marks() as f64, problem.seconds());
         Figures {
             error: self.error / marks,

@@ -1,42 +1,40 @@
-//! Which supporting link is on the ground when: contact forces turned into stances and footfalls.
+//! When each supporting link is on the ground: stances and footfalls from contact forces.
 
 use gaitwright_physics::playback::Trace;
 
-/// How contact forces are turned into stances.
+/// How stances are detected from contact forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detection {
-    /// Normal force from which a link counts as standing, N.
+    /// Normal force above which a link is in stance, N.
     pub threshold: f64,
-    /// Stances and swings shorter than this are chatter, s.
+    /// Stances and swings shorter than this are ignored as chatter, s.
     pub debounce: f64,
 }
 
 impl Detection {
-    /// Suited to a character of `weight` newtons: a hundredth of its weight, and 25 ms, a tenth of a
-    /// brisk animal's stride.
+    /// For a character of `weight` newtons: a hundredth of its weight, and 25 ms, a tenth of a fast animal's stride.
     pub fn for_weight(weight: f64) -> Self {
         Self { threshold: 0.01 * weight, debounce: 0.025 }
     }
 }
 
-/// When one link touches the ground, sample by sample, chatter removed.
+/// When one link is on the ground, sample by sample, with chatter removed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Footing {
     /// Index of the character's link.
     pub link: usize,
-    /// Whether it stands, one entry a sample.
+    /// Whether the link is in stance, one entry a sample.
     pub stance: Vec<bool>,
-    /// Samples at which a stance begins after a swing.
+    /// Indices of the samples at which a stance begins after a swing, in order.
     pub touch_downs: Vec<usize>,
 }
 
 impl Footing {
     /// The stances of `link` in `trace`.
     ///
-    /// First swings shorter than the debounce time are closed, so that a foot that chatters while it
-    /// lands counts as down from its first touch; then stances that are still shorter are dropped.
-    /// What touches the start or the end of the trace may be longer than what is seen of it and is
-    /// left as it is.
+    /// First swings shorter than the debounce time become stance, so that a foot that chatters while it lands is down
+    /// from its first contact; then stances that are still shorter become swing. A stance or swing at the start or the
+    /// end of the trace may be longer than what the trace shows and is kept.
     pub fn detect(trace: &Trace, link: usize, detection: Detection) -> Self {
         let mut stance: Vec<bool> = trace
             .samples

@@ -1,4 +1,4 @@
-//! Which leg is which: left or right, fore or hind, told from where the feet stand.
+//! Which leg is which: left or right, fore or hind, from the positions of the feet in the standing pose.
 
 use std::fmt;
 
@@ -23,9 +23,9 @@ pub enum Side {
 pub struct Leg {
     /// Left or right.
     pub side: Side,
-    /// 0 at the front.
+    /// Place along the body, 0 at the front.
     pub row: usize,
-    /// Legs on a side.
+    /// Number of legs on each side.
     pub rows: usize,
 }
 
@@ -59,7 +59,7 @@ pub(super) fn place(
     let level = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -heading);
     let feet: Vec<(usize, Vector3<f64>)> =
         support.iter().map(|&link| (link, level * foot(character, link, standing).coords)).collect();
-    // Left and right are told from the middle between the feet: the root's origin may lie anywhere.
+    // Left and right are relative to the middle of the feet: the root's origin may lie anywhere.
     let middle = feet.iter().map(|(_, at)| at.y).sum::<f64>() / feet.len().max(1) as f64;
     let side = |left: bool| {
         let mut side: Vec<&(usize, Vector3<f64>)> =
@@ -80,7 +80,7 @@ pub(super) fn place(
         .collect()
 }
 
-/// Where a supporting link stands: the middle of its lowest shape, world frame, m.
+/// Position of the foot of a supporting link: the origin of its lowest shape, world frame, m.
 fn foot(character: &Character, link: usize, standing: &[Isometry3<f64>]) -> Point3<f64> {
     let frame = standing.get(link).copied().unwrap_or_default();
     let shapes = character.links.get(link).map_or(&[][..], |link| &link.collisions);
@@ -91,8 +91,8 @@ fn foot(character: &Character, link: usize, standing: &[Isometry3<f64>]) -> Poin
         .unwrap_or_else(|| Point3::from(frame.translation.vector))
 }
 
-/// Mean height above `ground` at which the legs of the supporting links hang on the root, m: the
-/// origin of the root's child on the way to each. `None` when the root itself is what supports.
+/// Mean height of the hips above `ground`, m: of the origins of those children of the root that carry the supporting
+/// links. `None` where the root itself is the only supporting link.
 pub(super) fn hip_height(
     character: &Character,
     support: &[usize],
@@ -108,7 +108,7 @@ pub(super) fn hip_height(
     (!hips.is_empty()).then(|| hips.iter().sum::<f64>() / hips.len() as f64)
 }
 
-/// The root's child on the way from the root to `link`.
+/// The child of the root that carries `link`, or is it.
 fn hip(character: &Character, mut link: usize) -> Option<usize> {
     loop {
         let parent = character.links.get(link)?.joint.as_ref()?.parent;

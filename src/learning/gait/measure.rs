@@ -1,4 +1,4 @@
-//! From a trace of a looping motion to its gait report.
+//! The gait report of a simulated loop.
 
 use std::f64::consts::TAU;
 
@@ -7,22 +7,22 @@ use nalgebra::{Isometry3, Vector3};
 use super::footfall::{Detection, Footing};
 use super::legs::{self, Leg, Side};
 use super::name::{apart, classify};
-use super::report::{Foot, Format, GaitReport, Pair, Regime, Spread};
+use super::report::{Foot, GaitFormat, GaitReport, Pair, Regime, Spread};
 use gaitwright_physics::character::Character;
 use gaitwright_physics::playback::Trace;
 
-/// Strides that differ from the usual one by more than this share are not counted as strides: a foot
-/// stumbled or a touch-down was missed.
+/// Strides whose period differs from the median by more than this share of it are left out: the foot stumbled, or a
+/// touch-down was missed.
 const ODD_STRIDE: f64 = 0.3;
 
-/// What a gait is judged against.
+/// What a gait is measured with, beside its trace.
 #[derive(Debug, Clone, Copy)]
-pub struct Setting<'a> {
-    /// Whose gait it is.
+pub struct GaitContext<'a> {
+    /// The character that moved.
     pub character: &'a Character,
-    /// Links that carry it, by index.
+    /// Indices of the links that carry it.
     pub support: &'a [usize],
-    /// World frames of all links in the standing pose.
+    /// World frames of all links in the standing pose, m.
     pub standing: &'a [Isometry3<f64>],
     /// Height of the ground, m.
     pub ground: f64,
@@ -30,13 +30,13 @@ pub struct Setting<'a> {
     pub mass: f64,
     /// Magnitude of the gravitational acceleration, m/s².
     pub gravity: f64,
-    /// Wanted direction of travel in the world frame, of any length; only x and y count.
+    /// The task's direction of travel in the world frame, of any length; z is ignored.
     pub direction: [f64; 3],
 }
 
-/// Measures the gait in `trace`, which should hold at least ten turns of a looping motion and nothing
-/// else. A trace without steps gives a report without phases.
-pub fn measure(trace: &Trace, setting: &Setting<'_>) -> GaitReport {
+/// Measures the gait in `trace`, which should consist of at least ten cycles of a looping motion. A trace without steps
+/// gives a report without phases.
+pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
     let detection = Detection::for_weight(setting.mass * setting.gravity);
     let legs = legs::place(setting.character, setting.support, setting.standing);
     let footings: Vec<Footing> =
@@ -82,7 +82,7 @@ pub fn measure(trace: &Trace, setting: &Setting<'_>) -> GaitReport {
         (travel.distance > least && resistance > 0.0).then(|| work / resistance)
     };
     GaitReport {
-        format: Format::V1,
+        format: GaitFormat::V1,
         gait: named
             .map(|named| named.name.to_owned())
             .or_else(|| has_names.then(|| "unclassified".to_owned())),
@@ -108,18 +108,18 @@ pub fn measure(trace: &Trace, setting: &Setting<'_>) -> GaitReport {
     }
 }
 
-/// Touch-downs of a foot as parts of the reference foot's strides.
+/// When a foot touches down within the reference foot's strides.
 #[derive(Debug, Clone, Copy)]
 struct Phase {
-    /// Mean on the circle, 0 up to 1.
+    /// Circular mean, share of a stride, 0 up to 1.
     mean: f64,
-    /// Standard deviation on the circle.
+    /// Circular standard deviation, share of a stride.
     deviation: f64,
 }
 
-/// Where each of `steps` falls within the stride of the reference foot that it falls into; averaged as
-/// unit vectors (Batschelet 1981, *Circular Statistics in Biology*), since phases just below 1 and just
-/// above 0 are neighbours.
+/// The phase of touch-downs at `steps` (s) within the strides between those at `reference` (s); averaged as unit
+/// vectors (Batschelet 1981, *Circular Statistics in Biology*), since phases just below 1 and just above 0 are
+/// neighbours. `None` where no touch-down falls into a stride of the reference foot.
 fn phase(steps: &[f64], reference: &[f64]) -> Option<Phase> {
     let angles: Vec<f64> = steps
         .iter()
@@ -137,13 +137,13 @@ fn phase(steps: &[f64], reference: &[f64]) -> Option<Phase> {
         .iter()
         .fold((0.0, 0.0), |(sine, cosine), angle| (sine + angle.sin() / count, cosine + angle.cos() / count));
     let length = sine.hypot(cosine).clamp(f64::MIN_POSITIVE, 1.0);
-    let turns = (sine.atan2(cosine) / TAU).rem_euclid(1.0);
-    // What rounding leaves just below 1 is 0.
-    let mean = if 1.0 - turns < 1e-9 { 0.0 } else { turns };
+    let fraction = (sine.atan2(cosine) / TAU).rem_euclid(1.0);
+    // Just below 1 by rounding alone is 0.
+    let mean = if 1.0 - fraction < 1e-9 { 0.0 } else { fraction };
     Some(Phase { mean, deviation: (-2.0 * length.ln()).sqrt() / TAU })
 }
 
-/// Periods of all strides of all feet, s, without odd ones.
+/// Periods of all strides of all feet, s, ascending, without those that [`ODD_STRIDE`] leaves out.
 fn stride_periods(steps: &[Vec<f64>]) -> Vec<f64> {
     let mut periods: Vec<f64> =
         steps.iter().flat_map(|steps| steps.windows(2).map(|pair| pair[1] - pair[0])).collect();
@@ -153,7 +153,7 @@ fn stride_periods(steps: &[Vec<f64>]) -> Vec<f64> {
     periods
 }
 
-/// Share of whole strides that the foot stands; of all samples where it makes none.
+/// Share of the time in stance over all whole strides, 0 to 1; over all samples where there is no stride.
 fn duty_factor(footing: &Footing) -> f64 {
     let whole = match footing.touch_downs.as_slice() {
         [first, .., last] => &footing.stance[*first..*last],
@@ -162,6 +162,7 @@ fn duty_factor(footing: &Footing) -> f64 {
     whole.iter().filter(|&&stands| stands).count() as f64 / whole.len().max(1) as f64
 }
 
+/// Beginning and end of every stance, s.
 fn stances(footing: &Footing, times: &[f64]) -> Vec<[f64; 2]> {
     let mut stances = Vec::new();
     let mut start = None;
@@ -181,11 +182,13 @@ fn stances(footing: &Footing, times: &[f64]) -> Vec<[f64; 2]> {
     stances
 }
 
+/// Share of the samples in which no foot is in stance, 0 to 1.
 fn aerial_fraction(footings: &[Footing], samples: usize) -> f64 {
-    let aloft = (0..samples).filter(|&at| footings.iter().all(|footing| !footing.stance[at])).count();
-    aloft as f64 / samples.max(1) as f64
+    let aerial = (0..samples).filter(|&at| footings.iter().all(|footing| !footing.stance[at])).count();
+    aerial as f64 / samples.max(1) as f64
 }
 
+/// The left and right legs of each row that both step.
 fn pairs(character: &Character, legs: &[(usize, Option<Leg>)], phases: &[Option<Phase>]) -> Vec<Pair> {
     let find = |side: Side, row: usize| {
         let index =
@@ -200,6 +203,7 @@ fn pairs(character: &Character, legs: &[(usize, Option<Leg>)], phases: &[Option<
         .collect()
 }
 
+/// How much strides differ; `None` with fewer than two strides.
 fn spread(periods: &[f64], phases: &[Option<Phase>]) -> Option<Spread> {
     let mean = mean(periods).filter(|_| periods.len() >= 2)?;
     let variance = periods.iter().map(|period| (period - mean).powi(2)).sum::<f64>() / periods.len() as f64;
@@ -207,7 +211,7 @@ fn spread(periods: &[f64], phases: &[Option<Phase>]) -> Option<Spread> {
     Some(Spread { period: variance.sqrt() / mean, phase })
 }
 
-/// Mean speed of contacts along the ground, weighted by their normal force, m/s.
+/// Mean tangential speed of the contacts, weighted by their normal force, m/s.
 pub(super) fn stance_slip(trace: &Trace) -> f64 {
     let (mut slip, mut load) = (0.0, 0.0);
     for contact in trace.samples.iter().flat_map(|sample| &sample.contacts) {
@@ -219,14 +223,15 @@ pub(super) fn stance_slip(trace: &Trace) -> f64 {
     if load > 0.0 { slip / load } else { 0.0 }
 }
 
-/// How far and how fast the centre of mass went.
+/// Travel of the centre of mass over a trace.
 struct Travel {
-    /// Horizontal, from the first sample to the last, m.
+    /// Horizontal distance from the first sample to the last, m.
     distance: f64,
+    /// Mean horizontal speed, m/s.
     horizontal_speed: f64,
-    /// Along the wanted direction, m/s.
+    /// Mean speed along the task's direction, m/s.
     speed: f64,
-    /// To the left of it, m/s.
+    /// Mean speed to the left of it, m/s.
     sideways_speed: f64,
 }
 

@@ -1,8 +1,8 @@
-//! Judging a gait: footfalls, phases, duty factors, names, what it costs and whether it is valid.
+//! Measures of a gait: footfalls, phases, duty factors, name, cost of transport and physical validity.
 //!
 //! The figures are Hildebrand's (M. Hildebrand 1965, "Symmetrical gaits of horses"; 1989, "The
-//! quadrupedal gaits of vertebrates"): the duty factor of a foot is the share of the stride that it
-//! stands, its phase the part of the stride by which it touches down after the reference foot.
+//! quadrupedal gaits of vertebrates"): the duty factor of a foot is the share of the stride for which it is
+//! on the ground; its phase is the share of the stride by which it touches down after the reference foot.
 
 mod footfall;
 mod legs;
@@ -13,7 +13,7 @@ mod validity;
 
 pub use footfall::{Detection, Footing};
 pub use legs::{Leg, Side};
-pub use measure::{Setting, measure};
+pub use measure::{GaitContext, measure};
 pub use name::{Classified, MAX_DISTANCE, Template, classify, templates};
-pub use report::{Foot, Format, GaitReport, Pair, Regime, Spread};
+pub use report::{Foot, GaitFormat, GaitReport, Pair, Regime, Spread};
 pub use validity::validity;

@@ -1,8 +1,8 @@
-//! Names of gaits by the circular distance of their phases to those of named gaits.
+//! Names of gaits: the named gait whose phases are nearest on the circle.
 
 use super::legs::Leg;
 
-/// Mean distance of the phases beyond which a gait is `unclassified`, parts of a stride.
+/// Mean distance of the phases beyond which a gait is `unclassified`, share of a stride.
 pub const MAX_DISTANCE: f64 = 0.075;
 
 /// A named gait.
@@ -10,10 +10,10 @@ pub const MAX_DISTANCE: f64 = 0.075;
 pub struct Template {
     /// Its name.
     pub name: &'static str,
-    /// Touch-down of each leg after that of the first, parts of a stride; legs in the order left
-    /// before right, front to back.
+    /// Touch-down of each leg after that of the first, shares of a stride; legs in the order left before right, front to
+    /// back.
     pub phases: &'static [f64],
-    /// Usual duty factor. It has no part in the naming.
+    /// Usual duty factor. It decides only between names with the same phases.
     pub duty_factor: f64,
 }
 
@@ -61,27 +61,27 @@ pub fn templates(legs: usize) -> &'static [Template] {
     }
 }
 
-/// A gait and how well its name fits.
+/// The name of a gait, and its distance from the named gait.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Classified {
     /// Name of the nearest gait, or `unclassified` when that is further than [`MAX_DISTANCE`].
     pub name: &'static str,
-    /// Mean distance of the phases to those of the nearest named gait, parts of a stride, 0 to ½.
+    /// Mean distance of the phases to those of the nearest named gait, share of a stride, 0 to ½.
     pub distance: f64,
 }
 
-/// Names the gait with these phases (parts of a stride) of these legs, in any order, and this mean
+/// Names the gait with these phases (shares of a stride) of these legs, in any order, and this mean
 /// duty factor; `None` where gaits of so many legs have no names.
 ///
 /// The distance to a template is the mean over the legs of the distance on the circle, for the
 /// reference that fits best, so it does not depend on the foot that phases are counted from. Gaits
-/// led from the left and from the right have the same name. Names with the same phases are told apart
-/// by the duty factor: at least one half walks.
+/// led from the left and from the right have the same name. Names with the same phases are distinguished by the duty
+/// factor: at least one half is the slower of the two.
 pub fn classify(feet: &[(Leg, f64)], duty_factor: f64) -> Option<Classified> {
     let mut feet = feet.to_vec();
     feet.sort_by_key(|&(leg, _)| leg);
     let phases: Vec<f64> = feet.iter().map(|&(_, phase)| phase).collect();
-    // The same gait seen in a mirror: left and right change places.
+    // The mirrored gait: left and right legs exchanged.
     let rows = phases.len() / 2;
     let mirrored: Vec<f64> = phases[rows..].iter().chain(&phases[..rows]).copied().collect();
     templates(phases.len())
@@ -101,19 +101,19 @@ pub fn classify(feet: &[(Leg, f64)], duty_factor: f64) -> Option<Classified> {
         })
 }
 
-/// Mean distance on the circle between two sets of phases, the second turned to fit best.
+/// Mean distance on the circle between two sets of phases, for the shift of the second that fits best.
 ///
-/// The mean of absolute distances is piecewise linear in the turn and has its minimum where one of
-/// the legs fits exactly, so trying these suffices.
+/// The mean of absolute distances is piecewise linear in the shift and has its minimum where one of the legs fits
+/// exactly, so trying these suffices.
 fn distance(phases: &[f64], template: &[f64]) -> f64 {
     let differences: Vec<f64> = phases.iter().zip(template).map(|(phase, wanted)| phase - wanted).collect();
-    let mean = |turn: f64| {
-        differences.iter().map(|difference| apart(difference - turn)).sum::<f64>() / differences.len() as f64
+    let mean = |shift: f64| {
+        differences.iter().map(|difference| apart(difference - shift)).sum::<f64>() / differences.len() as f64
     };
-    differences.iter().map(|&turn| mean(turn)).fold(f64::INFINITY, f64::min)
+    differences.iter().map(|&shift| mean(shift)).fold(f64::INFINITY, f64::min)
 }
 
-/// Distance of a phase from 0 on the circle, parts of a stride, 0 to ½.
+/// Distance of a phase from 0 on the circle, share of a stride, 0 to ½.
 pub(super) fn apart(phase: f64) -> f64 {
     (phase - phase.round()).abs()
 }

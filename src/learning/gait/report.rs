@@ -3,27 +3,27 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the contact forces of a continuous simulation tell about a gait.
+/// The measures of a gait, from the contact forces of a continuous simulation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GaitReport {
     /// Kind and version of the document.
-    pub format: Format,
+    pub format: GaitFormat,
     /// Name of the gait, or `unclassified`; `null` for a number of legs whose gaits have no names.
     pub gait: Option<String>,
-    /// Mean circular distance of the phases to those of the nearest named gait, parts of a stride.
+    /// Mean circular distance of the phases to those of the nearest named gait, share of a stride.
     pub distance: Option<f64>,
-    /// Whether the feet stand for more or for less than half of the stride; `null` without strides.
+    /// Whether the mean duty factor is at least or below one half; `null` without strides.
     pub regime: Option<Regime>,
     /// Time from a touch-down to the next of the same foot, s; `null` without strides.
     pub stride_period: Option<f64>,
-    /// Fewest whole strides that any stepping foot made.
+    /// Least number of whole strides of any foot that steps.
     pub strides: u32,
     /// Supporting links, in the order of the legs' names.
     pub feet: Vec<Foot>,
     /// Pairs of a left and a right leg.
     pub pairs: Vec<Pair>,
-    /// Share of the time in which no foot stands, 0 to 1.
+    /// Share of the time in which no foot is on the ground, 0 to 1.
     pub aerial_fraction: f64,
     /// How much strides differ from each other; `null` with fewer than two strides.
     pub spread: Option<Spread>,
@@ -34,31 +34,31 @@ pub struct GaitReport {
     /// v² / (g l) with the horizontal speed v and the standing hip height l; `null` without gravity or
     /// legs.
     pub froude: Option<f64>,
-    /// ∫ Σ |τ q̇| dt / (m g d) over the horizontal distance d; `null` when it got nowhere.
+    /// ∫ Σ |τ q̇| dt / (m g d) over the horizontal distance d; `null` where the character did not travel.
     pub cost_of_transport: Option<f64>,
-    /// The same with positive work only, ∫ Σ max(τ q̇, 0) dt.
+    /// The same with positive work only: ∫ Σ max(τ q̇, 0) dt / (m g d).
     pub positive_cost_of_transport: Option<f64>,
-    /// Mean speed along the ground of the contacts, weighted by their normal force, m/s.
+    /// Mean tangential speed of the contacts, weighted by their normal force, m/s.
     pub stance_slip: f64,
     /// Standing height of the hips above the ground, m; `null` without legs.
     pub hip_height: Option<f64>,
-    /// First and last moment of what was looked at, s.
+    /// First and last time of the trace, s.
     pub span: [f64; 2],
-    /// When the character fell, s, which ended what was looked at; left out where it stayed upright.
+    /// When the character fell, s, which ended the trace; left out where it stayed upright.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fell_at: Option<f64>,
 }
 
 /// The document's kind and version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-pub enum Format {
+pub enum GaitFormat {
     /// The one described here.
     #[default]
     #[serde(rename = "gaitwright/gait@1")]
     V1,
 }
 
-/// Walking and running as told apart by the duty factor (Hildebrand 1965).
+/// Walking and running as distinguished by the duty factor (Hildebrand 1965).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Regime {
@@ -68,22 +68,22 @@ pub enum Regime {
     Run,
 }
 
-/// A supporting link and its steps.
+/// The footfalls of a supporting link.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Foot {
     /// Name of the link.
     pub link: String,
-    /// Where the leg sits: `LF`, `LH`, `RF`, `RH` on four legs; `null` where it has no side.
+    /// Place of the leg: `LF`, `LH`, `RF`, `RH` on four legs; `null` where it has no side.
     pub leg: Option<String>,
-    /// Share of the stride that it stands, 0 to 1.
+    /// Duty factor: share of the stride in which it is on the ground, 0 to 1.
     pub duty_factor: f64,
-    /// Touch-down after that of the reference foot, parts of a stride, 0 up to 1; `null` for a foot
+    /// Touch-down after that of the reference foot, share of a stride, 0 up to 1; `null` for a foot
     /// that never steps. The reference foot is the first in the list that steps.
     pub phase: Option<f64>,
-    /// Whole strides seen of it.
+    /// Number of its whole strides.
     pub strides: u32,
-    /// Beginning and end of every stance, s; the first and the last may be cut by the span.
+    /// Beginning and end of every stance, s; the first and the last may be cut off by the span.
     pub stances: Vec<[f64; 2]>,
 }
 
@@ -95,7 +95,7 @@ pub struct Pair {
     pub left: String,
     /// Name of the right link.
     pub right: String,
-    /// |φ_left − φ_right − ½| on the circle, parts of a stride, 0 to ½; below 0.1 the gait is
+    /// |φ_left − φ_right − ½| on the circle, share of a stride, 0 to ½; below 0.1 the gait is
     /// symmetrical in Hildebrand's sense.
     pub asymmetry: f64,
 }
@@ -106,6 +106,6 @@ pub struct Pair {
 pub struct Spread {
     /// Standard deviation of the stride period over its mean.
     pub period: f64,
-    /// Greatest circular standard deviation of a foot's phase, parts of a stride.
+    /// Greatest circular standard deviation of a foot's phase, share of a stride.
     pub phase: f64,
 }

@@ -1,23 +1,23 @@
-//! A learned behaviour: postures in turn.
+//! A learned behaviour: a sequence of postures.
 
 use serde::{Deserialize, Serialize};
 
-/// A cyclic behaviour: states of joint angles and velocities visited in turn, `transition_time` apart.
+/// A cyclic behaviour: a sequence of joint angles and velocities, `transition_time` apart.
 ///
 /// It starts in the standing pose at rest, passes through `entry` and then repeats `cycle`; between
 /// two postures the targets follow a cubic Hermite spline.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Behaviour {
-    /// Over the continuous check, m/s: the least of its fitnesses undisturbed and after small pushes.
+    /// Fitness in the continuous check, m/s: the least of those from the standing pose and after small pushes.
     pub fitness: f64,
-    /// Generation that found it.
+    /// Number of the generation that found it.
     pub generation: u32,
-    /// Seconds between two states.
+    /// Time between two states, s.
     pub transition_time: f64,
-    /// Visited once, from the standing pose; may be empty.
+    /// Visited once, after the standing pose; may be empty.
     pub entry: Vec<Posture>,
-    /// Visited over and over; not empty.
+    /// Visited repeatedly; not empty.
     pub cycle: Vec<Posture>,
 }
 
@@ -25,14 +25,14 @@ pub struct Behaviour {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Posture {
-    /// rad or m.
+    /// rad or m, one a joint of the model.
     pub angles: Vec<f64>,
-    /// rad/s or m/s.
+    /// rad/s or m/s, one a joint of the model.
     pub velocities: Vec<f64>,
 }
 
 impl Posture {
-    /// At rest.
+    /// These angles at rest.
     pub fn resting(angles: &[f64]) -> Self {
         Self { angles: angles.to_vec(), velocities: vec![0.0; angles.len()] }
     }

@@ -1,9 +1,9 @@
 //! The transition cache: what was simulated once is not simulated again (the remedy that Tokizaki &
 //! Hasegawa plan in section 5).
 //!
-//! Its key is the pair of states, with the trunk's cell at the start of the transition where the trunk
-//! has cells. What it holds is therefore what the transition did the first time, from whatever
-//! physical state the character was in then; behaviours are judged without it.
+//! The key is the pair of states, with the trunk's cell at the start of the transition where the trunk has cells.
+//! The physical state at the start is not part of it: the cache holds the result of the first simulation of the
+//! transition, from whatever physical state the character was in then. The continuous check does not use it.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,21 +11,21 @@ use std::sync::Arc;
 use super::grid::GridState;
 use super::task::Terms;
 
-/// A transition by name.
+/// What identifies a transition.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub struct Key {
+pub struct TransitionKey {
     /// State it starts from; `None` for the standing pose.
     pub from: Option<GridState>,
     /// State it leads to.
     pub to: GridState,
-    /// Cell of the trunk at its start.
+    /// Cell of the trunk at its start, see [`super::evaluation::World::cell`].
     pub cell: usize,
 }
 
-/// What a transition did.
+/// The result of simulating a transition.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tracked<S> {
-    /// The terms of its reward.
+pub struct TrackedTransition<S> {
+    /// The terms of its reward, summed over the transition.
     pub terms: Terms,
     /// s simulated: the transition time, or less if the character fell.
     pub seconds: f64,
@@ -34,20 +34,19 @@ pub struct Tracked<S> {
     pub after: Option<(S, usize)>,
 }
 
-/// Transitions simulated so far, shared by all individuals of a generation, and changed only between
-/// generations: what an individual finds in it does not depend on the others of its generation, nor
-/// on the number of threads.
+/// Transitions simulated so far, shared by all individuals of a generation. It changes only between generations, so
+/// that what an individual finds in it depends neither on the others of its generation nor on the number of threads.
 #[derive(Debug, Clone)]
 pub struct Cache<S> {
-    known: HashMap<Key, Arc<Tracked<S>>>,
+    known: HashMap<TransitionKey, Arc<TrackedTransition<S>>>,
     capacity: usize,
 }
 
 /// Transitions an individual simulated for itself, in order.
-pub type Additions<S> = Vec<(Key, Arc<Tracked<S>>)>;
+pub type Additions<S> = Vec<(TransitionKey, Arc<TrackedTransition<S>>)>;
 
 impl<S> Cache<S> {
-    /// An empty one that holds at most `capacity` transitions.
+    /// An empty cache that holds at most `capacity` transitions.
     pub fn new(capacity: usize) -> Self {
         Self { known: HashMap::new(), capacity }
     }
@@ -63,12 +62,11 @@ impl<S> Cache<S> {
     }
 
     /// The transition, if it is known.
-    pub fn get(&self, key: &Key) -> Option<&Arc<Tracked<S>>> {
+    pub fn get(&self, key: &TransitionKey) -> Option<&Arc<TrackedTransition<S>>> {
         self.known.get(key)
     }
 
-    /// Keeps what an individual added, as far as there is room; of two that did the same transition
-    /// the first merged counts.
+    /// Adds what an individual simulated, as far as there is room. A transition that is already known stays as it is.
     pub fn merge(&mut self, additions: Additions<S>) {
         for (key, tracked) in additions {
             if self.known.len() >= self.capacity {
@@ -78,37 +76,37 @@ impl<S> Cache<S> {
         }
     }
 
-    /// Starts afresh.
+    /// Removes all transitions.
     pub fn clear(&mut self) {
         self.known.clear();
     }
 }
 
-/// How much the cache was asked and how much it saved.
+/// How many transitions were asked for and how much was simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Account {
+pub struct SimulationTotals {
     /// Transitions the Q-learners asked for.
     pub asked: u64,
     /// Those of them that had to be simulated.
     pub simulated: u64,
-    /// Simulated seconds, those of the continuous trials included.
+    /// Simulated time, continuous checks included, s.
     pub seconds: f64,
 }
 
-impl Account {
+impl SimulationTotals {
     /// Share of the transitions asked for that were not simulated, 0 to 1.
     pub fn hit_rate(&self) -> f64 {
         if self.asked == 0 { 0.0 } else { (self.asked - self.simulated) as f64 / self.asked as f64 }
     }
 
-    /// Simulated seconds saved, with transitions of `transition_time` seconds.
+    /// Simulated time that the caches saved, s, with transitions of `transition_time` seconds.
     pub fn saved_seconds(&self, transition_time: f64) -> f64 {
         (self.asked - self.simulated) as f64 * transition_time
     }
 }
 
-impl std::ops::AddAssign for Account {
+impl std::ops::AddAssign for SimulationTotals {
     fn add_assign(&mut self, other: Self) {
         self.asked += other.asked;
         self.simulated += other.simulated;

@@ -1,16 +1,19 @@
-//! Where a learner can be taken up again.
+//! The state from which a learner can be resumed.
 
 use serde::{Deserialize, Serialize};
 
-use super::cache::Account;
+use super::behaviour::Behaviour;
+use super::cache::SimulationTotals;
 use super::ga::Island;
+use super::generation::Generation;
+use super::genome::Genome;
 use super::parameters::Learning;
-use super::{Behaviour, Generation, Task};
+use super::task::Task;
 use gaitwright_physics::fault::{Fault, InputError};
 
 /// Everything a resumed job needs besides its setup. It is handed out between generations, when the
-/// transition cache starts afresh; randomness needs no state, since every individual of every
-/// generation draws from a stream of its own.
+/// transition cache is emptied. Randomness needs no state, since every individual of every generation draws from a
+/// stream of its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Checkpoint {
@@ -22,7 +25,7 @@ pub struct Checkpoint {
     pub task: Task,
     /// Generations done.
     pub generations: u32,
-    /// The populations.
+    /// The populations, one an island.
     pub islands: Vec<Island>,
     /// The best behaviour so far.
     pub best: Option<Behaviour>,
@@ -31,14 +34,16 @@ pub struct Checkpoint {
     pub improved: Vec<Behaviour>,
     /// The learning curve so far.
     pub curve: Vec<Generation>,
-    /// What was simulated so far.
-    pub account: Account,
+    /// What was simulated so far; the cache itself is not kept.
+    #[serde(rename = "account")]
+    pub totals: SimulationTotals,
     /// s of the wall clock spent so far.
     pub elapsed: f64,
 }
 
 impl Checkpoint {
-    /// Whether a job with these figures may go on from here; budgets may differ, and so may be raised.
+    /// Checks that a job with this seed, these parameters, this task and this number of joints may be resumed from
+    /// here. The budgets (generations, seconds) may differ.
     ///
     /// # Errors
     /// What belongs to a different job, with JSON pointers into the checkpoint.
@@ -59,11 +64,11 @@ impl Checkpoint {
             faults.push(Fault::new("/islands", format!("there are not {} islands", learning.islands)));
         }
         for (index, island) in self.islands.iter().enumerate() {
-            let sound = |genome: &super::genome::Genome| {
+            let sound = |genome: &Genome| {
                 genome.states.len() == learning.states
                     && genome.states.iter().all(|state| state.0.len() == joints)
             };
-            // An island that was given up is empty until the next generation.
+            // An island that was restarted is empty until the next generation.
             if !(island.members.is_empty() || island.members.len() == learning.population)
                 || !island.members.iter().all(|member| sound(&member.genome))
             {

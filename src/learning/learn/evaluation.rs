@@ -1,12 +1,12 @@
-//! The physical world the learner acts in: the one place where learning meets the simulator.
+//! The physical world in which behaviours are tried: the one place where learning uses the simulator.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
-use super::observer::{Interrupted, Stop};
 use super::parameters::{Parameters, Trunk};
+use super::stop::{Interrupted, Stop};
 use super::task::{STANDARD_GRAVITY, Terms};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
@@ -14,22 +14,21 @@ use gaitwright_physics::scene::{Accuracy, Effect, Scene, StepPlan, Switch};
 use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::{Stance, Upright};
 
-/// Roll or pitch from the middle of one trunk cell to the next, rad.
+/// Width of a cell of the trunk's roll or pitch, rad.
 const CELL_TILT: f64 = 0.2;
-/// Speed of the pushes that a behaviour has to survive, as a share of √(g h) (Froude number 1).
+/// Speed of the pushes of [`World::disturbed`], as a share of √(g h) (the speed at Froude number 1).
 const PUSH: f64 = 0.03;
-/// Steps between two looks at whether to go on: a step of the largest characters takes milliseconds.
-const STEPS_UNASKED: u64 = 16;
+/// Number of steps between two checks whether to stop: a step of the largest characters takes milliseconds.
+const STEPS_BETWEEN_CHECKS: u64 = 16;
 
-/// What tracking targets did to the character.
+/// The result of tracking targets for a while.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outcome<S> {
-    /// The terms of its reward.
+pub struct TrackingOutcome<S> {
+    /// The terms of the reward, summed over the steps.
     pub terms: Terms,
-    /// s simulated: all that was asked for, or less if the character fell.
+    /// Simulated time, s: all that was asked for, or less if the character fell.
     pub seconds: f64,
-    /// The physical state after it; `None` if the character fell, or the simulation failed (which
-    /// counts as a fall).
+    /// The physical state at the end; `None` if the character fell, or the simulation failed, which counts as a fall.
     pub after: Option<S>,
 }
 
@@ -38,14 +37,14 @@ pub type Targets<'a> = &'a dyn Fn(f64, &mut [f64]);
 
 /// What the learner needs of a physical world.
 pub trait World: Clone + Send + Sync {
-    /// Everything the future depends on.
+    /// The physical state, on which everything after it depends.
     type State: Clone + Send + Sync;
     /// The character at rest in its standing pose.
     fn standing(&self) -> &Self::State;
-    /// The same, slightly disturbed: where a behaviour has to come through as well before it counts.
+    /// The same, slightly disturbed: starts from which a behaviour must stay upright, too, to pass the check.
     fn disturbed(&self) -> &[Self::State];
-    /// Goes on from `state`, tracking `targets` over the given steps of the simulation, counted from
-    /// time 0 of the targets. The outcome depends on the arguments alone.
+    /// Simulates from `state`, tracking `targets` over `steps`, numbered from time 0 of the targets. The outcome
+    /// depends on the arguments alone.
     ///
     /// # Errors
     /// The reason of `stop` to break off.
@@ -55,8 +54,8 @@ pub trait World: Clone + Send + Sync {
         targets: Targets<'_>,
         steps: Range<u64>,
         stop: &Stop,
-    ) -> Result<Outcome<Self::State>, Interrupted>;
-    /// Number of cells of the trunk's state; 1 for none.
+    ) -> Result<TrackingOutcome<Self::State>, Interrupted>;
+    /// Number of cells into which the trunk's roll and pitch are divided; 1 if they are not.
     fn cells(&self) -> usize;
     /// Cell of the trunk in `state`, below [`World::cells`].
     fn cell(&self, state: &Self::State) -> usize;
@@ -68,11 +67,12 @@ pub struct SimulatedWorld {
     simulator: Simulator,
     standing: Arc<State>,
     disturbed: Arc<[State]>,
-    /// World's vertical in the root's frame when standing.
+    /// The world's vertical in the root's frame in the standing pose.
     up: Unit<Vector3<f64>>,
     upright: Upright,
-    /// Levels of roll and of pitch.
+    /// Number of levels of roll, and of pitch; odd.
     cell_levels: u8,
+    /// Targets at the beginning and at the end of a step, rad or m, one a joint.
     now: Vec<f64>,
     next: Vec<f64>,
 }
@@ -112,7 +112,7 @@ impl SimulatedWorld {
         powers.map(|(torque, velocity)| (torque * velocity).abs()).sum::<f64>() * self.simulator.plan().step()
     }
 
-    /// Mean distance slid by the contacts that touch in the last step, m.
+    /// Mean distance by which the contacts of the last step slid, m.
     fn slip(&self) -> f64 {
         let (mut speed, mut count) = (0.0, 0.0);
         for contact in self.simulator.contacts() {
@@ -140,7 +140,7 @@ impl World for SimulatedWorld {
         targets: Targets<'_>,
         steps: Range<u64>,
         stop: &Stop,
-    ) -> Result<Outcome<State>, Interrupted> {
+    ) -> Result<TrackingOutcome<State>, Interrupted> {
         self.simulator.set_state(state);
         let step = self.simulator.plan().step();
         let start = self.simulator.center_of_mass();
@@ -149,7 +149,7 @@ impl World for SimulatedWorld {
         let mut done = steps.start;
         targets(done as f64 * step, &mut self.next);
         while upright && done < steps.end {
-            if done.is_multiple_of(STEPS_UNASKED) {
+            if done.is_multiple_of(STEPS_BETWEEN_CHECKS) {
                 stop.check()?;
             }
             done += 1;
@@ -165,12 +165,12 @@ impl World for SimulatedWorld {
             }
         }
         let travel = self.simulator.center_of_mass() - start;
-        // After a failed step the position may not be a number.
+        // After a failed step the position may not be finite.
         if travel.iter().all(|d| d.is_finite()) {
             terms.displacement = [travel.x, travel.y];
         }
         let after = upright.then(|| self.simulator.state().clone());
-        Ok(Outcome { terms, seconds: (done - steps.start) as f64 * step, after })
+        Ok(TrackingOutcome { terms, seconds: (done - steps.start) as f64 * step, after })
     }
 
     fn cells(&self) -> usize {
@@ -178,7 +178,7 @@ impl World for SimulatedWorld {
     }
 
     fn cell(&self, state: &State) -> usize {
-        // The standing vertical as the root carries it, seen along the root's present heading.
+        // The root-fixed vertical of the standing pose, in axes along and across the present heading.
         let up = state.root.orientation * self.up;
         let heading = heading(&state.root.orientation);
         let (sin, cos) = heading.sin_cos();
@@ -190,8 +190,8 @@ impl World for SimulatedWorld {
     }
 }
 
-/// The standing state with the root pushed back a little and to one side, once each; none for a root
-/// that is bolted to the world.
+/// The standing state with the root given a small velocity backward and to the left, and the same to the right; none
+/// for a root that is fixed to the world.
 fn pushes(model: &Model, stance: &Stance) -> Vec<State> {
     if model.fixed_base {
         return Vec::new();
@@ -214,6 +214,6 @@ fn heading(orientation: &UnitQuaternion<f64>) -> f64 {
 /// Rotation about the vertical between two orientations a step apart, rad.
 fn heading_change(before: &UnitQuaternion<f64>, after: &UnitQuaternion<f64>) -> f64 {
     let change = after * before.inverse();
-    // The quaternion and its negative are the same rotation; this takes the short one.
+    // The quaternion and its negative are the same rotation; this takes the shorter of the two.
     2.0 * (change.k * change.w.signum()).atan2(change.w.abs())
 }

@@ -1,5 +1,5 @@
-//! The genetic algorithm that chooses the next subsets: islands of individuals, bred by tournament,
-//! crossover and mutation, with the best kept.
+//! The genetic algorithm that chooses the next subsets: an island model with tournament selection, crossover, mutation
+//! and elitism.
 
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
@@ -9,30 +9,31 @@ use super::genome::Genome;
 use super::grid::Grid;
 use super::parameters::{Crossover, Learning};
 
-/// Mates drawn for a neighbouring crossover, of which the closest is taken.
+/// Mates drawn for a crossover with a neighbour; the closest of them is taken.
 const NEIGHBOURS: usize = 5;
-/// Attempts to breed a child that is not there yet before it is drawn afresh.
+/// Attempts to breed a child that differs from all others before one is drawn at random.
 const ATTEMPTS: usize = 4;
 
-/// A subset of states and what its behaviour achieves.
+/// A subset of states and the fitness of its behaviour.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Individual {
     /// The subset.
     pub genome: Genome,
-    /// m/s.
+    /// m/s, see [`super::trial::IndividualVerdict::fitness`].
     pub fitness: f64,
 }
 
-/// A population of its own.
+/// A population that evolves by itself but for migration.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Island {
     /// Fittest first; empty before the first generation.
     pub members: Vec<Individual>,
-    /// Fitness of the best behaviour that passed the continuous check here, m/s, at every look of it.
-    pub proven: Option<Vec<f64>>,
-    /// Generations since that last changed.
+    /// Fitness of the best behaviour that passed the continuous check here, m/s, at every inspection of the check.
+    #[serde(rename = "proven")]
+    pub accepted: Option<Vec<f64>>,
+    /// Number of generations since `accepted` last changed.
     pub stale: u32,
 }
 
@@ -64,7 +65,7 @@ impl Island {
         asked
     }
 
-    /// Takes in the evaluated children: the elite stays, the rest makes room for them.
+    /// Replaces all members but the elite by the evaluated children.
     pub fn tell(&mut self, children: Vec<Individual>, learning: &Learning) {
         self.members.truncate(learning.elite);
         self.members.extend(children);
@@ -72,18 +73,18 @@ impl Island {
         self.stale += 1;
     }
 
-    /// Raises the bar to a proven behaviour's looks, if its final fitness is the greatest here.
-    pub fn prove(&mut self, looks: &[f64]) {
-        let known = self.proven.as_ref().and_then(|known| known.last());
-        if known.is_none_or(|known| looks.last().is_some_and(|new| new > known)) {
-            self.proven = Some(looks.to_vec());
+    /// Records the inspections of a behaviour that passed the check, if its final fitness is the greatest here.
+    pub fn accept(&mut self, inspections: &[f64]) {
+        let known = self.accepted.as_ref().and_then(|known| known.last());
+        if known.is_none_or(|known| inspections.last().is_some_and(|new| new > known)) {
+            self.accepted = Some(inspections.to_vec());
             self.stale = 0;
         }
     }
 
-    /// Puts an individual from elsewhere in the place of the least fit, unless it is here already or
-    /// nobody is here yet.
-    pub fn welcome(&mut self, guest: Individual) {
+    /// Replaces the least fit member by an individual from another island, unless the same genome is here already or
+    /// the island is empty.
+    pub fn receive(&mut self, guest: Individual) {
         let known = self.members.iter().any(|member| member.genome == guest.genome);
         if !known && self.members.pop().is_some() {
             self.members.push(guest);
@@ -134,13 +135,15 @@ impl Island {
     }
 }
 
-/// Gives up every island that has made no progress for `patience` generations, except the one with the
-/// best proven behaviour: it is drawn afresh, and so gets another chance where it had run into a dead end.
-pub fn resettle(islands: &mut [Island], patience: u32) {
-    let fitness = |island: &Island| island.proven.as_ref().and_then(|looks| looks.last().copied());
-    let height = |island: &Island| fitness(island).unwrap_or(f64::NEG_INFINITY);
-    let best = (0..islands.len())
-        .reduce(|best, index| if height(&islands[index]) > height(&islands[best]) { index } else { best });
+/// Empties every island whose accepted behaviour has not improved for `patience` generations, except the one with the
+/// best of all: its next population is drawn at random, so that the search leaves local optima.
+pub fn restart_stale(islands: &mut [Island], patience: u32) {
+    let fitness =
+        |island: &Island| island.accepted.as_ref().and_then(|inspections| inspections.last().copied());
+    let best_fitness = |island: &Island| fitness(island).unwrap_or(f64::NEG_INFINITY);
+    let best = (0..islands.len()).reduce(|best, index| {
+        if best_fitness(&islands[index]) > best_fitness(&islands[best]) { index } else { best }
+    });
     for (index, island) in islands.iter_mut().enumerate() {
         if island.stale >= patience && best != Some(index) {
             *island = Island::default();
@@ -148,14 +151,14 @@ pub fn resettle(islands: &mut [Island], patience: u32) {
     }
 }
 
-/// Sends each island's best to the next one, all at once, around a ring.
+/// Migration: sends a copy of each island's best member to the next island of a ring, all at the same time.
 pub fn migrate(islands: &mut [Island]) {
     let best: Vec<Option<Individual>> =
         islands.iter().map(|island| island.members.first().cloned()).collect();
     let count = islands.len();
     for (from, guest) in best.into_iter().enumerate() {
         if let (Some(guest), true) = (guest, count > 1) {
-            islands[(from + 1) % count].welcome(guest);
+            islands[(from + 1) % count].receive(guest);
         }
     }
 }

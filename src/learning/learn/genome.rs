@@ -1,4 +1,4 @@
-//! A subset of states as a chromosome, and what chance does to it.
+//! A subset of states as a chromosome: random initialisation, crossover, mutation and repair.
 
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use super::grid::{Grid, GridState, Level};
 use super::parameters::Mutation;
 
-/// Attempts to turn a duplicate into something new by mutation before it is drawn afresh.
+/// Attempts to change a duplicate state by mutation before it is drawn at random.
 const REPAIRS: usize = 8;
 
-/// A subset of all states: what one individual of the genetic algorithm stands for.
+/// The genotype of an individual: a subset of the states of the grid.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Genome {
@@ -18,15 +18,15 @@ pub struct Genome {
 }
 
 impl Genome {
-    /// Draws `count` states around the standing pose: how far from it, and how many limbs follow others,
-    /// is drawn first, so that a population holds timid and bold, symmetric and asymmetric ones.
+    /// Draws `count` states around the standing pose. How far they are from it, and how many limbs are coupled to
+    /// others, is drawn first, so that a population contains small and large, symmetric and asymmetric motions.
     pub fn random(grid: &Grid, count: usize, rng: &mut impl Rng) -> Self {
-        let boldness = rng.random_range(0.1..=1.0);
-        let likeness = rng.random_range(0.0..=1.0);
-        let states = (0..count).map(|_| random_state(grid, boldness, rng)).collect();
+        let amplitude = rng.random_range(0.1..=1.0);
+        let coupling = rng.random_range(0.0..=1.0);
+        let states = (0..count).map(|_| random_state(grid, amplitude, rng)).collect();
         let mut genome = Self { states };
         for limb in 0..grid.limbs.len() {
-            if rng.random_bool(likeness)
+            if rng.random_bool(coupling)
                 && let Some(leader) = Leader::random(grid, limb, rng)
             {
                 genome.follow(grid, limb, &leader);
@@ -43,7 +43,7 @@ impl Genome {
         Self { states: states.collect() }
     }
 
-    /// Takes every limb's part of all states from one parent or the other.
+    /// Takes the levels of each limb, in all states, from one parent or the other.
     pub fn cross_by_limb(&self, other: &Self, grid: &Grid, rng: &mut impl Rng) -> Self {
         let mut child = self.clone();
         for limb in &grid.limbs {
@@ -58,9 +58,9 @@ impl Genome {
         child
     }
 
-    /// Changes angles, velocities, limbs and whole states at random, at the given rates. Limbs that
-    /// followed others before still do afterwards, unless that was what changed: otherwise every small
-    /// change would cost a symmetric motion its symmetry, and send it off in a curve.
+    /// Changes angles, velocities, limbs and whole states at random, at the given rates. Limbs that were coupled to
+    /// others before still are afterwards, unless the coupling itself was mutated: otherwise every small change would
+    /// make a symmetric motion asymmetric, and the character would turn.
     pub fn mutate(&mut self, grid: &Grid, rates: &Mutation, rng: &mut impl Rng) {
         let mut leaders: Vec<Option<Leader>> =
             (0..grid.limbs.len()).map(|limb| self.leader(grid, limb)).collect();
@@ -71,8 +71,8 @@ impl Genome {
         }
         for state in &mut self.states {
             if rng.random_bool(rates.state) {
-                let boldness = rng.random_range(0.1..=1.0);
-                *state = random_state(grid, boldness, rng);
+                let amplitude = rng.random_range(0.1..=1.0);
+                *state = random_state(grid, amplitude, rng);
             }
             for (joint, level) in grid.joints.iter().zip(&mut state.0) {
                 let mut nudge = |rate| if rng.random_bool(rate) { random_nudge(rng) } else { 0 };
@@ -88,7 +88,7 @@ impl Genome {
         }
     }
 
-    /// The first limb that `limb` follows in all states; `None` if it goes its own way.
+    /// The first limb whose motion `limb` repeats in all states; `None` if it moves independently.
     pub fn leader(&self, grid: &Grid, limb: usize) -> Option<Leader> {
         let mut choices =
             (0..limb).flat_map(|other| [false, true].map(|swapped| Leader { limb: other, swapped }));
@@ -102,7 +102,7 @@ impl Genome {
         })
     }
 
-    /// Makes `limb` do what `leader` does.
+    /// Couples `limb` to `leader` in all states.
     fn follow(&mut self, grid: &Grid, limb: usize, leader: &Leader) {
         if let Some(followed) = self.led(grid, limb, leader) {
             for (state, levels) in self.states.iter_mut().zip(followed) {
@@ -113,24 +113,25 @@ impl Genome {
         }
     }
 
-    /// Levels of `limb` in every state if it follows `leader`; `None` if it cannot.
+    /// Levels of `limb` in every state if it is coupled to `leader`: states × joints of the limb. `None` if the limbs
+    /// differ in their number of joints.
     fn led(&self, grid: &Grid, limb: usize, leader: &Leader) -> Option<Vec<Vec<Level>>> {
         let (target, source) = (&grid.limbs[limb], &grid.limbs[leader.limb]);
-        let signs = target.like(source)?;
+        let signs = target.signs_from(source)?;
         let states = (0..self.states.len()).map(|index| {
             let partner = if leader.swapped && index ^ 1 < self.states.len() { index ^ 1 } else { index };
             let joints = target.joints.iter().zip(&source.joints).zip(&signs);
             let levels = joints.map(|((&to, &from), &sign)| {
                 let Level { angle, velocity } = self.states[partner].0[from];
-                let turned = |level: i8| i16::from(level) * i16::from(sign);
-                grid.joints[to].clamp(turned(angle), turned(velocity))
+                let mirrored = |level: i8| i16::from(level) * i16::from(sign);
+                grid.joints[to].clamp(mirrored(angle), mirrored(velocity))
             });
             levels.collect()
         });
         Some(states.collect())
     }
 
-    /// Replaces every state that equals an earlier one by a different one close to it.
+    /// Replaces every state that equals an earlier one by a different state close to it.
     pub fn repair(&mut self, grid: &Grid, rng: &mut impl Rng) {
         for index in 1..self.states.len() {
             for attempt in 0..2 * REPAIRS {
@@ -148,7 +149,7 @@ impl Genome {
         }
     }
 
-    /// Distance in state space: levels of angle, and half as much for levels of velocity.
+    /// Sum over all states and joints of the differences of angle levels and half the differences of velocity levels.
     pub fn distance(&self, other: &Self) -> f64 {
         let levels =
             |genome: &Self| genome.states.iter().flat_map(|state| state.0.clone()).collect::<Vec<_>>();
@@ -158,14 +159,14 @@ impl Genome {
     }
 }
 
-/// Whom a limb follows.
+/// The limb that another is coupled to, and how.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Leader {
     /// The limb that leads; an earlier one than the one that follows.
     pub limb: usize,
-    /// Whether the follower does in each state what the leader does in its partner, states being paired
-    /// in their order (0 with 1, 2 with 3, …): in a motion to and fro between partners the two limbs
-    /// alternate. Otherwise they move together.
+    /// Whether the follower's levels in a state are the leader's in the partner of that state, states being paired in
+    /// their order (0 with 1, 2 with 3, …): in a motion that alternates between partners the two limbs then move in
+    /// antiphase. Otherwise they move in phase.
     pub swapped: bool,
 }
 
@@ -187,10 +188,10 @@ fn random_nudge(rng: &mut impl Rng) -> i16 {
     if rng.random_bool(0.5) { size } else { -size }
 }
 
-/// A state drawn evenly from the share `boldness` of the grid around the standing pose.
-fn random_state(grid: &Grid, boldness: f64, rng: &mut impl Rng) -> GridState {
+/// A state drawn with uniform probability from the share `amplitude` (0 to 1) of the grid around the standing pose.
+fn random_state(grid: &Grid, amplitude: f64, rng: &mut impl Rng) -> GridState {
     let mut within = |lowest: i8, highest: i8| {
-        let end = |level: i8| (boldness * f64::from(level)).round() as i8;
+        let end = |level: i8| (amplitude * f64::from(level)).round() as i8;
         rng.random_range(end(lowest)..=end(highest))
     };
     let levels = grid.joints.iter().map(|joint| {
@@ -201,7 +202,7 @@ fn random_state(grid: &Grid, boldness: f64, rng: &mut impl Rng) -> GridState {
     GridState(levels.collect())
 }
 
-/// Moves the angle or the velocity of one joint.
+/// Changes the angle or the velocity of one joint by one or two levels.
 fn nudge_one(grid: &Grid, state: &mut GridState, rng: &mut impl Rng) {
     if grid.joints.is_empty() {
         return;

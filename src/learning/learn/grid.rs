@@ -1,19 +1,19 @@
-//! The grid of all states: how angles and velocities of the joints are divided.
+//! The grid of all states: how angles and velocities of the joints are discretised.
 
 use serde::{Deserialize, Serialize};
 
-use super::Posture;
-use super::limb::{Limb, limbs};
+use super::behaviour::Posture;
+use super::limb::{JointChain, limbs};
 use super::parameters::Parameters;
 use gaitwright_physics::model::{DofKind, Model};
 use gaitwright_physics::stance::Stance;
 
-/// Where one joint stands on the grid.
+/// Angle and velocity of one joint on the grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Level {
-    /// Steps of angle away from the standing pose.
+    /// Number of angle steps from the standing angle, [`JointGrid::lowest`] to [`JointGrid::highest`].
     pub angle: i8,
-    /// Steps of velocity away from rest.
+    /// Number of velocity steps from rest, within [`JointGrid::velocity_range`].
     pub velocity: i8,
 }
 
@@ -22,44 +22,43 @@ pub struct Level {
 #[serde(transparent)]
 pub struct GridState(pub Vec<Level>);
 
-/// How one joint's angle and velocity are divided.
+/// How the angle and the velocity of one joint are discretised.
 ///
-/// Angles are divided evenly around the standing angle, within reach of it; where the range of motion
-/// ends sooner on one side, they go farther on the other. The number of velocities depends on the angle's place, as in figure 3 of
-/// Tokizaki & Hasegawa: toward a limit only velocities are offered that the joint can start out with
-/// and yet come back in one transition time without crossing the limit, so that at the limit itself
-/// none points out of the range.
+/// Angles are spaced evenly around the standing angle, within its reach; where the range of motion cuts off levels on
+/// one side, they are added on the other. The number of velocities depends on the angle, as in figure 3 of Tokizaki &
+/// Hasegawa: toward a limit there are only velocities from which the joint can come to rest within one transition
+/// time without crossing the limit, so that at the limit itself none points out of the range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointGrid {
     /// Standing angle, rad or m: level 0.
     pub standing: f64,
-    /// Between two levels of angle, rad or m.
+    /// Distance between two levels of angle, rad or m.
     pub angle_step: f64,
-    /// Between two levels of velocity, rad/s or m/s.
+    /// Distance between two levels of velocity, rad/s or m/s.
     pub velocity_step: f64,
     /// Range of motion, rad or m; `None` is unlimited.
     pub limits: Option<[f64; 2]>,
     /// Lowest level of angle.
     pub lowest: i8,
-    /// Lowest and highest level of velocity, one pair a level of angle from `lowest` on.
+    /// Lowest and highest level of velocity at each level of angle, from `lowest` to `highest`.
     pub velocities: Vec<[i8; 2]>,
 }
 
-/// The division of all joints.
+/// The grids of all joints.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     /// One a joint of the model.
     pub joints: Vec<JointGrid>,
-    /// Limbs, in the order of the model.
-    pub limbs: Vec<Limb>,
+    /// Limbs, in the order of the model's joints.
+    pub limbs: Vec<JointChain>,
 }
 
-/// A cubic that leaves an angle with velocity v and is back at rest after T has gone as far as
-/// 4/27 v T; this is the inverse, the velocity that uses up a given room.
+/// A cubic that starts with velocity v and is back at its start, at rest, after time T moves at most 4/27 v T away.
+/// Inverse: over a distance d to the limit, the greatest velocity is 27/4 d / T.
 const EXCURSION: f64 = 27.0 / 4.0;
 
 impl JointGrid {
-    /// Divides a joint: `angle_levels` over twice `reach` (rad or m) around `standing`, velocities up
+    /// Discretises a joint: `angle_levels` over twice `reach` (rad or m) around `standing`, velocities up
     /// to `speed` (rad/s or m/s) on `velocity_levels`, both numbers odd, for transitions of
     /// `transition_time` seconds.
     pub fn new(
@@ -78,7 +77,7 @@ impl JointGrid {
         let [below, above] = limits.map_or([f64::INFINITY; 2], |[lo, up]| [standing - lo, up - standing]);
         let nearest = |room: f64| levels(room, angle_step, angle_half);
         let farthest = |room: f64| levels(room, angle_step, 2 * angle_half);
-        // What a limit cuts off on one side is added on the other.
+        // Levels that a limit cuts off on one side are added on the other.
         let lowest = -farthest(below).min(2 * angle_half - nearest(above));
         let highest = farthest(above).min(2 * angle_half - nearest(below));
         let velocities = (lowest..=highest)
@@ -103,7 +102,7 @@ impl JointGrid {
         self.velocities[(angle - self.lowest) as usize]
     }
 
-    /// The nearest level that exists: the angle first, then what velocities its place offers.
+    /// The nearest level that exists: the angle is clamped first, then the velocity to the range at that angle.
     pub fn clamp(&self, angle: i16, velocity: i16) -> Level {
         let angle = angle.clamp(self.lowest.into(), self.highest().into()) as i8;
         let [slowest, fastest] = self.velocity_range(angle);
@@ -113,24 +112,24 @@ impl JointGrid {
     /// Angle (rad or m) and velocity (rad/s or m/s) of a level.
     pub fn place(&self, level: Level) -> (f64, f64) {
         let angle = self.standing + f64::from(level.angle) * self.angle_step;
-        // Rounding must not put a level at the end of the range beyond it.
+        // Rounding must not put the last level beyond the limit.
         let angle = self.limits.map_or(angle, |[lower, upper]| angle.clamp(lower, upper));
         (angle, f64::from(level.velocity) * self.velocity_step)
     }
 }
 
 impl Grid {
-    /// Divides the joints of `model` around its standing pose. A joint without an actuator stays at the one level
-    /// that is its standing angle.
+    /// Discretises the joints of `model` around its standing pose. A joint without an actuator has one level only, its
+    /// standing angle at rest.
     pub fn new(model: &Model, stance: &Stance, parameters: &Parameters) -> Self {
         let joints = (0..model.joint_count()).map(|joint| {
             let reach = match model.bodies[joint + 1].dof {
                 DofKind::Revolute => parameters.learning.reach,
-                // What a radian moves at half the standing height.
+                // The arc of the same angle at a radius of half the standing height.
                 DofKind::Prismatic => parameters.learning.reach * 0.5 * stance.root_height.max(0.01),
             };
             let crossing = parameters.learning.swing * reach / parameters.transition_time;
-            // What nothing drives has no targets to choose from.
+            // A joint without an actuator has no targets to choose from.
             let levels = match model.driven[joint] {
                 true => (parameters.learning.angle_levels, parameters.learning.velocity_levels),
                 false => (1, 1),

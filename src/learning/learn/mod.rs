@@ -1,19 +1,19 @@
 //! QDSEGA: Q-learning with dynamic structuring of the exploration space by a genetic algorithm.
 //!
-//! A state is an angle and an angular velocity for every joint, out of a grid far too large to be
-//! searched. A genetic algorithm ([`ga`]) draws small subsets of it ([`genome`]); in each, Q-learning
-//! ([`qlearning`]) finds the best behaviour ([`policy`]); what that behaviour achieves in one
-//! continuous simulation ([`trial`]) decides which subsets are bred on (Tokizaki & Hasegawa section
-//! 2.2; Ito & Matsuno 2002). Transitions that were simulated once are remembered ([`cache`]).
+//! A state of the learner is an angle and an angular velocity for every joint, out of a grid that is far too large to
+//! be searched. A genetic algorithm ([`ga`]) chooses small subsets of it ([`genome`]). In each subset, Q-learning
+//! ([`qlearning`]) finds the best behaviour ([`policy`]), and the fitness of that behaviour in one continuous
+//! simulation ([`trial`]) is the fitness of the subset (Tokizaki & Hasegawa section 2.2; Ito & Matsuno 2002).
+//! Transitions that were simulated once are cached ([`cache`]).
 //!
 //! | in the order of use | |
 //! |---|---|
-//! | [`Task`], [`Learning`] | what is asked for |
+//! | [`Task`], [`Learning`] | what to learn, and the learner's parameters |
 //! | [`grid`], [`genome`] | all states, and subsets of them |
 //! | [`transition`], [`evaluation`], [`cache`] | from one state to the next in the simulator |
 //! | [`subset`], [`qlearning`], [`policy`] | the best behaviour in a subset |
-//! | [`trial`], [`ga`], [`search`] | what it achieves, the next subsets, the loop |
-//! | [`Observer`], [`Checkpoint`] | who watches, and where it can be taken up again |
+//! | [`trial`], [`ga`], [`search`] | its continuous check, the next subsets, the loop over generations |
+//! | [`Observer`], [`Stop`], [`Checkpoint`] | who is informed, when to stop, how to resume |
 //!
 //! The result depends on the setup and the seed alone, bit for bit, whatever the number of threads.
 
@@ -23,14 +23,17 @@ mod chance;
 mod checkpoint;
 pub mod evaluation;
 pub mod ga;
+mod generation;
 pub mod genome;
 pub mod grid;
+mod learned;
 pub mod limb;
 mod observer;
 mod parameters;
 pub mod policy;
 pub mod qlearning;
 pub mod search;
+mod stop;
 pub mod subset;
 mod task;
 pub mod transition;
@@ -45,45 +48,35 @@ use gaitwright_physics::stance::Stance;
 
 pub use behaviour::{Behaviour, Posture};
 pub use checkpoint::Checkpoint;
-pub use observer::{Cancel, Ended, Generation, Interrupted, Observer, Stop};
+pub use generation::Generation;
+pub use learned::Learned;
+pub use observer::Observer;
 pub use parameters::{Coding, Crossover, Learning, Mutation, Parameters, Trunk};
+pub use stop::{Cancel, Interrupted, Stop, StopReason};
 pub use task::{Objective, Task, Terms, Weights};
 
-/// A job of the learner.
+/// Everything that [`learn`] needs.
 #[derive(Debug, Clone)]
-pub struct Setup {
-    /// Who learns.
+pub struct LearningSetup {
+    /// The character.
     pub model: Arc<Model>,
-    /// Where it starts, and how its joints are driven.
+    /// Its standing pose, from which every episode starts, and the gains of its drives.
     pub stance: Arc<Stance>,
-    /// Where it learns.
+    /// The world around it.
     pub scene: Scene,
     /// How finely that is simulated.
     pub accuracy: Accuracy,
-    /// What for.
+    /// What its motion is rewarded for.
     pub task: Task,
-    /// How.
+    /// Parameters of the learner.
     pub learning: Learning,
-    /// Where all randomness comes from.
+    /// Seed of all randomness.
     pub seed: u64,
     /// Worker threads, at least 1; the result does not depend on it.
     pub threads: usize,
 }
 
-/// The outcome.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Learned {
-    /// Why it ended.
-    pub ended: Ended,
-    /// `None` when no behaviour was found that stays upright through the continuous check.
-    pub best: Option<Behaviour>,
-    /// One point a generation.
-    pub curve: Vec<Generation>,
-    /// The parameters as used.
-    pub learning: Learning,
-}
-
-/// A learner that could not start.
+/// Why a learner could not start.
 #[derive(Debug, thiserror::Error)]
 pub enum LearnError {
     /// The setup or the checkpoint is impossible; JSON pointers below `/scene`, `/accuracy`, `/drive`,
@@ -101,12 +94,12 @@ pub enum LearnError {
 /// # Errors
 /// [`LearnError`], before anything is simulated.
 pub fn learn(
-    setup: &Setup,
+    setup: &LearningSetup,
     observer: &mut dyn Observer,
     cancel: &Cancel,
     resume: Option<Checkpoint>,
 ) -> Result<Learned, LearnError> {
-    let Setup { model, stance, scene, accuracy, task, learning, seed, threads } = setup;
+    let LearningSetup { model, stance, scene, accuracy, task, learning, seed, threads } = setup;
     let parameters = learning.resolve(stance, accuracy.step).map_err(|error| error.under("/learning"))?;
     let objective = Objective::new(task, model, stance).map_err(|error| error.under("/task"))?;
     let world = evaluation::SimulatedWorld::new(model, stance, scene, accuracy, &parameters)?;

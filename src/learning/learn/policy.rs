@@ -1,21 +1,21 @@
-//! From values to behaviour: the cycle a greedy policy ends in, and the best cycle there is.
+//! From values to behaviour: the cycle in which the greedy policy ends, and the cycle of greatest mean reward.
 
 use std::collections::VecDeque;
 
 use super::qlearning::{Environment, QTable};
 
-/// Actions in turn: once through `entry`, then `cycle` over and over. An empty cycle means that the
-/// behaviour ends, by a fall or in a situation that permits nothing.
+/// A sequence of actions: `entry` once, then `cycle` repeated. An empty cycle means that the sequence ends, by a fall or
+/// in a situation that permits no action.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Path {
+pub struct ActionPath {
     /// Actions from the start into the cycle.
     pub entry: Vec<usize>,
     /// Actions of the cycle.
     pub cycle: Vec<usize>,
 }
 
-impl Path {
-    /// Whether both end in the same cycle, wherever they enter it.
+impl ActionPath {
+    /// Whether both have the same cycle, wherever they enter it.
     pub fn same_cycle(&self, other: &Self) -> bool {
         let (ours, theirs) = (&self.cycle, &other.cycle);
         ours.len() == theirs.len()
@@ -29,14 +29,14 @@ impl Path {
 ///
 /// # Errors
 /// The environment's reason to break off.
-pub fn greedy_path<E: Environment>(environment: &mut E, table: &QTable) -> Result<Path, E::Break> {
+pub fn greedy_path<E: Environment>(environment: &mut E, table: &QTable) -> Result<ActionPath, E::Break> {
     let mut first_seen = vec![None; environment.situations()];
     let mut actions = Vec::new();
     let mut situation = environment.start();
     loop {
         if let Some(start) = first_seen[situation] {
             let cycle = actions.split_off(start);
-            return Ok(Path { entry: actions, cycle });
+            return Ok(ActionPath { entry: actions, cycle });
         }
         first_seen[situation] = Some(actions.len());
         let Some(action) = table.greedy(environment, situation) else { break };
@@ -46,10 +46,10 @@ pub fn greedy_path<E: Environment>(environment: &mut E, table: &QTable) -> Resul
             None => break,
         }
     }
-    Ok(Path { entry: actions, cycle: Vec::new() })
+    Ok(ActionPath { entry: actions, cycle: Vec::new() })
 }
 
-/// A known way from one situation to another.
+/// A known transition from one situation to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
     /// Situation before.
@@ -63,17 +63,17 @@ pub struct Edge {
 }
 
 /// The cycle of maximum mean reward among those that can be reached from `start` over `edges`, with
-/// the shortest way into it (Karp 1978, "A characterization of the minimum cycle mean in a digraph").
+/// the shortest path into it (Karp 1978, "A characterization of the minimum cycle mean in a digraph").
 /// `None` if no cycle can be reached. Exact up to rounding; O(situations × edges).
-pub fn best_path(situations: usize, edges: &[Edge], start: usize) -> Option<Path> {
-    let arrivals = shortest_ways(situations, edges, start);
-    let reached: Vec<Edge> = edges.iter().filter(|edge| arrivals[edge.from].is_some()).copied().collect();
+pub fn best_path(situations: usize, edges: &[Edge], start: usize) -> Option<ActionPath> {
+    let paths = shortest_paths(situations, edges, start);
+    let reached: Vec<Edge> = edges.iter().filter(|edge| paths[edge.from].is_some()).copied().collect();
     let walk = extreme_walk(situations, &reached)?;
     let cycle = best_cycle_in(&walk)?;
-    let entry = |node: usize| arrivals[node].as_ref().map(|way| way.len());
-    let (turn, _) = cycle.iter().enumerate().min_by_key(|(_, edge)| entry(edge.from))?;
-    let actions: Vec<usize> = cycle[turn..].iter().chain(&cycle[..turn]).map(|edge| edge.action).collect();
-    Some(Path { entry: arrivals[cycle[turn].from].clone()?, cycle: actions })
+    let entry = |node: usize| paths[node].as_ref().map(|path| path.len());
+    let (first, _) = cycle.iter().enumerate().min_by_key(|(_, edge)| entry(edge.from))?;
+    let actions: Vec<usize> = cycle[first..].iter().chain(&cycle[..first]).map(|edge| edge.action).collect();
+    Some(ActionPath { entry: paths[cycle[first].from].clone()?, cycle: actions })
 }
 
 /// Mean reward of consecutive edges.
@@ -81,30 +81,31 @@ fn mean(edges: &[Edge]) -> f64 {
     edges.iter().map(|edge| edge.reward).sum::<f64>() / edges.len() as f64
 }
 
-/// Actions of a shortest way from `start` to every situation that can be reached.
-fn shortest_ways(situations: usize, edges: &[Edge], start: usize) -> Vec<Option<Vec<usize>>> {
+/// Actions of a shortest path from `start` to every situation; `None` where there is none (breadth-first search).
+fn shortest_paths(situations: usize, edges: &[Edge], start: usize) -> Vec<Option<Vec<usize>>> {
     let mut leaving = vec![Vec::new(); situations];
     for edge in edges {
         leaving[edge.from].push(edge);
     }
-    let mut ways: Vec<Option<Vec<usize>>> = vec![None; situations];
-    ways[start] = Some(Vec::new());
+    let mut paths: Vec<Option<Vec<usize>>> = vec![None; situations];
+    paths[start] = Some(Vec::new());
     let mut queue = VecDeque::from([(start, Vec::new())]);
-    while let Some((node, way)) = queue.pop_front() {
+    while let Some((node, path)) = queue.pop_front() {
         for edge in &leaving[node] {
-            if ways[edge.to].is_none() {
-                let mut longer = way.clone();
+            if paths[edge.to].is_none() {
+                let mut longer = path.clone();
                 longer.push(edge.action);
-                ways[edge.to] = Some(longer.clone());
+                paths[edge.to] = Some(longer.clone());
                 queue.push_back((edge.to, longer));
             }
         }
     }
-    ways
+    paths
 }
 
-/// The walk of as many edges as there are situations at whose end Karp's quotient
-/// min over k of (Dₙ − Dₖ) / (n − k) is greatest; a cycle on it has the maximum mean.
+/// The walk of n edges, n being the number of situations, at whose end Karp's quotient min over k < n of
+/// (Dₙ − Dₖ) / (n − k) is greatest; Dₖ is the greatest reward of a walk of k edges to there. A cycle on it has the
+/// maximum mean reward.
 fn extreme_walk(situations: usize, edges: &[Edge]) -> Option<Vec<Edge>> {
     // best[k][v]: greatest reward of a walk of k edges that ends in v, wherever it starts.
     let mut best = vec![vec![0.0; situations]];
@@ -142,7 +143,7 @@ fn extreme_walk(situations: usize, edges: &[Edge]) -> Option<Vec<Edge>> {
     Some(walk)
 }
 
-/// The best of the simple cycles that a walk closes on its way.
+/// The simple cycle of greatest mean reward that the walk contains.
 fn best_cycle_in(walk: &[Edge]) -> Option<Vec<Edge>> {
     let mut open: Vec<Edge> = Vec::new();
     let mut best: Option<Vec<Edge>> = None;

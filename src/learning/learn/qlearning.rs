@@ -1,4 +1,4 @@
-//! Tabular ε-greedy Q-learning (Watkins & Dayan 1992) in any environment.
+//! Tabular Q-learning with an ε-greedy policy (Watkins & Dayan 1992), in any environment.
 
 use rand::{Rng, RngExt};
 
@@ -6,13 +6,13 @@ use super::parameters::Learning;
 
 /// What a Q-learner acts in.
 pub trait Environment {
-    /// Why an action could not be carried out and learning breaks off.
+    /// Why learning breaks off before an action is carried out.
     type Break;
     /// Number of situations: rows of the Q-table.
     fn situations(&self) -> usize;
     /// Number of actions: columns of the Q-table.
     fn actions(&self) -> usize;
-    /// Starts an episode and tells its first situation.
+    /// Starts an episode and returns its first situation.
     fn start(&mut self) -> usize;
     /// Whether the action can be chosen in the situation.
     fn permits(&self, situation: usize, action: usize) -> bool;
@@ -20,30 +20,30 @@ pub trait Environment {
     ///
     /// # Errors
     /// Whatever the environment breaks off for.
-    fn act(&mut self, action: usize) -> Result<Step, Self::Break>;
+    fn act(&mut self, action: usize) -> Result<ActionOutcome, Self::Break>;
 }
 
-/// What an action led to.
+/// What an action leads to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Step {
+pub struct ActionOutcome {
     /// Its reward.
     pub reward: f64,
     /// The situation it led to; `None` ends the episode.
     pub next: Option<usize>,
 }
 
-/// How Q-learning is done.
+/// Parameters of Q-learning.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rates {
     /// Number of episodes.
     pub episodes: u32,
-    /// Actions after which an episode ends.
+    /// Number of actions after which an episode ends.
     pub episode_length: u32,
-    /// α.
+    /// α, 0 to 1.
     pub learning_rate: f64,
-    /// γ.
+    /// γ, 0 to 1.
     pub discount: f64,
-    /// ε.
+    /// ε: share of actions drawn at random, 0 to 1.
     pub exploration: f64,
 }
 
@@ -59,7 +59,7 @@ impl From<&Learning> for Rates {
     }
 }
 
-/// Q: the discounted reward expected of every action in every situation; 0 at first.
+/// Q: the expected discounted return of every action in every situation, situations × actions, row by row; 0 at first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QTable {
     actions: usize,
@@ -67,7 +67,7 @@ pub struct QTable {
 }
 
 impl QTable {
-    /// For an environment's situations and actions.
+    /// A table of zeros for the situations and actions of `environment`.
     pub fn new<E: Environment>(environment: &E) -> Self {
         let actions = environment.actions();
         Self { actions, values: vec![0.0; environment.situations() * actions] }
@@ -78,7 +78,7 @@ impl QTable {
         self.values[situation * self.actions + action]
     }
 
-    /// The permitted action of greatest Q, the first of several; `None` if none is permitted.
+    /// The permitted action of greatest Q, the lowest index of several; `None` if none is permitted.
     pub fn greedy<E: Environment>(&self, environment: &E, situation: usize) -> Option<usize> {
         let permitted = (0..self.actions).filter(|&action| environment.permits(situation, action));
         permitted.reduce(|best, action| {
@@ -91,7 +91,7 @@ impl QTable {
         &mut self,
         environment: &E,
         (situation, action): (usize, usize),
-        step: Step,
+        step: ActionOutcome,
         rates: &Rates,
     ) {
         let best = |next| self.greedy(environment, next).map_or(0.0, |action| self.value(next, action));
@@ -129,6 +129,7 @@ pub fn learn<E: Environment>(
     Ok(())
 }
 
+/// A permitted action, each with the same probability; `None` if none is permitted.
 fn random_action<E: Environment>(environment: &E, situation: usize, rng: &mut impl Rng) -> Option<usize> {
     let permitted = || (0..environment.actions()).filter(|&action| environment.permits(situation, action));
     let count = permitted().count();

@@ -1,25 +1,28 @@
-//! The search as a loop over generations, in any world.
+//! The loop over generations, in any world: ask the islands for genomes, evaluate them, tell the results.
 
 use std::time::Instant;
 
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-use super::cache::{Account, Cache};
+use super::behaviour::Behaviour;
+use super::cache::{Cache, SimulationTotals};
 use super::chance::{Purpose, stream};
 use super::checkpoint::Checkpoint;
 use super::evaluation::World;
-use super::ga::{Individual, Island, migrate, resettle};
+use super::ga::{Individual, Island, migrate, restart_stale};
+use super::generation::Generation;
 use super::genome::Genome;
 use super::grid::Grid;
-use super::observer::{Ended, Generation, Interrupted, Observer, Stop};
+use super::learned::Learned;
+use super::observer::Observer;
 use super::parameters::Parameters;
-use super::subset::Rules;
-use super::task::Objective;
-use super::trial::{Proven, Verdict, judge};
-use super::{Behaviour, Learned, Task};
+use super::stop::{Interrupted, Stop, StopReason};
+use super::subset::SearchContext;
+use super::task::{Objective, Task};
+use super::trial::{AcceptedBehaviour, IndividualVerdict, judge};
 
-/// What a search is made of; it does not change while it runs.
+/// What a search is given; it does not change while the search runs.
 #[derive(Debug, Clone)]
 pub struct Search<W> {
     /// Where behaviours are tried.
@@ -28,35 +31,36 @@ pub struct Search<W> {
     pub grid: Grid,
     /// What the motion is for.
     pub task: Task,
-    /// The same, ready for scoring.
+    /// The task as a function that scores motion.
     pub objective: Objective,
     /// The learner's parameters.
     pub parameters: Parameters,
-    /// Where all randomness comes from.
+    /// Seed of all randomness.
     pub seed: u64,
 }
 
-/// How far a search has come.
+/// What changes from generation to generation.
 struct Progress<S> {
+    /// Number of generations done.
     generations: u32,
     islands: Vec<Island>,
     best: Option<Behaviour>,
     /// Every best behaviour so far, in the order in which they were found.
     improved: Vec<Behaviour>,
     curve: Vec<Generation>,
-    account: Account,
+    totals: SimulationTotals,
     cache: Cache<S>,
     started: Instant,
-    /// s spent before this run, if it was resumed.
+    /// Wall clock time spent before this run was resumed, s.
     spent: f64,
 }
 
-/// An individual to be judged: its island, its place there, its genome.
+/// An individual to be evaluated: index of its island, index on the island, genome.
 type Candidate = (usize, usize, Genome);
 
 impl<W: World> Search<W> {
-    /// Runs the search on the threads of `pool`, from `resume` if given, until its budget is used up or
-    /// `stop` says so.
+    /// Runs the search on the threads of `pool`, from `resume` if given, until the budget is used up or
+    /// `stop` asks to.
     pub fn run(
         &self,
         pool: &ThreadPool,
@@ -67,7 +71,7 @@ impl<W: World> Search<W> {
         let mut progress = self.begin(resume);
         let ended = loop {
             if self.parameters.learning.generations.is_some_and(|most| progress.generations >= most) {
-                break Ended::Generations;
+                break StopReason::Generations;
             }
             let judged = self.ask(&progress, stop).and_then(|candidates| {
                 let verdicts = self.evaluate(pool, &progress, &candidates, stop)?;
@@ -95,7 +99,7 @@ impl<W: World> Search<W> {
             best: None,
             improved: Vec::new(),
             curve: Vec::new(),
-            account: Account::default(),
+            totals: SimulationTotals::default(),
             cache: Cache::new(learning.cache_transitions),
             started: Instant::now(),
             spent: 0.0,
@@ -106,7 +110,7 @@ impl<W: World> Search<W> {
             progress.best = checkpoint.best;
             progress.improved = checkpoint.improved;
             progress.curve = checkpoint.curve;
-            progress.account = checkpoint.account;
+            progress.totals = checkpoint.totals;
             progress.spent = checkpoint.elapsed;
         }
         progress
@@ -124,36 +128,40 @@ impl<W: World> Search<W> {
         Ok(asked)
     }
 
-    /// Judges all candidates, each for itself; the verdicts stand in the candidates' order.
+    /// Evaluates all candidates in parallel and independently; the verdicts are in the order of the candidates.
     fn evaluate(
         &self,
         pool: &ThreadPool,
         progress: &Progress<W::State>,
         candidates: &[Candidate],
         stop: &Stop,
-    ) -> Result<Vec<Verdict<W::State>>, Interrupted> {
-        let rules =
-            Rules { grid: &self.grid, objective: &self.objective, parameters: &self.parameters, stop };
+    ) -> Result<Vec<IndividualVerdict<W::State>>, Interrupted> {
+        let context = SearchContext {
+            grid: &self.grid,
+            objective: &self.objective,
+            parameters: &self.parameters,
+            stop,
+        };
         pool.install(|| {
             let judged = candidates.par_iter().with_max_len(1).map_init(
                 || self.world.clone(),
                 |world, (island, place, genome)| {
                     let generation = progress.generations;
                     let mut rng = stream(self.seed, Purpose::Episodes, generation, *island, *place);
-                    let bar = progress.islands[*island].proven.as_deref();
-                    judge(rules, world, &progress.cache, genome, (generation, bar), &mut rng)
+                    let incumbent = progress.islands[*island].accepted.as_deref();
+                    judge(context, world, &progress.cache, genome, (generation, incumbent), &mut rng)
                 },
             );
             judged.collect()
         })
     }
 
-    /// Takes the verdicts in, in the candidates' order, and tells the observer.
+    /// Adds the verdicts to the progress, in the order of the candidates, and informs the observer.
     fn tell(
         &self,
         progress: &mut Progress<W::State>,
         candidates: Vec<Candidate>,
-        verdicts: Vec<Verdict<W::State>>,
+        verdicts: Vec<IndividualVerdict<W::State>>,
         observer: &mut dyn Observer,
     ) {
         let learning = &self.parameters.learning;
@@ -161,9 +169,9 @@ impl<W: World> Search<W> {
         let mut champion: Option<Behaviour> = None;
         for ((island, _, genome), verdict) in candidates.into_iter().zip(verdicts) {
             progress.cache.merge(verdict.additions);
-            progress.account += verdict.account;
-            if let Some(Proven { behaviour, looks }) = verdict.proven {
-                progress.islands[island].prove(&looks);
+            progress.totals += verdict.totals;
+            if let Some(AcceptedBehaviour { behaviour, inspections }) = verdict.accepted {
+                progress.islands[island].accept(&inspections);
                 let best = champion.as_ref().or(progress.best.as_ref());
                 if best.is_none_or(|best| behaviour.fitness > best.fitness) {
                     champion = Some(behaviour);
@@ -183,7 +191,7 @@ impl<W: World> Search<W> {
             progress.best = Some(champion);
         }
         let figures = self.figures(progress);
-        resettle(&mut progress.islands, learning.patience);
+        restart_stale(&mut progress.islands, learning.patience);
         progress.curve.push(figures);
         progress.generations += 1;
         observer.generation(&figures);
@@ -201,9 +209,9 @@ impl<W: World> Search<W> {
             best: progress.best.as_ref().map_or(fittest, |best| best.fitness),
             mean,
             spread: variance.sqrt(),
-            cache_hit_rate: progress.account.hit_rate(),
-            simulated_seconds: progress.account.seconds,
-            saved_seconds: progress.account.saved_seconds(self.parameters.transition_time),
+            cache_hit_rate: progress.totals.hit_rate(),
+            simulated_seconds: progress.totals.seconds,
+            saved_seconds: progress.totals.saved_seconds(self.parameters.transition_time),
             elapsed: progress.spent + progress.started.elapsed().as_secs_f64(),
         }
     }
@@ -218,7 +226,7 @@ impl<W: World> Search<W> {
             best: progress.best.clone(),
             improved: progress.improved.clone(),
             curve: progress.curve.clone(),
-            account: progress.account,
+            totals: progress.totals,
             elapsed: progress.spent + progress.started.elapsed().as_secs_f64(),
         }
     }

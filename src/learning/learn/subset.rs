@@ -2,25 +2,25 @@
 
 use std::sync::Arc;
 
-use super::Posture;
-use super::cache::{Account, Additions, Cache, Key, Tracked};
+use super::behaviour::Posture;
+use super::cache::{Additions, Cache, SimulationTotals, TrackedTransition, TransitionKey};
 use super::evaluation::World;
 use super::genome::Genome;
 use super::grid::Grid;
-use super::observer::{Interrupted, Stop};
 use super::parameters::Parameters;
 use super::policy::Edge;
-use super::qlearning::{Environment, Step};
+use super::qlearning::{ActionOutcome, Environment};
+use super::stop::{Interrupted, Stop};
 use super::task::Objective;
 use super::transition::Transition;
 
-/// Actions between two looks at whether to go on: one that is known takes a microsecond, but a learner may be
-/// given ten thousand million of them.
-const ACTIONS_UNASKED: u64 = 1024;
+/// Number of actions between two checks whether to stop. An action whose transition is known takes a microsecond, but
+/// a job may ask for 10¹⁰ of them.
+const ACTIONS_BETWEEN_CHECKS: u64 = 1024;
 
-/// What stays the same from individual to individual.
+/// What is the same for every individual of a search.
 #[derive(Debug, Clone, Copy)]
-pub struct Rules<'a> {
+pub struct SearchContext<'a> {
     /// The division of the joints.
     pub grid: &'a Grid,
     /// How motion is scored.
@@ -31,44 +31,54 @@ pub struct Rules<'a> {
     pub stop: &'a Stop,
 }
 
-/// The states of a genome, with the trunk's cell, as situations; going to a state as action. The last
-/// situation is the standing pose, in which every episode starts.
+/// The environment of a genome: situations are its states with the trunk's cell, actions are transitions to its states.
 ///
-/// A transition is simulated when it is asked for the first time, from the physical state that the
-/// character is in then; after that its reward and the physical state after it are taken from memory.
+/// With n states and c cells, situation `state * c + cell` is being in that state and cell, and situation `n * c` is the
+/// standing pose, in which every episode starts; action `a` goes to state `a`.
+///
+/// A transition is simulated when it is asked for the first time, from the physical state that the character is in then.
+/// After that its reward and the physical state after it are taken from memory.
 pub struct Subset<'a, W: World> {
-    rules: Rules<'a>,
+    context: SearchContext<'a>,
     world: &'a mut W,
     shared: &'a Cache<W::State>,
     genome: &'a Genome,
+    /// Angles and velocities of the n states.
     postures: Vec<Posture>,
     standing: Posture,
-    /// Whether a state (or the standing pose, last) can go to a state without leaving a range of motion.
+    /// Whether the transition from a state (the standing pose last) to a state stays within every range of motion:
+    /// (n + 1) × n, row by row.
     permitted: Vec<bool>,
-    /// Transitions known here, by situation and action.
-    known: Vec<Option<Arc<Tracked<W::State>>>>,
+    /// Transitions tried here: situations × actions, row by row.
+    known: Vec<Option<Arc<TrackedTransition<W::State>>>>,
     /// Transitions simulated here.
     additions: Additions<W::State>,
-    account: Account,
+    totals: SimulationTotals,
+    /// The present situation.
     situation: usize,
     /// The transition that led to the present physical state; `None` when standing.
-    last: Option<Arc<Tracked<W::State>>>,
+    last: Option<Arc<TrackedTransition<W::State>>>,
 }
 
 impl<'a, W: World> Subset<'a, W> {
-    /// The subset `genome`, with what `shared` knows of it.
-    pub fn new(rules: Rules<'a>, world: &'a mut W, shared: &'a Cache<W::State>, genome: &'a Genome) -> Self {
-        let postures: Vec<Posture> = genome.states.iter().map(|state| rules.grid.posture(state)).collect();
-        let standing = rules.grid.standing();
-        let duration = rules.parameters.transition_time;
+    /// The environment of `genome`; transitions in `shared` are not simulated again.
+    pub fn new(
+        context: SearchContext<'a>,
+        world: &'a mut W,
+        shared: &'a Cache<W::State>,
+        genome: &'a Genome,
+    ) -> Self {
+        let postures: Vec<Posture> = genome.states.iter().map(|state| context.grid.posture(state)).collect();
+        let standing = context.grid.standing();
+        let duration = context.parameters.transition_time;
         let permitted = postures.iter().chain([&standing]).flat_map(|from| {
-            postures.iter().map(move |to| Transition { from, to, duration }.stays_within(rules.grid))
+            postures.iter().map(move |to| Transition { from, to, duration }.stays_within(context.grid))
         });
         let permitted = permitted.collect();
         let start = postures.len() * world.cells();
         let known = vec![None; (start + 1) * postures.len()];
         Self {
-            rules,
+            context,
             world,
             shared,
             genome,
@@ -77,7 +87,7 @@ impl<'a, W: World> Subset<'a, W> {
             permitted,
             known,
             additions: Vec::new(),
-            account: Account::default(),
+            totals: SimulationTotals::default(),
             situation: start,
             last: None,
         }
@@ -111,24 +121,26 @@ impl<'a, W: World> Subset<'a, W> {
         &self.postures
     }
 
-    /// What was simulated and what was saved.
-    pub fn into_parts(self) -> (Additions<W::State>, Account) {
-        (self.additions, self.account)
+    /// The transitions that were simulated here, and how much that was.
+    pub fn into_parts(self) -> (Additions<W::State>, SimulationTotals) {
+        (self.additions, self.totals)
     }
 
+    /// The situation after `action`, with the trunk in `cell`.
     fn arrival(&self, action: usize, cell: usize) -> usize {
         action * self.world.cells() + cell
     }
 
-    fn reward(&self, tracked: &Tracked<W::State>) -> f64 {
-        let earned = self.rules.objective.reward(&tracked.terms, tracked.seconds);
-        if tracked.after.is_some() { earned } else { earned - self.rules.objective.fall_cost() }
+    /// The task's reward, less the cost of a fall.
+    fn reward(&self, tracked: &TrackedTransition<W::State>) -> f64 {
+        let earned = self.context.objective.reward(&tracked.terms, tracked.seconds);
+        if tracked.after.is_some() { earned } else { earned - self.context.objective.fall_cost() }
     }
 
-    /// The transition from the present situation, from the shared cache or simulated.
-    fn look_up(&mut self, action: usize) -> Result<Arc<Tracked<W::State>>, Interrupted> {
+    /// The transition from the present situation, taken from the shared cache or simulated.
+    fn look_up(&mut self, action: usize) -> Result<Arc<TrackedTransition<W::State>>, Interrupted> {
         let state = self.state(self.situation);
-        let key = Key {
+        let key = TransitionKey {
             from: self.genome.states.get(state).cloned(),
             to: self.genome.states[action].clone(),
             cell: self.situation % self.world.cells(),
@@ -136,35 +148,36 @@ impl<'a, W: World> Subset<'a, W> {
         if let Some(tracked) = self.shared.get(&key) {
             return Ok(tracked.clone());
         }
-        self.rules.stop.check()?;
+        self.context.stop.check()?;
         let tracked = Arc::new(self.simulate(state, action)?);
-        self.account.simulated += 1;
-        self.account.seconds += tracked.seconds;
+        self.totals.simulated += 1;
+        self.totals.seconds += tracked.seconds;
         self.additions.push((key, tracked.clone()));
         Ok(tracked)
     }
 
-    fn simulate(&mut self, state: usize, action: usize) -> Result<Tracked<W::State>, Interrupted> {
+    /// Simulates the transition from the present physical state, which is in `state`.
+    fn simulate(&mut self, state: usize, action: usize) -> Result<TrackedTransition<W::State>, Interrupted> {
         let transition = Transition {
             from: self.postures.get(state).unwrap_or(&self.standing),
             to: &self.postures[action],
-            duration: self.rules.parameters.transition_time,
+            duration: self.context.parameters.transition_time,
         };
         let targets = |t: f64, angles: &mut [f64]| transition.targets(t, angles);
-        let steps = 0..self.rules.parameters.transition_steps;
+        let steps = 0..self.context.parameters.transition_steps;
         let before = self.last.as_ref().and_then(|tracked| tracked.after.as_ref());
         let outcome = match before {
-            Some((before, _)) => self.world.track(before, &targets, steps, self.rules.stop)?,
+            Some((before, _)) => self.world.track(before, &targets, steps, self.context.stop)?,
             None => {
                 let standing = self.world.standing().clone();
-                self.world.track(&standing, &targets, steps, self.rules.stop)?
+                self.world.track(&standing, &targets, steps, self.context.stop)?
             }
         };
         let after = outcome.after.map(|after| {
             let cell = self.world.cell(&after);
             (after, cell)
         });
-        Ok(Tracked { terms: outcome.terms, seconds: outcome.seconds, after })
+        Ok(TrackedTransition { terms: outcome.terms, seconds: outcome.seconds, after })
     }
 }
 
@@ -189,10 +202,10 @@ impl<W: World> Environment for Subset<'_, W> {
         self.permitted[self.state(situation) * self.postures.len() + action]
     }
 
-    fn act(&mut self, action: usize) -> Result<Step, Interrupted> {
-        self.account.asked += 1;
-        if self.account.asked.is_multiple_of(ACTIONS_UNASKED) {
-            self.rules.stop.check()?;
+    fn act(&mut self, action: usize) -> Result<ActionOutcome, Interrupted> {
+        self.totals.asked += 1;
+        if self.totals.asked.is_multiple_of(ACTIONS_BETWEEN_CHECKS) {
+            self.context.stop.check()?;
         }
         let slot = self.situation * self.postures.len() + action;
         let tracked = match &self.known[slot] {
@@ -206,6 +219,6 @@ impl<W: World> Environment for Subset<'_, W> {
             self.situation = next;
         }
         self.last = Some(tracked);
-        Ok(Step { reward, next })
+        Ok(ActionOutcome { reward, next })
     }
 }

@@ -1,6 +1,6 @@
-//! A transition between two states: the splines that the joints are asked to track.
+//! A transition between two states: the splines that the joints track.
 
-use super::Posture;
+use super::behaviour::Posture;
 use super::grid::Grid;
 use gaitwright_physics::motion::{hermite, hermite_range};
 
@@ -11,16 +11,16 @@ const ROUNDING: f64 = 1e-9;
 /// (Tokizaki & Hasegawa section 2.2).
 #[derive(Debug, Clone, Copy)]
 pub struct Transition<'a> {
-    /// Where it starts.
+    /// Angles and velocities at its start.
     pub from: &'a Posture,
-    /// Where it ends.
+    /// Angles and velocities at its end.
     pub to: &'a Posture,
     /// s.
     pub duration: f64,
 }
 
 impl Transition<'_> {
-    /// Writes the target angles at `t` seconds into the transition.
+    /// Writes the target angles (rad or m, one a joint) at `t` seconds into the transition.
     pub fn targets(&self, t: f64, angles: &mut [f64]) {
         for (joint, angle) in angles.iter_mut().enumerate() {
             let (from, to) = self.ends(joint);
@@ -28,10 +28,9 @@ impl Transition<'_> {
         }
     }
 
-    /// Whether the spline of every joint stays within its range of motion on the whole way, by the
-    /// exact extremes of the cubics. Velocities can carry a spline out of the range between two
-    /// states inside it; such a transition is refused (the problem that section 3.4 of Tokizaki &
-    /// Hasegawa starts from).
+    /// Whether the spline of every joint stays within its range of motion throughout, by the exact extremes of the
+    /// cubics. Between two states inside the range their velocities can lead a spline out of it; such a transition is
+    /// not permitted (the problem that section 3.4 of Tokizaki & Hasegawa starts from).
     pub fn stays_within(&self, grid: &Grid) -> bool {
         grid.joints.iter().enumerate().all(|(joint, range)| {
             range.limits.is_none_or(|[lower, upper]| {

@@ -21,7 +21,7 @@ pub struct Scenario {
     pub format: String,
     /// The character: a path, or inline.
     pub character: CharacterSource,
-    /// Whether the root link is bolted to the world. It is bolted where `start` has it, and does not move.
+    /// Whether the root link is fixed to the world. It is fixed at the pose in `start`, and does not move.
     #[serde(default)]
     pub fixed_base: bool,
     /// The world around it.
@@ -36,7 +36,7 @@ pub struct Scenario {
     /// What moves its joints.
     #[serde(default)]
     pub drive: Drive,
-    /// s.
+    /// Simulated time, s.
     #[serde(default = "one")]
     pub duration: f64,
     /// Time between lines of output, s.
@@ -113,15 +113,15 @@ struct Inline {
     json: Option<serde_json::Value>,
 }
 
-/// How a simulation starts.
+/// The state in which a simulation starts.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Start {
-    /// The root link; standing where left out. A bolted one is then upright at the world's origin, whatever the
-    /// ground there: what is bolted need not stand.
+    /// The root link; in the standing pose where left out. A root fixed to the world is then upright at the world's
+    /// origin, whatever the ground there, since it need not stand.
     pub root: Option<RootMotion>,
-    /// Joints by name; as in the standing pose, at rest, where left out, or where a loop moves them along. A loop that is
-    /// open with all of its joints given is pulled together.
+    /// Joints by name; as in the standing pose, at rest, where left out, or where a loop determines them. A loop
+    /// that is open although all of its joints are given is closed by moving them.
     pub joints: BTreeMap<String, JointStart>,
 }
 
@@ -135,7 +135,7 @@ pub struct JointStart {
     pub velocity: f64,
 }
 
-/// Greatest number of steps of one simulation.
+/// Greatest number of steps in one simulation.
 const STEPS: f64 = 1e8;
 
 impl Scenario {
@@ -151,7 +151,7 @@ impl Scenario {
         gaitwright_physics::fault::from_json(bytes)
     }
 
-    /// Everything impossible in the document by itself.
+    /// Every fault of the document that can be found without reading the character.
     pub fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
         if self.format != Self::FORMAT {

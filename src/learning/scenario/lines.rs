@@ -14,7 +14,7 @@ use gaitwright_physics::scene::{Accuracy, AccuracyChoice, Decision, Effect};
 pub enum Line {
     /// The state at one time.
     Sample(Box<SampleLine>),
-    /// How it ended.
+    /// The end of the simulation.
     End {
         /// The figures of the whole simulation.
         summary: Box<Summary>,
@@ -30,11 +30,11 @@ pub struct SampleLine {
     pub root: RootMotion,
     /// Joints by name.
     pub joints: BTreeMap<String, JointLine>,
-    /// World frame, m.
+    /// Centre of mass, world frame, m.
     pub center_of_mass: [f64; 3],
-    /// J.
+    /// Kinetic and potential energy, J.
     pub energy: EnergyLine,
-    /// kg m/s, and kg m²/s about the centre of mass.
+    /// Linear momentum, kg m/s, and angular momentum about the centre of mass, kg m²/s.
     pub momentum: MomentumLine,
     /// Contacts of the last step.
     pub contacts: Vec<ContactLine>,
@@ -49,16 +49,16 @@ pub struct JointLine {
     pub angle: f64,
     /// rad/s or m/s.
     pub velocity: f64,
-    /// Of the actuator over the last step, N m or N.
+    /// Mean torque of the actuator over the last step, N m; force along a joint that slides, N.
     pub torque: f64,
 }
 
 /// Energy, J.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct EnergyLine {
-    /// Of motion.
+    /// Kinetic energy, J.
     pub kinetic: f64,
-    /// Of height.
+    /// Potential energy of gravity, J.
     pub potential: f64,
 }
 
@@ -76,13 +76,13 @@ pub struct MomentumLine {
 pub struct ContactLine {
     /// The character's link.
     pub link: String,
-    /// What it touches: `ground`, or another link.
+    /// What it is in contact with: `ground`, an obstacle or another link, by name.
     pub other: String,
-    /// World frame, m.
+    /// Contact point, world frame, m.
     pub position: [f64; 3],
-    /// From the other into the link.
+    /// Unit vector from the other body into the link, world frame.
     pub normal: [f64; 3],
-    /// On the link, world frame, N.
+    /// Force on the link, world frame, N.
     pub force: [f64; 3],
 }
 
@@ -91,11 +91,11 @@ pub struct ContactLine {
 pub struct Summary {
     /// `finished`, or `failed:` with cause, time and body.
     pub status: String,
-    /// Steps computed.
+    /// Number of steps computed.
     pub steps: u64,
     /// Computing time of the steps alone, s.
     pub step_seconds: f64,
-    /// s.
+    /// Simulated time, s.
     pub simulated_seconds: f64,
     /// Every effect, whether it was simulated, and why.
     pub effects: BTreeMap<Effect, Decision>,
@@ -104,9 +104,9 @@ pub struct Summary {
     /// Why they were chosen, where the scenario gave a tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy_choice: Option<AccuracyChoice>,
-    /// m.
+    /// Greatest depth of a contact, m.
     pub greatest_penetration: f64,
-    /// Greatest distance of a joint from its range of motion, or of its two bodies from each other (of loops, and
-    /// in maximal coordinates), rad or m.
+    /// Greatest distance of a joint from its range of motion, or between its two bodies (of loops, and of all joints in
+    /// maximal coordinates), rad or m.
     pub greatest_joint_error: f64,
 }

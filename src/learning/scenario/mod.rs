@@ -1,5 +1,5 @@
-//! One simulation as a document asks for it: who, where, how finely, driven by what, for how long; and
-//! its result, line by line.
+//! One simulation as a document describes it: character, scene, accuracy, drive and duration; and its output, line by
+//! line.
 
 mod document;
 mod lines;
@@ -9,6 +9,6 @@ mod setup;
 
 pub use document::{CharacterSource, InlineCharacter, JointStart, Scenario, Start};
 pub use lines::{ContactLine, JointLine, Line, SampleLine, Summary};
-pub use run::{Ended, Prepared};
+pub use run::{PreparedScenario, ScenarioEnd};
 pub use script::Script;
-pub use setup::{Files, NoFiles, Setup};
+pub use setup::{Files, NoFiles, ScenarioSetup};

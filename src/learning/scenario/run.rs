@@ -1,11 +1,11 @@
-//! From a scenario to its lines.
+//! Running a scenario: from its setup to its lines of output.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::lines::{ContactLine, EnergyLine, JointLine, Line, MomentumLine, SampleLine, Summary};
 use super::script::Script;
-use super::setup::Setup;
+use super::setup::ScenarioSetup;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::{Accuracy, AccuracyChoice};
 use gaitwright_physics::sim::contact::Against;
@@ -13,44 +13,46 @@ use gaitwright_physics::sim::{Failure, Simulator};
 
 /// A scenario made ready to run.
 #[derive(Debug)]
-pub struct Prepared {
+pub struct PreparedScenario {
     simulator: Simulator,
     script: Script,
-    /// Targets at the beginning and at the end of a step.
+    /// Targets at the beginning and at the end of a step, rad or m, one a joint.
     now: Vec<f64>,
     next: Vec<f64>,
     /// Names of the scene's obstacles.
     obstacles: Vec<String>,
+    /// Number of steps of the whole simulation.
     steps: u64,
+    /// Number of steps between two samples.
     stride: u64,
     choice: Option<AccuracyChoice>,
 }
 
 /// How a simulation ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ended {
+pub enum ScenarioEnd {
     /// It ran to its end.
     Finished,
-    /// It could not go on; the summary says why.
+    /// A step failed; the summary states why.
     Failed,
-    /// The receiver of the lines wanted no more.
+    /// The receiver of the lines asked for no more.
     Stopped,
 }
 
-impl Prepared {
+impl PreparedScenario {
     /// Makes `setup` ready to be run as finely as `accuracy` asks (for the reason of `choice`, if it was chosen),
     /// with a line of output every `sample_every` seconds.
     ///
     /// # Errors
     /// Every fault of scene, accuracy and drive.
     pub fn new(
-        setup: Setup,
+        setup: ScenarioSetup,
         accuracy: &Accuracy,
         choice: Option<AccuracyChoice>,
         sample_every: f64,
     ) -> Result<Self, InputError> {
         let plan = setup.plan(accuracy)?;
-        let Setup { model, scene, start, script, duration, .. } = setup;
+        let ScenarioSetup { model, scene, start, script, duration, .. } = setup;
         let obstacles = scene.obstacles.iter().enumerate();
         let obstacles = obstacles.map(|(index, obstacle)| obstacle.name(index)).collect();
         let steps = (duration / plan.step()).round().max(1.0) as u64;
@@ -66,13 +68,13 @@ impl Prepared {
         self.steps
     }
 
-    /// Runs the simulation and gives every line to `sink`, which answers whether it wants more.
-    pub fn run(self, sink: impl FnMut(Line) -> bool) -> Ended {
+    /// Runs the simulation and passes every line to `sink`, which returns whether it wants more.
+    pub fn run(self, sink: impl FnMut(Line) -> bool) -> ScenarioEnd {
         self.run_while(|| true, sink)
     }
 
-    /// The same as long as it is `wanted`, which is asked at every step.
-    pub fn run_while(mut self, wanted: impl Fn() -> bool, mut sink: impl FnMut(Line) -> bool) -> Ended {
+    /// The same as long as `wanted`, called at every step, returns true.
+    pub fn run_while(mut self, wanted: impl Fn() -> bool, mut sink: impl FnMut(Line) -> bool) -> ScenarioEnd {
         let plan = self.simulator.plan().clone();
         let mut computing = Duration::ZERO;
         let mut penetration: f64 = 0.0;
@@ -80,11 +82,11 @@ impl Prepared {
         let mut done = 0;
         let mut failure = None;
         if !sink(Line::Sample(Box::new(self.sample()))) {
-            return Ended::Stopped;
+            return ScenarioEnd::Stopped;
         }
         while done < self.steps {
             if !wanted() {
-                return Ended::Stopped;
+                return ScenarioEnd::Stopped;
             }
             let result = self.step(done, &mut computing);
             if let Err(failed) = result {
@@ -96,10 +98,10 @@ impl Prepared {
             joint_error =
                 joint_error.max(self.simulator.limit_violation()).max(self.simulator.joint_separation());
             if done % self.stride == 0 && !sink(Line::Sample(Box::new(self.sample()))) {
-                return Ended::Stopped;
+                return ScenarioEnd::Stopped;
             }
         }
-        let ended = if failure.is_some() { Ended::Failed } else { Ended::Finished };
+        let ended = if failure.is_some() { ScenarioEnd::Failed } else { ScenarioEnd::Finished };
         let summary = Summary {
             status: failure.map_or_else(|| "finished".to_owned(), |failure| format!("failed: {failure}")),
             steps: done,
@@ -111,10 +113,10 @@ impl Prepared {
             greatest_penetration: penetration,
             greatest_joint_error: joint_error,
         };
-        if sink(Line::End { summary: Box::new(summary) }) { ended } else { Ended::Stopped }
+        if sink(Line::End { summary: Box::new(summary) }) { ended } else { ScenarioEnd::Stopped }
     }
 
-    /// Step number `index`, its computing time added to `computing`.
+    /// Takes step number `index` (from 0) and adds its computing time to `computing`.
     fn step(&mut self, index: u64, computing: &mut Duration) -> Result<(), Failure> {
         std::mem::swap(&mut self.now, &mut self.next);
         self.script.targets((index + 1) as f64 * self.simulator.plan().step(), &mut self.next);
@@ -125,6 +127,7 @@ impl Prepared {
         result
     }
 
+    /// The present state as a line of output.
     fn sample(&self) -> SampleLine {
         let simulator = &self.simulator;
         let (model, state) = (simulator.model(), simulator.state());

@@ -1,18 +1,18 @@
-//! What the joints are asked to do, as a function of time.
+//! The commands to the joints as a function of time.
 
 use gaitwright_physics::motion::Player;
 use gaitwright_physics::sim::Command;
 
-/// What the joints are asked to do over a whole simulation.
+/// What drives the joints over a whole simulation.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Script {
-    /// Nothing.
+    /// Nothing: the joints are passive.
     Passive,
     /// Constant torques, N m or N, one a joint.
     Torque(Vec<f64>),
     /// Fixed targets, rad or m, one a joint.
     Hold(Vec<f64>),
-    /// The targets of a motion.
+    /// Targets that follow a motion.
     Track(Player),
 }
 

@@ -1,4 +1,4 @@
-//! A scenario's documents read: who starts where, driven by what.
+//! A scenario with its documents read: character, start and drive, ready to be compiled.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,22 +15,22 @@ use gaitwright_physics::scene::{Accuracy, Drive, Feedforward, Gains, MaxTorque, 
 use gaitwright_physics::sim::State;
 use gaitwright_physics::stance::{self, Stance};
 
-/// How the paths in a scenario are followed.
+/// How the files that a scenario refers to are read.
 pub trait Files {
     /// Reads the character at `path`.
     ///
     /// # Errors
-    /// Why it cannot be read, or may not.
+    /// Why it cannot be read, or must not be.
     fn character(&self, path: &str) -> Result<Reading, InputError>;
 
     /// Reads the bytes of the motion document at `path`.
     ///
     /// # Errors
-    /// Why they cannot be read, or may not.
+    /// Why they cannot be read, or must not be.
     fn motion(&self, path: &str) -> Result<Vec<u8>, InputError>;
 }
 
-/// No path may be followed: everything has to be inline, as in a request from outside.
+/// Refuses every path: all documents must be inline, as in a request over HTTP.
 #[derive(Debug, Clone, Copy)]
 pub struct NoFiles;
 
@@ -47,25 +47,25 @@ impl Files for NoFiles {
     }
 }
 
-/// A scenario with its documents read: everything about a simulation but how finely it is computed.
+/// Everything that defines a simulation except its accuracy.
 #[derive(Debug, Clone)]
-pub struct Setup {
+pub struct ScenarioSetup {
     /// The character.
     pub model: Arc<Model>,
     /// The world around it.
     pub scene: Scene,
-    /// How strongly its joints are driven; `None` without targets.
+    /// Gains of the drives; `None` where no joint has a target.
     pub gains: Option<Gains>,
-    /// Where it starts, at time 0.
+    /// The state at time 0.
     pub start: State,
-    /// What its joints are asked to do.
+    /// What drives its joints.
     pub script: Script,
-    /// s.
+    /// Simulated time, s.
     pub duration: f64,
 }
 
-impl Setup {
-    /// What a step computes when it is computed as finely as `accuracy` asks.
+impl ScenarioSetup {
+    /// The plan of a step with the settings `accuracy`.
     ///
     /// # Errors
     /// Every fault of scene, accuracy and gains, see [`StepPlan::compile`].
@@ -80,7 +80,7 @@ impl Scenario {
     /// # Errors
     /// Every fault of the document, with JSON pointers into it; those of its character below
     /// `/character`.
-    pub fn set_up(&self, files: &impl Files) -> Result<Setup, InputError> {
+    pub fn set_up(&self, files: &impl Files) -> Result<ScenarioSetup, InputError> {
         let faults = self.faults();
         if !faults.is_empty() {
             return Err(InputError::Impossible(faults));
@@ -95,7 +95,7 @@ impl Scenario {
             return Err(InputError::Impossible(faults));
         }
         let (scene, duration) = (self.scene.clone(), self.duration);
-        Ok(Setup { model, scene, gains, start, script, duration })
+        Ok(ScenarioSetup { model, scene, gains, start, script, duration })
     }
 
     fn read_character(&self, files: &impl Files) -> Result<Reading, InputError> {
@@ -110,6 +110,7 @@ impl Scenario {
         }
     }
 
+    /// The state at time 0: the standing pose with what `start` changes. Unknown joints are added to `faults`.
     fn start_state(&self, model: &Model, stance: &Stance, faults: &mut Vec<Fault>) -> State {
         let mut state = stance.state.clone();
         for (name, joint) in &self.start.joints {
@@ -129,7 +130,7 @@ impl Scenario {
         match (&self.start.root, &self.scene.ground) {
             (Some(root), _) => state.root = root.into(),
             (None, Some(ground)) if !(self.fixed_base || self.start.joints.is_empty()) => {
-                // The height is that of an upright root, which the standing pose need not have.
+                // The resting height is computed for an upright root; that of the standing pose may be inclined.
                 state.root.orientation = UnitQuaternion::identity();
                 state.root.position.z = stance::resting_height(model, &state.angles, &Terrain::new(ground));
             }
@@ -141,7 +142,7 @@ impl Scenario {
         state
     }
 
-    /// The gains of the drive, if it has targets, and what it asks of the joints.
+    /// The gains of the drive, if it has targets, and its commands. Faults of its joints are added to `faults`.
     fn script(
         &self,
         model: &Model,
@@ -203,7 +204,7 @@ fn read_motion(motion: &serde_json::Value, files: &impl Files) -> Result<Motion,
     }
 }
 
-/// Replaces what the drive says by itself.
+/// Replaces the gains that the drive states.
 fn adjust(
     gains: &mut Gains,
     stiffness: Option<f64>,

@@ -1,8 +1,10 @@
 //! Settings chosen for a tolerance: the words for it, what is chosen, and who says so.
 
 use gaitwright_learning::accuracy::scenes::ClosedForm;
-use gaitwright_learning::accuracy::{Engine, Outcome, Pieces, Point, StudyError, prepare, reference, settle};
-use gaitwright_learning::scenario::{Ended, Line, NoFiles, Scenario};
+use gaitwright_learning::accuracy::{
+    Engine, Pieces, StudyError, TrialOutcome, TrialSettings, prepare, reference, settle,
+};
+use gaitwright_learning::scenario::{Line, NoFiles, Scenario, ScenarioEnd};
 use gaitwright_physics::scene::{Accuracy, AskedAccuracy, Integrator};
 use serde_json::{Value, json};
 
@@ -55,9 +57,9 @@ fn the_settings_chosen_keep_the_tolerance_and_no_more() {
     let pieces = Pieces { count: 9, span: 3.0, length: 0.064, finest: 5e-4, finer: 64.0 };
     let (other, _) = reference(&exact.setup, &pieces, &|| false).unwrap().unwrap();
     let tried = |accuracy| {
-        let point = Point { engine: Engine::Gaitwright, accuracy };
+        let point = TrialSettings { engine: Engine::Gaitwright, accuracy };
         match other.try_out(&point, 0, &|| false) {
-            Some(Outcome::Measured(figures)) => (figures.error, figures.evaluations.unwrap()),
+            Some(TrialOutcome::Measured(figures)) => (figures.error, figures.evaluations.unwrap()),
             outcome => panic!("{outcome:?}"),
         }
     };
@@ -104,7 +106,7 @@ fn a_simulation_says_what_was_chosen_and_why() {
         }
         true
     });
-    assert_eq!(ended, Ended::Finished);
+    assert_eq!(ended, ScenarioEnd::Finished);
     let summary = summary.unwrap();
     let choice = summary.accuracy_choice.unwrap();
     assert_eq!(choice.tolerance, 2e-3);

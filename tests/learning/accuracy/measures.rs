@@ -3,14 +3,14 @@
 use std::cell::Cell;
 
 use gaitwright_learning::accuracy::scenes::ClosedForm;
-use gaitwright_learning::accuracy::{Engine, Outcome, Point, Problem, displacement};
+use gaitwright_learning::accuracy::{AccuracyProblem, Engine, TrialOutcome, TrialSettings, displacement};
 use gaitwright_physics::scene::Accuracy;
 use gaitwright_physics::sim::{Simulator, State};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use crate::common;
 
-const POINT: Point = Point { engine: Engine::Gaitwright, accuracy: COARSE };
+const POINT: TrialSettings = TrialSettings { engine: Engine::Gaitwright, accuracy: COARSE };
 
 const COARSE: Accuracy = Accuracy {
     step: 0.005,
@@ -26,9 +26,9 @@ const COARSE: Accuracy = Accuracy {
     friction_cone: gaitwright_physics::scene::FrictionCone::Cone,
 };
 
-fn measured(outcome: Option<Outcome>) -> gaitwright_learning::accuracy::Figures {
+fn measured(outcome: Option<TrialOutcome>) -> gaitwright_learning::accuracy::Figures {
     match outcome {
-        Some(Outcome::Measured(figures)) => figures,
+        Some(TrialOutcome::Measured(figures)) => figures,
         other => panic!("{other:?}"),
     }
 }
@@ -82,7 +82,7 @@ fn displacement_is_the_mean_over_the_material() {
 }
 
 /// The truth of a problem replaced by what the simulator itself does at `accuracy`, moved by `offset`.
-fn replaced(accuracy: &Accuracy, offset: Vector3<f64>) -> Problem {
+fn replaced(accuracy: &Accuracy, offset: Vector3<f64>) -> AccuracyProblem {
     let mut problem = ClosedForm::named("ballistic").unwrap().problem().unwrap();
     let accuracy = problem.divided(accuracy);
     let plan = std::sync::Arc::new(problem.setup.plan(&accuracy).unwrap());
@@ -116,8 +116,8 @@ fn a_trial_finds_the_error_that_was_put_in() {
 #[test]
 fn a_character_that_is_lost_has_diverged() {
     let outcome = replaced(&COARSE, Vector3::new(1000.0, 0.0, 0.0)).try_out(&POINT, 1, &|| false);
-    let Some(Outcome::Diverged(reason)) = outcome else { panic!("{outcome:?}") };
-    assert!(reason.contains("1.000e3 m"), "{reason}");
+    let Some(TrialOutcome::Diverged(reason)) = outcome else { panic!("{outcome:?}") };
+    assert!(reason.to_string().contains("1.000e3 m"), "{reason}");
 }
 
 #[test]

@@ -6,12 +6,12 @@ mod solutions;
 mod studies;
 mod tables;
 
-use gaitwright_learning::accuracy::Watcher;
+use gaitwright_learning::accuracy::StudyObserver;
 
 /// Never ends a study.
 pub struct Unwatched;
 
-impl Watcher for Unwatched {
+impl StudyObserver for Unwatched {
     fn progress(&mut self, _: usize, _: usize, _: &str) {}
 
     fn stop(&self) -> bool {

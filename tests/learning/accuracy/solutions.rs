@@ -2,23 +2,23 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use gaitwright_learning::accuracy::Problem;
+use gaitwright_learning::accuracy::AccuracyProblem;
 use gaitwright_learning::accuracy::scenes::{ClosedForm, GRAVITY, Jacobi, arithmetic_geometric_mean};
 use gaitwright_physics::scene::Accuracy;
 use gaitwright_physics::sim::{State, energy, momentum};
 
-fn problem(name: &str) -> Problem {
+fn problem(name: &str) -> AccuracyProblem {
     ClosedForm::named(name).unwrap().problem().unwrap()
 }
 
 /// Start and marks of a scene with a single piece.
-fn states(problem: &Problem) -> Vec<State> {
+fn states(problem: &AccuracyProblem) -> Vec<State> {
     let [piece] = problem.pieces.as_slice() else { panic!("a scene has one piece") };
     std::iter::once(&piece.start).chain(&piece.marks).cloned().collect()
 }
 
 /// Total energy of every state, J, by the simulator's spatial algebra.
-fn energies(problem: &Problem) -> Vec<f64> {
+fn energies(problem: &AccuracyProblem) -> Vec<f64> {
     let plan = problem.setup.plan(&Accuracy::default()).unwrap();
     let total = |state: &State| {
         let energy = energy(&problem.setup.model, &plan, state);

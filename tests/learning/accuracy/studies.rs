@@ -1,8 +1,10 @@
 //! Whole studies, with few settings.
 
 use gaitwright_learning::accuracy::scenes::{ClosedForm, SCENES};
-use gaitwright_learning::accuracy::{Engine, Pieces, Row, Status, Sweep, Table, Watcher, reference, study};
-use gaitwright_learning::scenario::{NoFiles, Scenario, Setup};
+use gaitwright_learning::accuracy::{
+    Engine, Pieces, RowStatus, StudyObserver, Sweep, Table, TableRow, reference, study,
+};
+use gaitwright_learning::scenario::{NoFiles, Scenario, ScenarioSetup};
 use gaitwright_physics::scene::{Accuracy, Coordinates, Feedforward, Integrator};
 use serde_json::json;
 
@@ -62,7 +64,7 @@ fn scenes_can_be_asked_for_by_name() {
 }
 
 /// A quadruped that holds its stance after a drop of a few centimetres.
-fn quadruped() -> Setup {
+fn quadruped() -> ScenarioSetup {
     let urdf = include_str!("../../../examples/quadruped.urdf");
     let scenario = json!({
         "character": { "urdf": urdf },
@@ -89,14 +91,14 @@ fn finer_steps_come_closer_to_the_reference() {
     }
     let variants: Vec<_> = table.rows.iter().filter_map(|row| row.feedforward).collect();
     assert!(variants.contains(&Feedforward::ContactFree) && variants.contains(&Feedforward::ContactAware));
-    let front: Vec<&Row> = table.rows.iter().filter(|row| row.front).collect();
+    let front: Vec<&TableRow> = table.rows.iter().filter(|row| row.front).collect();
     assert!(!front.is_empty() && front.iter().all(|row| row.feedforward.is_none()));
 }
 
 /// What every row has to tell.
-fn judged(row: &Row) {
+fn judged(row: &TableRow) {
     match row.status {
-        Status::Measured => {
+        RowStatus::Measured => {
             let figures = row.figures.as_ref().unwrap();
             assert!(figures.seconds > 0.0 && figures.worst_error >= figures.error, "{row:?}");
             if row.engine == Engine::Gaitwright {
@@ -114,7 +116,7 @@ fn judged(row: &Row) {
                 assert_eq!(figures.joint_separation, None, "{row:?}");
             }
         }
-        Status::Diverged | Status::LeftOut => {
+        RowStatus::Diverged | RowStatus::LeftOut => {
             assert!(row.figures.is_none() && !row.front);
             assert!(!row.because.as_deref().unwrap().is_empty());
         }
@@ -156,7 +158,7 @@ fn what_cannot_be_studied_is_refused() {
 
 struct Impatient(usize);
 
-impl Watcher for Impatient {
+impl StudyObserver for Impatient {
     fn progress(&mut self, _: usize, _: usize, _: &str) {
         self.0 += 1;
     }

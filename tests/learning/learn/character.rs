@@ -7,7 +7,7 @@ use gaitwright_learning::learn::evaluation::{SimulatedWorld, World};
 use gaitwright_learning::learn::grid::Grid;
 use gaitwright_learning::learn::transition::Transition;
 use gaitwright_learning::learn::{
-    Behaviour, Cancel, LearnError, Learned, Learning, Posture, Setup, Task, Trunk, learn,
+    Behaviour, Cancel, LearnError, Learned, Learning, LearningSetup, Posture, Task, Trunk, learn,
 };
 use gaitwright_physics::motion::Player;
 use gaitwright_physics::playback::Playback;
@@ -31,15 +31,15 @@ fn brief() -> Learning {
     }
 }
 
-fn setup(learning: Learning, threads: usize) -> Setup {
+fn setup(learning: Learning, threads: usize) -> LearningSetup {
     let model = bundled("quadruped.urdf");
     let scene = Scene::default();
     let stance = Arc::new(Stance::find(&model, &scene));
     let accuracy = Accuracy::default();
-    Setup { model, stance, scene, accuracy, task: Task::default(), learning, seed: 42, threads }
+    LearningSetup { model, stance, scene, accuracy, task: Task::default(), learning, seed: 42, threads }
 }
 
-fn player(setup: &Setup, behaviour: &Behaviour) -> Player {
+fn player(setup: &LearningSetup, behaviour: &Behaviour) -> Player {
     Player::from_postures(
         &setup.stance.angles,
         behaviour.entry.iter().map(Posture::parts),
@@ -64,7 +64,7 @@ fn a_character_learns_the_same_with_any_threads_and_after_resuming() {
         learn(&setup(brief(), 2), &mut Notes::default(), &Cancel::default(), Some(checkpoint.clone()));
     assert_eq!(timeless(resumed.unwrap()), alone);
 
-    let foreign = Setup { seed: 43, ..setup(brief(), 1) };
+    let foreign = LearningSetup { seed: 43, ..setup(brief(), 1) };
     let error = learn(&foreign, &mut Notes::default(), &Cancel::default(), Some(checkpoint)).unwrap_err();
     let LearnError::Input(error) = error else { panic!("{error}") };
     assert_eq!(error.faults()[0].pointer, "/checkpoint/seed");
@@ -72,7 +72,7 @@ fn a_character_learns_the_same_with_any_threads_and_after_resuming() {
 
 #[test]
 fn the_learned_behaviour_is_what_playback_plays() {
-    let setup = Setup { task: plain_task(), ..setup(brief(), 2) };
+    let setup = LearningSetup { task: plain_task(), ..setup(brief(), 2) };
     let learned = learn(&setup, &mut Notes::default(), &Cancel::default(), None).unwrap();
     let best = learned.best.expect("something in 30 individuals stands for two seconds");
     let grid = Grid::new(&setup.model, &setup.stance, &parameters(&setup.learning, &setup.stance));
@@ -127,7 +127,7 @@ fn the_learned_behaviour_is_what_playback_plays() {
 #[test]
 fn a_locked_trunk_does_not_turn() {
     let learning = Learning { trunk: Trunk::Locked, ..brief() };
-    let setup = Setup { task: plain_task(), ..setup(learning, 2) };
+    let setup = LearningSetup { task: plain_task(), ..setup(learning, 2) };
     let best = learn(&setup, &mut Notes::default(), &Cancel::default(), None).unwrap().best.unwrap();
     let mut scene = setup.scene.clone();
     scene.effects.insert(Effect::TrunkRotationLock, Switch::On);

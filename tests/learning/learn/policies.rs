@@ -1,7 +1,7 @@
 //! Q-learning against value iteration, and cycles against exhaustive search.
 
-use gaitwright_learning::learn::policy::{Edge, Path, best_path, greedy_path};
-use gaitwright_learning::learn::qlearning::{self, Environment, QTable, Rates, Step};
+use gaitwright_learning::learn::policy::{ActionPath, Edge, best_path, greedy_path};
+use gaitwright_learning::learn::qlearning::{self, ActionOutcome, Environment, QTable, Rates};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -74,12 +74,12 @@ impl Environment for Maze {
     fn permits(&self, situation: usize, action: usize) -> bool {
         (situation, action) != self.forbidden
     }
-    fn act(&mut self, action: usize) -> Result<Step, ()> {
+    fn act(&mut self, action: usize) -> Result<ActionOutcome, ()> {
         let (reward, next) = self.moves[self.here][action];
         if let Some(next) = next {
             self.here = next;
         }
-        Ok(Step { reward, next })
+        Ok(ActionOutcome { reward, next })
     }
 }
 
@@ -141,7 +141,7 @@ fn cycle_means(edges: &[Edge], start: usize, situations: usize) -> Vec<f64> {
 }
 
 /// Mean reward of a path's cycle, after checking that the path can be walked.
-fn walk(maze: &Maze, path: &Path, start: usize) -> f64 {
+fn walk(maze: &Maze, path: &ActionPath, start: usize) -> f64 {
     let mut here = start;
     let mut go = |action: usize| {
         assert!(maze.permits(here, action));
@@ -208,7 +208,7 @@ fn the_greedy_path_of_optimal_values_is_an_optimal_path() {
 
 #[test]
 fn cycles_are_compared_wherever_they_start() {
-    let path = |cycle: &[usize]| Path { entry: vec![0], cycle: cycle.to_vec() };
+    let path = |cycle: &[usize]| ActionPath { entry: vec![0], cycle: cycle.to_vec() };
     assert!(path(&[1, 2, 3]).same_cycle(&path(&[3, 1, 2])));
     assert!(!path(&[1, 2, 3]).same_cycle(&path(&[1, 3, 2])));
     assert!(!path(&[1, 2]).same_cycle(&path(&[1, 2, 1, 2])));

@@ -1,10 +1,10 @@
 //! The grid and its splines, genomes and islands.
 
 use super::{bundled, parameters, plain_grid};
-use gaitwright_learning::learn::ga::{Individual, Island, migrate, resettle};
+use gaitwright_learning::learn::ga::{Individual, Island, migrate, restart_stale};
 use gaitwright_learning::learn::genome::Genome;
 use gaitwright_learning::learn::grid::{Grid, GridState, JointGrid, Level};
-use gaitwright_learning::learn::limb::{Limb, limbs};
+use gaitwright_learning::learn::limb::{JointChain, limbs};
 use gaitwright_learning::learn::transition::Transition;
 use gaitwright_learning::learn::{Learning, Mutation};
 use gaitwright_physics::motion::hermite;
@@ -172,10 +172,10 @@ fn left_legs_are_the_mirror_image_of_right_legs() {
     for target in &limbs {
         assert_eq!(target.joints.len(), 3);
         for source in &limbs {
-            let signs = target.like(source).unwrap();
+            let signs = target.signs_from(source).unwrap();
             // Abduction turns about the axis ahead, hip and knee about the lateral one: in a mirror the
             // former reverses and the latter do not.
-            let side = |limb: &Limb| name(limb.joints[0]).starts_with('L');
+            let side = |limb: &JointChain| name(limb.joints[0]).starts_with('L');
             let expected = if side(target) == side(source) { [1, 1, 1] } else { [-1, 1, 1] };
             assert_eq!(signs, expected, "{} like {}", name(target.joints[0]), name(source.joints[0]));
         }
@@ -215,10 +215,10 @@ fn islands_keep_their_elite_and_breed_no_duplicates() {
     assert!(best > 18.0, "of at most 3 × 2 × 4 = 24, less what keeps states apart; reached {best}");
 
     // Given up: whoever made no progress, unless nobody has proven more.
-    let proven = |fitness: f64, stale| Island { proven: Some(vec![9.0, fitness]), stale, ..island.clone() };
+    let proven = |fitness: f64, stale| Island { accepted: Some(vec![9.0, fitness]), stale, ..island.clone() };
     let mut tried =
-        vec![proven(1.0, 20), proven(2.0, 30), proven(1.0, 19), Island { proven: None, ..proven(0.0, 20) }];
-    resettle(&mut tried, 20);
+        vec![proven(1.0, 20), proven(2.0, 30), proven(1.0, 19), Island { accepted: None, ..proven(0.0, 20) }];
+    restart_stale(&mut tried, 20);
     assert_eq!(tried, [Island::default(), proven(2.0, 30), proven(1.0, 19), Island::default()]);
 
     let mut ring = vec![island.clone(), Island::default(), island];

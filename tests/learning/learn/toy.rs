@@ -5,17 +5,17 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::{Notes, plain_grid, plain_task, timeless};
-use gaitwright_learning::learn::cache::{Cache, Key, Tracked};
-use gaitwright_learning::learn::evaluation::{Outcome, Targets, World};
+use gaitwright_learning::learn::cache::{Cache, TrackedTransition, TransitionKey};
+use gaitwright_learning::learn::evaluation::{Targets, TrackingOutcome, World};
 use gaitwright_learning::learn::genome::Genome;
 use gaitwright_learning::learn::grid::{GridState, Level};
 use gaitwright_learning::learn::qlearning::{self, QTable, Rates};
 use gaitwright_learning::learn::search::Search;
-use gaitwright_learning::learn::subset::{Rules, Subset};
-use gaitwright_learning::learn::trial::race;
+use gaitwright_learning::learn::subset::{SearchContext, Subset};
+use gaitwright_learning::learn::trial::run_check;
 use gaitwright_learning::learn::{
-    Behaviour, Cancel, Checkpoint, Ended, Interrupted, Learned, Learning, Objective, Parameters, Posture,
-    Stop, Terms,
+    Behaviour, Cancel, Checkpoint, Interrupted, Learned, Learning, Objective, Parameters, Posture, Stop,
+    StopReason, Terms,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -56,14 +56,14 @@ impl World for Sledge {
         targets: Targets<'_>,
         steps: Range<u64>,
         _: &Stop,
-    ) -> Result<Outcome<f64>, Interrupted> {
+    ) -> Result<TrackingOutcome<f64>, Interrupted> {
         self.calls.fetch_add(1, Ordering::Relaxed);
         let mut angles = [0.0; 2];
         targets(steps.end as f64 * self.step, &mut angles);
         let fell = angles[1] > self.tip;
         let terms = Terms { displacement: [(angles[0] - state).max(0.0), 0.0], ..Terms::default() };
         let seconds = (steps.end - steps.start) as f64 * self.step;
-        Ok(Outcome { terms, seconds, after: (!fell).then_some(angles[0]) })
+        Ok(TrackingOutcome { terms, seconds, after: (!fell).then_some(angles[0]) })
     }
 
     fn cells(&self) -> usize {
@@ -121,7 +121,7 @@ fn the_toys_best_behaviour_is_found() {
     // From −0.6 to 0.6 and back, 0.1 s each: 6 m/s, less or more at the start of 20 s by 0.6 m at most.
     assert!((best.fitness - 6.0).abs() <= 0.6 / 20.0 + 1e-9, "{}", best.fitness);
     assert_eq!(best.cycle.len(), 2);
-    assert_eq!(learned.ended, Ended::Generations);
+    assert_eq!(learned.ended, StopReason::Generations);
     assert_eq!(learned.curve, notes.generations);
     assert_eq!(notes.improved.last(), Some(&best));
     assert!(notes.improved.windows(2).all(|pair| pair[1].fitness > pair[0].fitness));
@@ -157,11 +157,11 @@ fn a_cancelled_search_keeps_what_it_found() {
     let cancel = Cancel::default();
     let mut notes = Notes { cancel_after: Some((3, cancel.clone())), ..Notes::default() };
     let learned = search.run(&pool, &mut notes, &Stop::new(&cancel, None), None);
-    assert_eq!((learned.ended, learned.curve.len()), (Ended::Cancelled, 3));
+    assert_eq!((learned.ended, learned.curve.len()), (StopReason::Cancelled, 3));
     assert!(learned.best.is_some());
     let out_of_time =
         search.run(&pool, &mut Notes::default(), &Stop::new(&Cancel::default(), Some(0.0)), None);
-    assert_eq!((out_of_time.ended, out_of_time.curve.len()), (Ended::Seconds, 0));
+    assert_eq!((out_of_time.ended, out_of_time.curve.len()), (StopReason::Seconds, 0));
 }
 
 #[test]
@@ -171,12 +171,12 @@ fn the_cache_counts_what_it_saves_and_changes_no_deterministic_world() {
     let parameters = toy_parameters(toy_learning());
     let objective = Objective::of(&plain_task(), 1.0, 0.3).unwrap();
     let stop = Stop::new(&Cancel::default(), None);
-    let rules = Rules { grid: &grid, objective: &objective, parameters: &parameters, stop: &stop };
+    let context = SearchContext { grid: &grid, objective: &objective, parameters: &parameters, stop: &stop };
     let genome = Genome::random(&grid, 4, &mut ChaCha8Rng::seed_from_u64(1));
     let rates = Rates::from(&parameters.learning);
     let learn_in = |shared: &Cache<f64>| {
         let mut world = Sledge { calls: Arc::default(), ..world.clone() };
-        let mut subset = Subset::new(rules, &mut world, shared, &genome);
+        let mut subset = Subset::new(context, &mut world, shared, &genome);
         let mut table = QTable::new(&subset);
         qlearning::learn(&mut subset, &mut table, &rates, &mut ChaCha8Rng::seed_from_u64(2)).unwrap();
         let (additions, account) = subset.into_parts();
@@ -198,14 +198,16 @@ fn the_cache_counts_what_it_saves_and_changes_no_deterministic_world() {
 fn a_full_cache_keeps_what_came_first() {
     let key = |angle| {
         let to = GridState(vec![Level { angle, velocity: 0 }]);
-        Key { from: None, to, cell: 0 }
+        TransitionKey { from: None, to, cell: 0 }
     };
-    let tracked =
-        |after: f64| Arc::new(Tracked { terms: Terms::default(), seconds: 0.1, after: Some((after, 0)) });
+    let tracked = |after: f64| {
+        Arc::new(TrackedTransition { terms: Terms::default(), seconds: 0.1, after: Some((after, 0)) })
+    };
     let mut cache = Cache::new(2);
     cache.merge(vec![(key(1), tracked(1.0))]);
     cache.merge(vec![(key(1), tracked(5.0)), (key(2), tracked(2.0)), (key(3), tracked(3.0))]);
-    let after = |key: &Key| cache.get(key).and_then(|tracked| tracked.after).map(|(state, _)| state);
+    let after =
+        |key: &TransitionKey| cache.get(key).and_then(|tracked| tracked.after).map(|(state, _)| state);
     assert_eq!([after(&key(1)), after(&key(2)), after(&key(3))], [Some(1.0), Some(2.0), None]);
 }
 
@@ -216,7 +218,7 @@ fn a_race_measures_what_the_closed_form_says() {
     let parameters = toy_parameters(learning);
     let objective = Objective::of(&plain_task(), 1.0, 0.3).unwrap();
     let stop = Stop::new(&Cancel::default(), None);
-    let rules = Rules { grid: &grid, objective: &objective, parameters: &parameters, stop: &stop };
+    let context = SearchContext { grid: &grid, objective: &objective, parameters: &parameters, stop: &stop };
     let posture = |angle: f64, tip: f64| Posture::resting(&[angle, tip]);
     let behaviour = |cycle: Vec<Posture>| Behaviour {
         fitness: 0.0,
@@ -229,38 +231,39 @@ fn a_race_measures_what_the_closed_form_says() {
     let mut world = Sledge::new();
     // 0.1 m at first, then half a metre every 0.2 s: 49 times in the 98 transitions up to 9.9 s, and the
     // hundredth transition goes back.
-    let run = race(rules, &mut world, &swing, None).unwrap();
-    let looks = run.looks.unwrap();
+    let run = run_check(context, &mut world, &swing, None).unwrap();
+    let inspections = run.inspections.unwrap();
     assert!((run.seconds - 10.0).abs() < 1e-9);
     assert!((run.fitness - (0.1 + 49.0 * 0.5) / 10.0).abs() < 1e-9, "{}", run.fitness);
     // Looks at 1, 2, 4, 8 and 10 s: 4, 9, 19, 39 and 49 times half a metre, and 0.1 m.
-    for (look, expected) in looks.iter().zip([2.1 / 1.0, 4.6 / 2.0, 9.6 / 4.0, 19.6 / 8.0, 24.6 / 10.0]) {
-        assert!((look - expected).abs() < 1e-9, "{looks:?}");
+    for (look, expected) in inspections.iter().zip([2.1 / 1.0, 4.6 / 2.0, 9.6 / 4.0, 19.6 / 8.0, 24.6 / 10.0])
+    {
+        assert!((look - expected).abs() < 1e-9, "{inspections:?}");
     }
     // Against itself it is no better, and ends at the first look with the same fitness; against what was
     // as good at first and worse later it goes on; against what was better at 2 s it ends there, as far
     // below the other's final fitness as it was then.
-    let run = race(rules, &mut world, &swing, Some(&looks)).unwrap();
-    assert_eq!((run.fitness, run.looks), (looks[4], None));
+    let run = run_check(context, &mut world, &swing, Some(&inspections)).unwrap();
+    assert_eq!((run.fitness, run.inspections), (inspections[4], None));
     assert!((run.seconds - 1.0).abs() < 1e-9);
-    let run = race(rules, &mut world, &swing, Some(&[2.0, 2.0, 2.0, 2.0, 2.0])).unwrap();
-    assert_eq!(run.looks, Some(looks));
-    let run = race(rules, &mut world, &swing, Some(&[2.0, 2.5, 2.5, 2.5, 2.7])).unwrap();
-    assert!(run.looks.is_none() && (run.seconds - 2.0).abs() < 1e-9);
+    let run = run_check(context, &mut world, &swing, Some(&[2.0, 2.0, 2.0, 2.0, 2.0])).unwrap();
+    assert_eq!(run.inspections, Some(inspections));
+    let run = run_check(context, &mut world, &swing, Some(&[2.0, 2.5, 2.5, 2.5, 2.7])).unwrap();
+    assert!(run.inspections.is_none() && (run.seconds - 2.0).abs() < 1e-9);
     assert!((run.fitness - (2.7 - 0.2)).abs() < 1e-9);
     // From a start that is 0.05 m ahead it gains that much less; the least counts.
     let mut upset = Sledge { disturbed: vec![-0.02, 0.05], ..Sledge::new() };
-    let run = race(rules, &mut upset, &swing, None).unwrap();
+    let run = run_check(context, &mut upset, &swing, None).unwrap();
     assert!((run.fitness - 24.55 / 10.0).abs() < 1e-9 && (run.seconds - 30.0).abs() < 1e-9);
-    assert_eq!(run.looks.unwrap().last(), Some(&run.fitness));
+    assert_eq!(run.inspections.unwrap().last(), Some(&run.fitness));
     // Whoever falls is below whoever stands, and the later the better.
     let mut tipping = Sledge { tip: 0.5, ..Sledge::new() };
     let mut last = f64::MIN;
     for length in [1, 5, 20] {
         let mut cycle = vec![posture(-0.3, 0.0); length];
         cycle.push(posture(0.0, 0.6));
-        let run = race(rules, &mut tipping, &behaviour(cycle), None).unwrap();
-        assert!(run.looks.is_none() && run.fitness > last && run.fitness < -0.5);
+        let run = run_check(context, &mut tipping, &behaviour(cycle), None).unwrap();
+        assert!(run.inspections.is_none() && run.fitness > last && run.fitness < -0.5);
         assert!((run.seconds - 0.1 * (length + 2) as f64).abs() < 1e-9);
         last = run.fitness;
     }

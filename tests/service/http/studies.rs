@@ -1,6 +1,6 @@
 //! The price of accuracy over HTTP: a study as a job, and jobs that ask for a tolerance.
 
-use gaitwright_learning::accuracy::{Status, Table};
+use gaitwright_learning::accuracy::{RowStatus, Table};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -41,7 +41,7 @@ fn a_study_leaves_table_diagram_and_recommendations() {
     let link = |name: &str| links[name].as_str().unwrap();
     let table: Table = serde_json::from_value(service.json(link("table"))).unwrap();
     assert_eq!(serde_json::to_value(table.recommend(1e-2)).unwrap(), recommended[0]);
-    assert!(table.rows.iter().any(|row| row.status == Status::Measured));
+    assert!(table.rows.iter().any(|row| row.status == RowStatus::Measured));
     let csv = service.curl(link("table"), &["-H", "accept: text/csv"]);
     assert!(csv.headers["content-type"].starts_with("text/csv"));
     assert_eq!(csv.text(), table.to_csv());

@@ -2,15 +2,16 @@
 
 use serde_json::{Value, json};
 
+use super::case::Case;
+use super::quantity::Quantity;
 use super::sketch::{
-    GRAVITY, air, block, body, bolted, character, hinge, limits, moving, rod, scenario, smoothly, space,
-    turning, with,
+    GRAVITY, air, block, body, character, fixed_base, hinge, limits, moving, rod, scenario, second_order,
+    space, turning, with,
 };
-use super::{Case, Quantity};
 use crate::scenario::{CharacterSource, Scenario};
 use gaitwright_physics::scene::Scene;
 
-/// Share of the energy in reach that a simulation may gain by its own errors.
+/// Share of the energy that can be released which a simulation may gain by its numerical errors.
 const GAIN: f64 = 0.05;
 
 const Y: [f64; 3] = [0.0, 1.0, 0.0];
@@ -25,7 +26,7 @@ pub fn cases() -> Vec<Case> {
     cases
 }
 
-/// Rods of these masses (kg), each `length` m long, one below the other; the axes take turns.
+/// Rods of these masses (kg), each `length` m long, one below the other; joint i has axis i of `axes`, which repeat.
 struct Chain<'a> {
     masses: &'a [f64],
     length: f64,
@@ -50,14 +51,14 @@ impl Chain<'_> {
     }
 
     /// Weight of the chain times the distance of its centre of mass from the first joint when it hangs
-    /// straight: what a chain that starts level has in reach, J.
+    /// straight, J: the energy that a chain that starts level can release.
     fn weight_moment(&self) -> f64 {
         let centers = self.masses.iter().enumerate();
         let moment: f64 = centers.map(|(index, mass)| mass * self.length * (index as f64 + 0.5)).sum();
         GRAVITY * moment
     }
 
-    /// Its inertia about the first joint when it is straight, kg m².
+    /// Moment of inertia about the first joint when it is straight, kg m².
     fn inertia(&self) -> f64 {
         let links = self.masses.iter().enumerate();
         let of_link = |(index, mass): (usize, &f64)| {
@@ -69,7 +70,7 @@ impl Chain<'_> {
 
 /// The chain swinging from a first joint at `angle` rad.
 fn swinging(chain: &Chain<'_>, name: &str, angle: f64) -> Scenario {
-    let mut scenario = bolted(chain.character(name), air());
+    let mut scenario = fixed_base(chain.character(name), air());
     scenario.start.joints = moving([("joint_0", angle, 0.0)]);
     scenario
 }
@@ -80,7 +81,7 @@ fn mass_ratios() -> Vec<Case> {
     let swing = |name: &str, about: &str, masses: &[f64]| {
         let chain = Chain { masses, length: 0.3, axes: &[Y, X] };
         let available = chain.weight_moment() * (1.0 - 1.0_f64.cos());
-        Case::new(name, about, smoothly(swinging(&chain, "chain", 1.0)))
+        Case::new(name, about, second_order(swinging(&chain, "chain", 1.0)))
             .at_most(GAIN * available, Quantity::EnergyGain)
     };
     let (grams, tonnes) = (1e-3, 1e3);
@@ -103,7 +104,7 @@ fn mass_ratios() -> Vec<Case> {
 }
 
 /// A plate on the ground and a block that slides down on it to the end of its slide, at rest. Nothing may
-/// give way.
+/// move.
 fn press(name: &str, about: &str, plate: f64, weight: f64) -> Case {
     let slide = with(
         hinge("slide", "plate", "weight", [0.0, 0.0, 0.2], Z),
@@ -123,8 +124,8 @@ fn press(name: &str, about: &str, plate: f64, weight: f64) -> Case {
         )
 }
 
-/// Share of its energy that a long chain may gain at four times the default step, whose end cracks like a whip, at some
-/// 1000 rad/s for some milliseconds.
+/// Share of its energy that a long chain may gain at four times the default step. In whip-like motion its last link
+/// reaches about 1000 rad/s for a few milliseconds.
 const WHIP_GAIN: f64 = 0.05;
 
 fn long_chains() -> Vec<Case> {
@@ -134,11 +135,11 @@ fn long_chains() -> Vec<Case> {
     let drop = flat.weight_moment();
     let level = std::f64::consts::FRAC_PI_2;
 
-    let mut hanging = bolted(flat.character("chain"), air());
+    let mut hanging = fixed_base(flat.character("chain"), air());
     let names: Vec<String> = (0..masses.len()).map(|index| format!("joint_{index}")).collect();
     let lean = 1e-3;
     hanging.start.joints = moving(names.iter().map(|name| (name.as_str(), lean, 0.0)));
-    // Link i leans by (i + 1) milliradians; its centre is higher by the sum over the links above it.
+    // Link i is inclined by (i + 1) milliradians; the height of its centre follows from the links above it.
     let lift: f64 = (0..masses.len())
         .map(|index| {
             let risen = |link: usize| 1.0 - (lean * (link as f64 + 1.0)).cos();
@@ -149,9 +150,9 @@ fn long_chains() -> Vec<Case> {
 
     let whirl = 10.0;
     let tilt: f64 = 0.8;
-    let mut whirling = bolted(Chain { axes: &[Z, Y, X], ..spatial }.character("chain"), air());
+    let mut whirling = fixed_base(Chain { axes: &[Z, Y, X], ..spatial }.character("chain"), air());
     whirling.start.joints = moving([("joint_0", 0.0, whirl), ("joint_1", tilt, 0.0)]);
-    // From the second link on the chain stands off the axis.
+    // From the second link on the chain is off the axis.
     let off_axis = Chain { masses: &masses[1..], ..spatial }.inertia() * tilt.sin().powi(2);
     let whirling_energy = 0.5 * off_axis * whirl * whirl + drop * (1.0 - tilt.cos());
 
@@ -169,27 +170,27 @@ fn long_chains() -> Vec<Case> {
         Case::new(
             "chain-released",
             "100 links released from horizontal, all in one plane",
-            smoothly(swinging(&flat, "chain", level)),
+            second_order(swinging(&flat, "chain", level)),
         )
         .at_most(WHIP_GAIN * drop, Quantity::EnergyGain),
         Case::new(
             "chain-released-in-space",
             "100 links released from horizontal, axes crossed",
-            smoothly(swinging(&spatial, "chain", level)),
+            second_order(swinging(&spatial, "chain", level)),
         )
         .at_most(WHIP_GAIN * drop, Quantity::EnergyGain),
-        Case::new("chain-whirling", "100 links whirl about the vertical at 10 rad/s", smoothly(whirling))
+        Case::new("chain-whirling", "100 links whirl about the vertical at 10 rad/s", second_order(whirling))
             .at_most(GAIN * whirling_energy, Quantity::EnergyGain),
         Case::new(
             "chain-thrown",
             "100 links and a weight spin freely at 20 rad/s without gravity",
-            smoothly(thrown),
+            second_order(thrown),
         )
         .at_most(GAIN * thrown_energy, Quantity::EnergyGain)
         .at_most(GAIN * inertia * spin, Quantity::AngularMomentumChange)
         .at_most(GAIN * mass * center * spin, Quantity::MomentumChange)
-        // Its shortest waves have 2000 rad/s: at four times the step they end its straight spin, and with it goes the
-        // momentum of a root far from the centre of mass.
+        // Its shortest transverse waves have 2000 rad/s. At four times the step they are not resolved, the chain does not
+        // stay straight, and the momentum of a root far from the centre of mass changes.
         .at_its_own_step(),
     ]
 }
@@ -200,7 +201,7 @@ fn odd_links() -> Vec<Case> {
     let grain = |name: &str| body(name, 1e-5, [0.0; 3], [1e-9; 3]);
     let base = || body("base", 1.0, [0.0; 3], [0.1; 3]);
     let shoulder = |middle: &dyn Fn(&str) -> Value| {
-        // Three crossed hinges through two small links, as real robots draw a ball joint, and a bone between.
+        // Three crossed hinges through two small links, which is how URDFs model a ball joint, and a bone between.
         let links = [base(), bone("upper"), middle("yaw"), middle("pitch"), bone("lower")];
         let joints = [
             hinge("shoulder", "base", "upper", [0.0; 3], Y),
@@ -208,7 +209,7 @@ fn odd_links() -> Vec<Case> {
             hinge("elbow_pitch", "yaw", "pitch", [0.0; 3], Y),
             hinge("elbow_roll", "pitch", "lower", [0.0; 3], X),
         ];
-        let mut scenario = bolted(character("arm", &links, &joints), air());
+        let mut scenario = fixed_base(character("arm", &links, &joints), air());
         scenario.start.joints =
             moving([("shoulder", 1.0, 0.0), ("elbow_roll", 0.5, 0.0), ("elbow_yaw", 0.0, 1.0)]);
         scenario
@@ -222,7 +223,7 @@ fn odd_links() -> Vec<Case> {
     let mut beside = scenario(character("grain", &small, &joints), space());
     beside.start.root = Some(turning([0.0; 3], [0.5, 1.0, 0.2]));
     beside.start.joints = moving([("near", 0.3, 2.0), ("far", 0.0, -1.0)]);
-    // Two bodies of some 1 kg m² at some 2 rad/s.
+    // Two bodies of about 1 kg m² at about 2 rad/s.
     let beside_energy = 4.0;
     let mut locked = shoulder(&|name| body(name, 0.1, [0.0; 3], [1e-4; 3]));
     let level = std::f64::consts::FRAC_PI_2;

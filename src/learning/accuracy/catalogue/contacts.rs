@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
+use super::case::Case;
+use super::quantity::Quantity;
 use super::sketch::{GRAVITY, block, body, character, resting, scenario, turning, with};
-use super::{Case, Quantity};
 use crate::scenario::Scenario;
 use gaitwright_physics::motion::RootMotion;
 use gaitwright_physics::scene::Scene;
@@ -12,14 +13,14 @@ use gaitwright_physics::scene::Scene;
 const EDGE: f64 = 0.2;
 const MASS: f64 = 2.0;
 
-/// What a contact may sink in, m: contacts are approached, never overrun.
+/// Greatest penetration, m: a contact may be approached but not crossed.
 const PENETRATION: f64 = 1e-4;
 
-/// Share of a resting weight by which contact forces may miss it: the solver's tolerance is a velocity, and
+/// Share of a resting weight by which the contact forces may differ from it: the solver's tolerance is a velocity, and
 /// over a step of 1e-5 s a velocity of 1e-9 m/s is a force of 1e-5 of the weight at every contact.
 const WEIGHT_ERROR: f64 = 1e-3;
 
-/// Speed at which a penetration is undone, m/s.
+/// Greatest speed at which a penetration is corrected, m/s.
 const RECOVERY: f64 = 0.2;
 
 /// The cases of contact.
@@ -54,7 +55,7 @@ fn deep_start() -> Case {
     let scenario = one(block("block", MASS, [EDGE; 3]), Scene::default(), root);
     Case::new("deep-start", "a block that starts three quarters in the ground rises and rests", scenario)
         .at_most(RECOVERY + 1e-6, Quantity::RootSpeed { after: 0.0 })
-        // Thrown at the speed of recovery it would rise by v²/2g.
+        // A block that leaves the ground at the speed of correction rises by v²/2g.
         .at_most(RECOVERY * RECOVERY / (2.0 * GRAVITY), Quantity::Rise { over: 0.5 * EDGE })
         .at_most(1e-3, Quantity::FinalPosition { wanted: [0.0, 0.0, 0.5 * EDGE] })
         .at_most(1e-6, Quantity::RootSpeed { after: 5.0 })
@@ -81,7 +82,7 @@ fn rest(name: &str, about: &str, links: &[Value; 1], seconds: f64) -> Case {
     scenario.duration = seconds;
     Case::new(name, about, scenario)
         .at_most(PENETRATION, Quantity::Penetration)
-        // Ten times what the solver is allowed to leave.
+        // Ten times the solver's tolerance.
         .at_most(1e-8, Quantity::RootSpeed { after: 0.0 })
         .at_most(1e-7, Quantity::Creep { after: 0.0 })
         .at_most(WEIGHT_ERROR * MASS * GRAVITY, Quantity::FinalWeight { wanted: MASS * GRAVITY })
@@ -99,13 +100,13 @@ fn plate() -> Value {
     with(block("plate", MASS, [EDGE; 3]), &json!({ "shapes": balls }))
 }
 
-/// A block whose shape is there twice.
+/// A block with two identical shapes at the same place.
 fn doubled() -> Value {
     let shape = json!({ "kind": "box", "size": [EDGE, EDGE, EDGE] });
     with(block("block", MASS, [EDGE; 3]), &json!({ "shapes": [shape.clone(), shape] }))
 }
 
-/// A minute on ground that leans by less than its friction holds: level ground under a weight that leans.
+/// A minute on a slope within the cone of friction, modelled as level ground with inclined gravity.
 fn on_a_slope() -> Case {
     let lean = 0.5_f64;
     let scene = Scene { gravity: [GRAVITY * lean.sin(), 0.0, -GRAVITY * lean.cos()], ..Scene::default() };
@@ -118,8 +119,8 @@ fn on_a_slope() -> Case {
         .at_most(PENETRATION, Quantity::Penetration)
 }
 
-/// A thin rod pushed along leaning forward: beyond a friction of 4/3 rigid bodies jam without an impact
-/// (Painlevé's paradox), and forces of any size would solve for the accelerations.
+/// A thin rod, inclined forward, pushed along the ground: beyond a friction of 4/3 rigid bodies jam without an impact
+/// (Painlevé's paradox), and the accelerations have no solution with finite forces.
 fn painleve() -> Case {
     let (length, radius, mass, speed): (f64, f64, f64, f64) = (1.0, 0.01, 1.0, 3.0);
     let across = mass * length * length / 12.0;
@@ -128,7 +129,7 @@ fn painleve() -> Case {
         body("rod", mass, [0.0; 3], [1e-4, across, across]),
         &json!({ "shapes": [end(1.0), end(-1.0)] }),
     );
-    // The foot ahead of the centre, so that friction pushes back under the rod and lifts it on its toe.
+    // The foot ahead of the centre, so that friction on the foot turns the rod up over it.
     let lean: f64 = 0.9;
     let height = radius + 0.5 * length * lean.sin();
     let root = RootMotion {
@@ -162,7 +163,8 @@ fn rubber() -> Case {
     let available = 0.5 * MASS * speed * speed;
     Case::new("friction-10", "a block thrown along rubber turns over or stops, and rests", scenario)
         .at_most(0.01 * available, Quantity::EnergyGain)
-        // A corner that turns over goes round: by at most h²ω²r/2 = 0.7 mm into the ground.
+        // A corner about which the block tips moves on a circle within a step: by at most h²ω²r/2 = 0.7 mm into the
+        // ground.
         .at_most(1e-3, Quantity::Penetration)
         .at_most(1e-6, Quantity::RootSpeed { after: 5.0 })
 }

@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
+use super::case::Case;
+use super::quantity::Quantity;
 use super::sketch::{air, body, character, limits, moving, scenario, turning, with};
-use super::{Case, Quantity};
 use gaitwright_physics::scene::{Effect, Scene, Switch};
 
 /// Number of links of each random character.
@@ -16,7 +17,7 @@ pub fn cases() -> Vec<Case> {
         let tree = Tree::random(seed as u64 + 1, links);
         let document = character("random", &tree.links, &tree.joints);
         let speeds = || tree.speeds.iter().map(|(name, speed)| (name.as_str(), 0.0, *speed));
-        // Links thrown together at random stand in each other.
+        // Links placed at random overlap.
         let apart = || [(Effect::SelfCollision, Switch::Off)].into();
         let mut free = scenario(document.clone(), Scene { gravity: [0.0; 3], effects: apart(), ..air() });
         free.start.root = Some(turning([0.0; 3], [0.5, -1.0, 2.0]));
@@ -40,8 +41,8 @@ pub fn cases() -> Vec<Case> {
             )
             .at_most(0.05, Quantity::EnergyGainShare)
             .at_most(1e-2, Quantity::LimitOvershoot)
-            // A step may deepen a touch by 0.2 mm, and between masses a million to one some follow each other before
-            // what they add is undone.
+            // A step may deepen a contact by 0.2 mm. At mass ratios of a million to one several steps in sequence do so
+            // before it is corrected.
             .at_most(4e-3, Quantity::Penetration),
         );
     }
@@ -93,7 +94,7 @@ impl Tree {
     }
 }
 
-/// Numbers that look random and are the same everywhere (Steele, Lea & Flood 2014, SplitMix64).
+/// Pseudo-random numbers, the same on every machine (Steele, Lea & Flood 2014, SplitMix64).
 struct Dice(u64);
 
 impl Dice {
@@ -105,7 +106,7 @@ impl Dice {
         bits ^ (bits >> 31)
     }
 
-    /// From 0 to 1.
+    /// Uniform, from 0 up to 1.
     fn share(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }

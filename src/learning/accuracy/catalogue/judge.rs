@@ -1,16 +1,19 @@
-//! A case run and measured against its bounds.
+//! Running a case and measuring it against its bounds.
 
 use serde::Serialize;
 
-use super::{Case, Quantity, Run};
-use crate::accuracy::{StudyError, prepare};
-use crate::scenario::{Ended, Line, NoFiles};
+use super::case::Case;
+use super::quantity::{CaseRun, Quantity};
+use crate::accuracy::choice::prepare;
+use crate::accuracy::csv_text::csv_text;
+use crate::accuracy::fault::StudyError;
+use crate::scenario::{Line, NoFiles, ScenarioEnd};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::Accuracy;
 
-/// What came of a case.
+/// The result of running a case.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Verdict {
+pub struct CaseVerdict {
     /// Name of the case.
     pub case: String,
     /// The settings it was run with.
@@ -22,65 +25,85 @@ pub struct Verdict {
     /// Computing time of the steps, s.
     pub step_seconds: f64,
     /// Every bounded quantity.
-    pub rows: Vec<Row>,
+    pub rows: Vec<CaseMeasurement>,
 }
 
 /// A bound and what was measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
+pub struct CaseMeasurement {
     /// What is bounded.
     pub quantity: Quantity,
     /// Its unit.
     pub unit: &'static str,
     /// The most it may be.
     pub bound: f64,
-    /// What it was; for a run that failed, until then.
+    /// The measured value; for a run that failed, over the time until then.
     pub measured: f64,
     /// Whether the bound holds.
     pub holds: bool,
 }
 
-impl Verdict {
+impl CaseVerdict {
     /// Whether the case ran to its end within all its bounds.
     pub fn holds(&self) -> bool {
         self.finished && self.rows.iter().all(|row| row.holds)
     }
 }
 
+/// Columns of the comma-separated values.
+const COLUMNS: [&str; 11] = [
+    "case",
+    "step",
+    "step_tolerance",
+    "integrator",
+    "solver",
+    "status",
+    "quantity",
+    "unit",
+    "bound",
+    "measured",
+    "holds",
+];
+
 /// The verdicts as comma-separated values, one line a bound.
-pub fn to_csv(verdicts: &[Verdict]) -> String {
-    let mut text =
-        "case,step,step_tolerance,integrator,solver,status,quantity,unit,bound,measured,holds\n".to_owned();
-    for verdict in verdicts {
-        let accuracy = &verdict.accuracy;
-        // The words of the documents.
-        let word = |value: serde_json::Result<serde_json::Value>| match value {
-            Ok(serde_json::Value::String(word)) => word,
-            Ok(serde_json::Value::Object(fields)) => {
-                fields.get("of").and_then(|name| name.as_str()).unwrap_or_default().to_owned()
-            }
-            _ => String::new(),
-        };
-        let integrator = word(serde_json::to_value(accuracy.integrator));
-        let solver = word(serde_json::to_value(accuracy.solver.kind));
-        let tolerance = accuracy.step_tolerance.map_or_else(String::new, |value| value.to_string());
-        let status = verdict.status.replace([',', '\n'], ";");
-        for row in &verdict.rows {
-            let quantity = word(serde_json::to_value(&row.quantity));
-            text += &format!(
-                "{},{},{tolerance},{integrator},{solver},{status},{quantity},{},{:e},{:e},{}\n",
-                verdict.case, accuracy.step, row.unit, row.bound, row.measured, row.holds
-            );
+pub fn to_csv(verdicts: &[CaseVerdict]) -> String {
+    csv_text(COLUMNS, verdicts.iter().flat_map(|verdict| verdict.rows.iter().map(|row| cells(verdict, row))))
+}
+
+/// One bound of a verdict, as [`COLUMNS`] has it.
+fn cells(verdict: &CaseVerdict, row: &CaseMeasurement) -> [String; COLUMNS.len()] {
+    let accuracy = &verdict.accuracy;
+    [
+        verdict.case.clone(),
+        accuracy.step.to_string(),
+        accuracy.step_tolerance.map_or_else(String::new, |value| value.to_string()),
+        word(&accuracy.integrator),
+        word(&accuracy.solver.kind),
+        verdict.status.replace([',', '\n'], ";"),
+        word(&row.quantity),
+        row.unit.to_owned(),
+        format!("{:e}", row.bound),
+        format!("{:e}", row.measured),
+        row.holds.to_string(),
+    ]
+}
+
+/// The word for `value` in the JSON documents; of a quantity, its name without its parameters.
+fn word<T: Serialize>(value: &T) -> String {
+    match serde_json::to_value(value) {
+        Ok(serde_json::Value::String(word)) => word,
+        Ok(serde_json::Value::Object(fields)) => {
+            fields.get("of").and_then(|name| name.as_str()).unwrap_or_default().to_owned()
         }
+        _ => String::new(),
     }
-    text
 }
 
 /// Runs `case` at `factor` times its step and measures what is bounded.
 ///
 /// # Errors
 /// What the scene asks for and the simulator does not do.
-pub fn judge(case: &Case, factor: f64) -> Result<Verdict, StudyError> {
+pub fn judge(case: &Case, factor: f64) -> Result<CaseVerdict, StudyError> {
     let scenario = case.at(factor);
     let mut samples = Vec::new();
     let mut end = None;
@@ -94,16 +117,22 @@ pub fn judge(case: &Case, factor: f64) -> Result<Verdict, StudyError> {
     let Some(summary) = end else {
         return Err(InputError::impossible("", "the simulation ended without a summary").into());
     };
-    let run = Run { scenario: &scenario, samples: &samples, summary: &summary };
+    let run = CaseRun { scenario: &scenario, samples: &samples, summary: &summary };
     let row = |quantity: &Quantity, bound: f64| {
         let measured = quantity.of(&run);
-        Row { quantity: quantity.clone(), unit: quantity.unit(), bound, measured, holds: measured <= bound }
+        CaseMeasurement {
+            quantity: quantity.clone(),
+            unit: quantity.unit(),
+            bound,
+            measured,
+            holds: measured <= bound,
+        }
     };
-    Ok(Verdict {
+    Ok(CaseVerdict {
         case: case.name.clone(),
         accuracy: summary.accuracy,
         status: summary.status.clone(),
-        finished: ended == Ended::Finished,
+        finished: ended == ScenarioEnd::Finished,
         step_seconds: summary.step_seconds,
         rows: case.bounds.iter().map(|bound| row(&bound.quantity, bound.most)).collect(),
     })

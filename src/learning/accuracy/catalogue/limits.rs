@@ -4,15 +4,18 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
-use super::sketch::{GRAVITY, air, body, bolted, character, hinge, hold, limits, moving, rod, space, with};
-use super::{Case, Quantity};
+use super::case::Case;
+use super::quantity::Quantity;
+use super::sketch::{
+    GRAVITY, air, body, character, fixed_base, hinge, hold, limits, moving, rod, space, with,
+};
 use crate::scenario::Scenario;
 use gaitwright_physics::scene::{Drive, MaxTorque, Scene};
 
 /// The end of the hinge's range, rad.
 const END: f64 = 0.5;
 
-/// What a limit may be passed by, rad: a limit is approached, never overrun.
+/// Greatest violation of a limit, rad: a limit may be approached but not crossed.
 const OVERSHOOT: f64 = 1e-3;
 
 /// The cases of limits.
@@ -41,10 +44,10 @@ fn bar(scene: Scene) -> Scenario {
     let links = [body("base", 1.0, [0.0; 3], [0.1; 3]), rod("bar", 1.0, 0.5)];
     let joints: [Value; 1] =
         [with(hinge("hinge", "base", "bar", [0.0; 3], [0.0, 1.0, 0.0]), &limits(-END, END))];
-    bolted(character("bar", &links, &joints), scene)
+    fixed_base(character("bar", &links, &joints), scene)
 }
 
-/// It comes back at no more than the rate of recovery, 1 rad/s, and stays.
+/// The joint returns at no more than the rate of correction, 1 rad/s, and stays.
 fn violated() -> Case {
     let mut scenario = bar(space());
     scenario.start.joints = moving([("hinge", 1.0, 0.0)]);
@@ -54,7 +57,7 @@ fn violated() -> Case {
         .at_most(1e-2, Quantity::JointSpeed { after: 5.0 })
 }
 
-/// Three rods whose motors are far too weak for their targets.
+/// Three rods whose motors are too weak to reach their targets.
 fn saturated() -> Case {
     let (most, stiffness) = (0.5, 1e4);
     let names = ["first", "second", "third"];
@@ -67,10 +70,10 @@ fn saturated() -> Case {
         links.push(rod(&link, 1.0, 0.5));
         parent = (link, [0.0, 0.0, -0.5]);
     }
-    let mut scenario = bolted(character("weak", &links, &joints), air());
+    let mut scenario = fixed_base(character("weak", &links, &joints), air());
     scenario.start.joints = moving(names.map(|name| (name, 0.0, 2.0)));
     scenario.drive = hold(stiffness, 10.0, MaxTorque::All(most), names.map(|name| (name, 2.0)));
-    // Three rods from hanging to standing, and what the motors can do over two radians each.
+    // The potential energy of three rods from hanging to upright, and the work of the motors over two radians each.
     let available = 3.0 * GRAVITY * 1.5 + 3.0 * most * 2.0;
     Case::new("torque-saturated", "three motors that cannot reach their targets", scenario)
         .at_most(1e-9, Quantity::TorqueExcess)

@@ -2,8 +2,9 @@
 
 use serde_json::{Value, json};
 
-use super::sketch::{GRAVITY, air, body, bolted, closed, hinge, moving, resting, rod, scenario};
-use super::{Case, Quantity};
+use super::case::Case;
+use super::quantity::Quantity;
+use super::sketch::{GRAVITY, air, body, closed, fixed_base, hinge, moving, resting, rod, scenario};
 use crate::scenario::{CharacterSource, InlineCharacter, Scenario};
 use gaitwright_physics::scene::Scene;
 
@@ -27,8 +28,8 @@ pub fn cases() -> Vec<Case> {
     vec![swinging(), conflicting(), dropped()]
 }
 
-/// Two cranks of 1 kg that hang 0.4 m apart and a coupler of 1 kg between their ends, swung out to `angle`, with
-/// `ties` beside the joint that closes it.
+/// Two cranks of 1 kg that hang 0.4 m apart and a coupler of 1 kg between their ends, deflected to `angle` (rad),
+/// with the joints `ties` in addition to the one that closes the loop.
 fn fourbar(angle: f64, ties: &[Value]) -> Scenario {
     let across = COUPLER * COUPLER / 12.0;
     let links = [
@@ -46,26 +47,26 @@ fn fourbar(angle: f64, ties: &[Value]) -> Scenario {
     let mut loops = vec![json!({ "name": "right_elbow", "kind": "revolute", "a": "right", "b": "coupler",
                                  "origin": { "position": end }, "axis": y })];
     loops.extend_from_slice(ties);
-    let mut scenario = bolted(closed("fourbar", &links, &joints, &loops), air());
+    let mut scenario = fixed_base(closed("fourbar", &links, &joints, &loops), air());
     scenario.start.joints =
         moving([("left_shoulder", angle, 0.0), ("left_elbow", -angle, 0.0), ("right_shoulder", angle, 0.0)]);
     scenario
 }
 
-/// A parallelogram's coupler does not turn: two rods and a point at their ends.
+/// The coupler of a parallelogram does not rotate: for the energy it is a point mass at the ends of two rods.
 fn swinging() -> Case {
     let inertia = 2.0 * CRANK * CRANK / 3.0 + CRANK * CRANK;
     let energy = GRAVITY * (CRANK + CRANK) * (1.0 - AMPLITUDE.cos());
     let fastest = (2.0 * energy / inertia).sqrt();
-    // A link that goes straight ahead leaves its circle by (ω h)² / 2 of its radius, of which a fifth is taken
-    // back in each step.
+    // A link end that moves straight on for a step leaves its circle by (ω h)² / 2 of the radius. Each step corrects a
+    // fifth of the gap.
     let open = 2.5 * (fastest * LONGEST).powi(2) * CRANK;
     Case::new("four-bar", "a parallelogram of four bars swings from 1 rad", fourbar(AMPLITUDE, &[]))
         .at_most(open, Quantity::LimitOvershoot)
         .at_most(fastest * LONGEST * energy, Quantity::EnergyChange)
 }
 
-/// Swung out, one loop asks for what the other forbids. They pull at no more than their 5 m/s, on levers of
+/// When deflected, the two loops contradict each other. Each is corrected at no more than 5 m/s, with moment arms of
 /// 0.1 m.
 fn conflicting() -> Case {
     let tie = json!({ "name": "tie", "kind": "ball", "a": "frame", "b": "coupler",
@@ -77,10 +78,10 @@ fn conflicting() -> Case {
 }
 
 /// The parallelogram folds under its frame until the coupler meets it, between the frame and the ground: both its
-/// ends and the ground's contacts press on one freedom.
+/// ends and the ground's contacts act on one degree of freedom.
 fn dropped() -> Case {
     let (height, mass): (f64, f64) = (0.6, 2.0);
-    // JSON that is part of the program; were it spoilt, the case would be a character without a link.
+    // The document is part of the program. If it were not JSON, the case would fail as a character without a link.
     let document = serde_json::from_str(FOURBAR).unwrap_or_default();
     let mut scenario = scenario(CharacterSource::Inline(InlineCharacter::Json(document)), Scene::default());
     scenario.start.root = Some(resting([0.0, 0.0, height]));

@@ -1,4 +1,4 @@
-//! What is measured of a run.
+//! The quantities that are measured of a run.
 
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -7,9 +7,9 @@ use crate::scenario::{SampleLine, Scenario, Summary};
 use gaitwright_physics::motion::RootMotion;
 use gaitwright_physics::scene::{Drive, MaxTorque};
 
-/// A run of a scenario to be measured.
+/// A finished run of a scenario.
 #[derive(Debug)]
-pub struct Run<'a> {
+pub struct CaseRun<'a> {
     /// What was run.
     pub scenario: &'a Scenario,
     /// Its samples, the first at the start.
@@ -18,14 +18,14 @@ pub struct Run<'a> {
     pub summary: &'a Summary,
 }
 
-/// What can be measured of a run. "After" is a time in s before which nothing is looked at.
+/// What can be measured of a run. Samples before the time `after` (s) are ignored.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "of", rename_all = "snake_case")]
 pub enum Quantity {
-    /// Greatest excess over the start of kinetic, potential and spring energy, less the work of given
-    /// torques, J. Nothing in a scene with still targets can bring it above 0.
+    /// Greatest excess over the start of kinetic, potential and spring energy, less the work of prescribed torques, J.
+    /// In a scene with fixed targets it cannot exceed 0 but by numerical errors.
     EnergyGain,
-    /// The same as a share of the energy at the start.
+    /// The same as a share of the energy at the start, 1.
     EnergyGainShare,
     /// Greatest change of the same energy in either direction, J.
     EnergyChange,
@@ -104,7 +104,7 @@ impl Quantity {
 
     /// The quantity of `run` in its unit; NaN where a number of the run is not finite or nothing can be
     /// measured.
-    pub fn of(&self, run: &Run<'_>) -> f64 {
+    pub fn of(&self, run: &CaseRun<'_>) -> f64 {
         let samples = run.samples;
         let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return f64::NAN };
         let late = |after: f64| samples.iter().filter(move |sample| sample.time >= after - 1e-9);
@@ -155,17 +155,17 @@ impl Quantity {
     }
 }
 
-/// How much more than at the start is stored at every sample, J.
-fn changes<'a>(run: &'a Run<'_>, first: &SampleLine) -> impl Iterator<Item = f64> + use<'a> {
+/// The excess of the stored energy over that at the start, at every sample, J.
+fn changes<'a>(run: &'a CaseRun<'_>, first: &SampleLine) -> impl Iterator<Item = f64> + use<'a> {
     let start = stored(run.scenario, first);
     let scenario = run.scenario;
     run.samples.iter().map(move |sample| stored(scenario, sample) - start)
 }
 
-/// Kinetic, potential and spring energy of `sample`, less the work of given torques since angle 0, J.
+/// Kinetic, potential and spring energy of `sample`, less the work of prescribed torques since angle 0, J.
 ///
-/// A spring whose torque is limited to τ pulls with τ beyond τ/K and stores accordingly. Its damper only
-/// ever takes energy, whether the torque is limited or not.
+/// A spring of stiffness K whose torque is limited to τ acts with the constant torque τ beyond the displacement τ/K, and
+/// stores energy accordingly. Its damper only dissipates, whether the torque is limited or not.
 fn stored(scenario: &Scenario, sample: &SampleLine) -> f64 {
     let angle = |name: &String| sample.joints.get(name).map_or(0.0, |joint| joint.angle);
     let driven: f64 = match &scenario.drive {

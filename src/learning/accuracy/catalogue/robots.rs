@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use serde_json::json;
 
+use super::case::Case;
+use super::quantity::Quantity;
 use super::sketch::{GRAVITY, block, character, hinge, hold, resting, rod, scenario, with};
-use super::{Case, Quantity};
 use crate::scenario::{CharacterSource, InlineCharacter, Scenario};
 use gaitwright_physics::scene::{Drive, Feedforward, MaxTorque, Scene};
 
@@ -42,7 +43,7 @@ fn dropped() -> Case {
     Case::new("drop-5-m", "the quadruped falls from 5 m and comes to rest", scenario)
         .at_most(1e-3, Quantity::Penetration)
         .at_most(1e-3, Quantity::LimitOvershoot)
-        // The springs that carry the weight at the start hold less than this.
+        // The energy in the springs that carry the weight at the start is less than this.
         .at_most(1.0, Quantity::EnergyGain)
         .at_most(1.05 * landing, Quantity::RootSpeed { after: 0.0 })
         .at_most(1e-2, Quantity::RootSpeed { after: 8.0 })
@@ -53,7 +54,7 @@ fn sunk() -> Case {
     scenario.start.root = Some(resting([0.0, 0.0, 0.1]));
     Case::new("sunk-quadruped", "the quadruped starts with its legs in the ground and rises", scenario)
         .at_most(1.0, Quantity::RootSpeed { after: 0.0 })
-        // No higher than it stands.
+        // No higher than its standing height.
         .at_most(0.05, Quantity::Rise { over: STANDING })
         .at_most(1e-2, Quantity::RootSpeed { after: 8.0 })
 }
@@ -68,8 +69,8 @@ fn rest() -> Case {
         .at_most(1e-4, Quantity::Penetration)
 }
 
-/// A table on four legs of two rods each, dropped with its legs stretched out, where the feet cannot move
-/// along them: the knees have no say in how hard the landing is.
+/// A table on four legs of two rods each, dropped with its legs stretched out, so that the feet cannot move
+/// along them and the knees do not soften the impact.
 fn straight_legs() -> Case {
     let (trunk, thigh, shank, length, foot, fall) = (10.0, 1.0, 0.5, 0.2, 0.02, 0.05);
     let mut links = vec![block("trunk", trunk, [0.5, 0.3, 0.1])];

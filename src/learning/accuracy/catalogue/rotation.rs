@@ -1,9 +1,10 @@
 //! Bodies that turn: tumbling, spinning, precessing.
 
+use super::case::Case;
+use super::quantity::Quantity;
 use super::sketch::{
-    GRAVITY, air, body, bolted, character, hinge, moving, scenario, smoothly, space, turning,
+    GRAVITY, air, body, character, fixed_base, hinge, moving, scenario, second_order, space, turning,
 };
-use super::{Case, Quantity};
 use crate::scenario::Scenario;
 
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
@@ -13,8 +14,8 @@ pub fn cases() -> Vec<Case> {
     vec![tumbling(), spinning("spin-1e3", 0.0), spinning("spin-1e3-unbalanced", 0.02), precessing()]
 }
 
-/// A body of 1, 2 and 3 kg m² about the axis of the middle moment, which is not stable: it turns over again
-/// and again. Energy and angular momentum are kept for ever.
+/// A body of 1, 2 and 3 kg m² about the axis of the middle moment, which is unstable: it flips over
+/// periodically. Energy and angular momentum are conserved.
 fn tumbling() -> Case {
     let spin: f64 = 5.0;
     let mut scenario =
@@ -22,12 +23,12 @@ fn tumbling() -> Case {
     scenario.start.root = Some(turning([0.0; 3], [0.01, spin, 0.01]));
     scenario.duration = 100.0;
     scenario.sample_every = 0.08;
-    Case::new("tumbling", "a free body tumbles about its middle axis for 100 s", smoothly(scenario))
+    Case::new("tumbling", "a free body tumbles about its middle axis for 100 s", second_order(scenario))
         .at_most(0.01 * spin * spin, Quantity::EnergyChange)
         .at_most(0.01 * 2.0 * spin, Quantity::AngularMomentumChange)
 }
 
-/// A flywheel at 1000 rad/s on a free body that itself turns; its centre of mass `offset` m off the axis.
+/// A flywheel at 1000 rad/s on a free rotating body; the flywheel's centre of mass is `offset` m off its axis.
 fn spinning(name: &str, offset: f64) -> Case {
     let (speed, across, mass) = (1e3, 2e-4, 0.1);
     let links = [
@@ -46,8 +47,7 @@ fn spinning(name: &str, offset: f64) -> Case {
         .at_most(1.5 * speed, Quantity::JointSpeed { after: 0.0 })
 }
 
-/// A fast top whose axis is level: gravity makes it go round at m g r / (I ω) and lets it nod by twice that
-/// rate's square over the spin's share, which is small.
+/// A fast top with a level axis: gravity makes it precess at m g r / (I ω); its nutation is small.
 fn precessing() -> Case {
     let (mass, arm, along, across, spin) = (0.1, 0.1, 2e-4, 1e-4, 1e3);
     let ring = |name: &str| body(name, 1e-3, [0.0; 3], [1e-6; 3]);
@@ -62,7 +62,7 @@ fn precessing() -> Case {
         hinge("nod", "fork", "ring", [0.0; 3], [0.0, 1.0, 0.0]),
         hinge("spin", "ring", "wheel", [arm, 0.0, 0.0], [1.0, 0.0, 0.0]),
     ];
-    let mut scenario: Scenario = bolted(character("top", &links, &joints), air());
+    let mut scenario: Scenario = fixed_base(character("top", &links, &joints), air());
     let rate = mass * GRAVITY * arm / (along * spin);
     // Gravity turns the spin (along x) towards y: the torque m g r about +y.
     scenario.start.joints = moving([("turn", 0.0, rate), ("nod", 0.0, 0.0), ("spin", 0.0, spin)]);

@@ -1,4 +1,4 @@
-//! Characters and scenes drawn in a few words.
+//! Building blocks for the characters and scenes of the cases.
 
 use std::collections::BTreeMap;
 
@@ -44,20 +44,20 @@ pub fn block(name: &str, mass: f64, size: [f64; 3]) -> Value {
     with(solid, &json!({ "shapes": [{ "kind": "box", "size": size }] }))
 }
 
-/// A joint that turns `child` about `axis` at `position` in `parent`.
+/// A hinge of `child` about `axis` at `position` in `parent`.
 pub fn hinge(name: &str, parent: &str, child: &str, position: [f64; 3], axis: [f64; 3]) -> Value {
     json!({ "name": name, "kind": "continuous", "parent": parent, "child": child,
             "origin": { "position": position }, "axis": axis })
 }
 
-/// `part` with the entries of `more`.
-pub fn with(part: Value, more: &Value) -> Value {
-    match (part, more) {
-        (Value::Object(mut part), Value::Object(more)) => {
-            part.extend(more.iter().map(|(name, value)| (name.clone(), value.clone())));
-            Value::Object(part)
+/// `document` with the entries of `more`.
+pub fn with(document: Value, more: &Value) -> Value {
+    match (document, more) {
+        (Value::Object(mut document), Value::Object(more)) => {
+            document.extend(more.iter().map(|(name, value)| (name.clone(), value.clone())));
+            Value::Object(document)
         }
-        (part, _) => part,
+        (document, _) => document,
     }
 }
 
@@ -76,8 +76,8 @@ pub fn scenario(character: CharacterSource, scene: Scene) -> Scenario {
     }
 }
 
-/// The same in steps of second order.
-pub fn smoothly(scenario: Scenario) -> Scenario {
+/// The same with the integrator of second order.
+pub fn second_order(scenario: Scenario) -> Scenario {
     tuned(scenario, |accuracy| accuracy.integrator = Integrator::MoreauJean)
 }
 
@@ -89,22 +89,22 @@ pub fn tuned(mut scenario: Scenario, change: impl FnOnce(&mut Accuracy)) -> Scen
     scenario
 }
 
-/// The same with the root bolted to the world.
-pub fn bolted(character: CharacterSource, scene: Scene) -> Scenario {
+/// The same with the root fixed to the world.
+pub fn fixed_base(character: CharacterSource, scene: Scene) -> Scenario {
     Scenario { fixed_base: true, ..scenario(character, scene) }
 }
 
-/// Gravity and nothing to fall on.
+/// Gravity without ground.
 pub fn air() -> Scene {
     Scene { ground: None, ..Scene::default() }
 }
 
-/// Neither gravity nor anything to touch.
+/// Neither gravity nor ground.
 pub fn space() -> Scene {
     Scene { gravity: [0.0; 3], ..air() }
 }
 
-/// A root at `position` (m) that turns at `turning` rad/s.
+/// A root at `position` (m) with the angular velocity `turning` (rad/s).
 pub fn turning(position: [f64; 3], turning: [f64; 3]) -> RootMotion {
     RootMotion { angular_velocity: turning, ..resting(position) }
 }

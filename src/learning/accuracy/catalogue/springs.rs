@@ -1,12 +1,13 @@
 //! Springs from soft to far stiffer than a step can resolve, without damping and critically damped, and a
 //! damper that stops everything.
 
-use super::sketch::{GRAVITY, air, body, bolted, character, hinge, hold, moving, rod};
-use super::{Case, Quantity};
+use super::case::Case;
+use super::quantity::Quantity;
+use super::sketch::{GRAVITY, air, body, character, fixed_base, hinge, hold, moving, rod};
 use crate::scenario::Scenario;
 use gaitwright_physics::scene::MaxTorque;
 
-/// Share of the energy in reach that a simulation may gain by its own errors.
+/// Share of the energy that can be released which a simulation may gain by its numerical errors.
 const GAIN: f64 = 0.01;
 
 /// Angles from which the two joints start, rad.
@@ -21,7 +22,7 @@ pub fn cases() -> Vec<Case> {
     for exponent in 2..=9 {
         let stiffness = 10.0_f64.powi(exponent);
         let stored: f64 = START.iter().map(|(_, angle)| 0.5 * stiffness * angle * angle).sum();
-        // Each rod's centre is less than 0.05 m above where it hangs.
+        // Each rod's centre starts less than 0.05 m above its lowest position.
         let available = stored + 2.0 * GRAVITY * 0.05;
         cases.push(
             Case::new(
@@ -45,7 +46,7 @@ pub fn cases() -> Vec<Case> {
             .at_most(1e-6, Quantity::JointSpeed { after: 9.0 }),
         );
     }
-    // Under the weight's moment of at most some 10 N m.
+    // Under a moment of the weight of at most about 10 N m.
     let creep = 10.0 / 1e9;
     cases.push(
         Case::new(
@@ -67,7 +68,7 @@ fn pulled(stiffness: f64, damping: f64, speed: f64) -> Scenario {
         hinge("upper", "base", "arm", [0.0; 3], axis),
         hinge("lower", "arm", "hand", [0.0, 0.0, -0.5], axis),
     ];
-    let mut scenario = bolted(character("rods", &links, &joints), air());
+    let mut scenario = fixed_base(character("rods", &links, &joints), air());
     scenario.start.joints = moving(START.map(|(name, angle)| (name, angle, speed * angle.signum())));
     scenario.drive = hold(stiffness, damping, MaxTorque::Unlimited, START.map(|(name, _)| (name, 0.0)));
     scenario

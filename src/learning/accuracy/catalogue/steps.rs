@@ -1,8 +1,9 @@
 //! The same pendulum and the same dropped block at steps from 1 µs to a thirtieth of a second.
 
+use super::case::Case;
 use super::contacts::dropped_block;
-use super::sketch::{GRAVITY, air, body, bolted, character, hinge, moving, rod, tuned};
-use super::{Case, Quantity};
+use super::quantity::Quantity;
+use super::sketch::{GRAVITY, air, body, character, fixed_base, hinge, moving, rod, tuned};
 
 /// Steps, s, and their names.
 const STEPS: [(&str, f64); 6] =
@@ -22,10 +23,10 @@ pub fn cases() -> Vec<Case> {
     for (name, step) in STEPS {
         let links = [body("base", 1.0, [0.0; 3], [0.1; 3]), rod("bob", 1.0, 1.0)];
         let hinge = hinge("hinge", "base", "bob", [0.0; 3], [0.0, 1.0, 0.0]);
-        let mut pendulum = bolted(character("pendulum", &links, &[hinge]), air());
+        let mut pendulum = fixed_base(character("pendulum", &links, &[hinge]), air());
         pendulum.start.joints = moving([("hinge", 2.0, 0.0)]);
         let available = GRAVITY * 0.5 * (1.0 - 2.0_f64.cos());
-        // The first-order step carries an energy that swings by h/2 times the power of the weight.
+        // The energy of the first-order method oscillates by h/2 times the power of the weight.
         let power = GRAVITY * 0.5 * (3.0 * GRAVITY * (1.0 - 2.0_f64.cos())).sqrt();
         cases.push(own_step(
             Case::new(format!("step-{name}-swing"), format!("a pendulum at steps of {name} s"), pendulum)

@@ -3,24 +3,24 @@
 //! [`Rapier`] takes the model, plan and state of a [`Simulator`](gaitwright_physics::sim::Simulator) and steps them with
 //! rapier3d 0.36 in double precision. A multibody is rapier's own tree in joint coordinates, with a dense
 //! mass matrix, Coriolis terms that are partly implicit in the new velocity, and projected Gauss-Seidel on
-//! contacts, limits, motors and dry friction, over a few substeps of each step. What is the same on both
-//! sides: masses and inertias, joint frames, armature, collision shapes, the ground, the coefficient of friction,
+//! contacts, limits, motors and dry friction, over a few substeps of each step. The same in both
+//! engines are: masses and inertias, joint frames, armature, collision shapes, the ground, the coefficient of friction,
 //! gravity, joint damping, dry friction, limits and the drives' spring, damper and greatest torque.
 //!
-//! What is rapier's own, whatever the plan's accuracy says besides the step:
+//! Rapier's own, whatever the plan's accuracy asks for besides the step:
 //!
-//! - The step is divided into rapier's default number of substeps, of a few sweeps each. A motor's target moves only once a step, so it
-//!   is set to where the moving target is at the mean of the substeps' beginnings.
+//! - The step is divided into rapier's default number of substeps, of a few sweeps each. A motor's target changes only
+//!   once a step, so it is set to where the moving target is at the mean of the substeps' beginnings.
 //! - A multibody takes the linear velocity of its root for that of the centre of mass and turns the root about
-//!   its origin. The root's frame is therefore put at its centre of mass here, where both are the same.
-//! - Multibody joints damp rotation by 0.1 N m s/rad unless they are told otherwise; here they are.
-//! - A limit acts from the first step after it was passed, so that it is passed by up to the joint's speed times the
-//!   step, and a motor's target velocity is cut down so that it does not lead past it.
-//! - A contact is a stiff spring and damper that leaves a penetration of [`LINEAR_SLOP`] alone, and it is felt
-//!   within [`PREDICTION`] before it is touched.
-//! - A lone body is no multibody but a rigid body; its gyroscopic term is implicit.
+//!   its origin. Here the root's frame is therefore at its centre of mass, where both are the same.
+//! - Multibody joints damp rotation by 0.1 N m s/rad by default; here the damping is set to the plan's.
+//! - A limit acts from the first step after it was crossed, so that it is crossed by up to the joint's speed times the
+//!   step, and a motor's target velocity is reduced so that it does not lead beyond it.
+//! - A contact is a stiff spring and damper that does not correct a penetration of less than [`LINEAR_SLOP`]. It
+//!   acts from the distance [`PREDICTION`] on, before the shapes meet.
+//! - A character without joints is a rigid body instead of a multibody; its gyroscopic term is implicit.
 //! - Motors have no offset torque: tracking with feedforward is [`Unsupported`].
-//! - A step allocates, and a state that is not finite is reset by rapier; here that ends the simulation.
+//! - A step allocates, and rapier resets a state that is not finite; here that ends the simulation.
 
 mod world;
 
@@ -59,7 +59,7 @@ impl Rapier {
         Ok(Self { model: model.clone(), plan: plan.clone(), state: state.clone(), world, bodies, tree })
     }
 
-    /// The present state. Forces of the last step are not remembered in it.
+    /// The present state, without the forces of the last step.
     pub fn state(&self) -> &State {
         &self.state
     }
@@ -79,11 +79,11 @@ impl Rapier {
             Command::Passive => {}
             Command::Torque(torque) => {
                 assert_eq!(torque.len(), joints, "one torque a joint");
-                self.push(torque);
+                self.apply_torques(torque);
             }
             Command::Track { now, next } => {
                 assert_eq!((now.len(), next.len()), (joints, joints), "one target a joint");
-                self.aim(now, next);
+                self.set_motors(now, next);
             }
         }
         self.world.step();
@@ -91,14 +91,14 @@ impl Rapier {
         self.read();
         match command {
             Command::Passive => {}
-            Command::Torque(_) => self.release(),
-            Command::Track { .. } => self.slacken(),
+            Command::Torque(_) => self.reset_torques(),
+            Command::Track { .. } => self.remove_motors(),
         }
         self.check()
     }
 
-    /// Torques (forces along prismatic joints) on both bodies of each joint, until [`Self::release`].
-    fn push(&mut self, torques: &[f64]) {
+    /// Torques (forces along prismatic joints) on both bodies of each joint, until [`Self::reset_torques`].
+    fn apply_torques(&mut self, torques: &[f64]) {
         for (joint, torque) in torques.iter().copied().enumerate() {
             let body = &self.model.bodies[joint + 1];
             let (child, parent) = (self.bodies[joint + 1], self.bodies[body.parent]);
@@ -118,7 +118,8 @@ impl Rapier {
         }
     }
 
-    fn release(&mut self) {
+    /// Removes the torques of [`Self::apply_torques`].
+    fn reset_torques(&mut self) {
         for body in &self.bodies {
             self.world.bodies[*body].reset_forces(false);
             self.world.bodies[*body].reset_torques(false);
@@ -126,31 +127,32 @@ impl Rapier {
     }
 
     /// Sets the motors to targets that move from `now` to `next` over the step.
-    fn aim(&mut self, now: &[f64], next: &[f64]) {
+    fn set_motors(&mut self, now: &[f64], next: &[f64]) {
         let plan = self.plan.clone();
         let Some(drive) = &plan.drive else { return };
         let substeps = self.world.integration_parameters.num_solver_iterations.max(1) as f64;
-        // Substep k of n begins at the k-th part of the way: their mean is (n − 1) / 2n of it.
-        let part = 0.5 * (1.0 - 1.0 / substeps);
+        // Substep k = 0, …, n − 1 begins at the share k/n of the step: the mean is (n − 1) / 2n.
+        let share = 0.5 * (1.0 - 1.0 / substeps);
         self.each_joint(|joint, axis, data| {
             let (stiffness, damping) = (drive.stiffness[joint], drive.damping[joint]);
             if stiffness + damping == 0.0 {
-                // Rapier takes a motor without spring and damper for a rigid one.
+                // Rapier treats a motor without spring and damper as a rigid one.
                 return;
             }
-            let way = next[joint] - now[joint];
+            let change = next[joint] - now[joint];
             data.set_motor_model(axis, MotorModel::ForceBased);
-            data.set_motor(axis, now[joint] + part * way, way / plan.step(), stiffness, damping);
+            data.set_motor(axis, now[joint] + share * change, change / plan.step(), stiffness, damping);
             let strongest = drive.max_torque.as_ref().map_or(f64::MAX, |limits| limits[joint].min(f64::MAX));
             data.set_motor_max_force(axis, strongest);
         });
     }
 
-    /// Takes the motors away, so that a joint is passive unless it is told otherwise.
-    fn slacken(&mut self) {
+    /// Removes the motors, so that joints are passive until the next command.
+    fn remove_motors(&mut self) {
         self.each_joint(|_, axis, data| data.motor_axes.remove(axis.into()));
     }
 
+    /// Calls `visit` with the index, the free axis and the rapier joint of every joint.
     fn each_joint(
         &mut self,
         mut visit: impl FnMut(usize, rapier3d::dynamics::JointAxis, &mut rapier3d::dynamics::GenericJoint),
@@ -194,11 +196,11 @@ impl Rapier {
         root.linear_velocity = linear - angular.cross(&center);
     }
 
-    /// Fails if rapier had to put a body aside or a number of the state is not finite.
+    /// Fails if rapier quarantined a body or a number of the state is not finite.
     fn check(&self) -> Result<(), Failure> {
         let cause = FailureCause::OtherEngine("the state became non-finite in rapier");
-        let aside = self.world.quarantine().bodies().first();
-        if let Some(index) = aside.and_then(|aside| self.bodies.iter().position(|body| body == aside)) {
+        let quarantined = self.world.quarantine().bodies().first();
+        if let Some(index) = quarantined.and_then(|lost| self.bodies.iter().position(|body| body == lost)) {
             let place = match index.checked_sub(1) {
                 None => format!("root link {}", self.model.character.links[0].name),
                 Some(joint) => format!("body of joint {}", self.model.joint_names[joint]),

@@ -18,20 +18,21 @@ use gaitwright_physics::sim::State;
 use gaitwright_physics::sim::bodies::BodyMotion;
 use gaitwright_physics::sim::coordinates::reduced::kinematics::place;
 
-/// Penetration that rapier leaves alone, m.
+/// Penetration that rapier does not correct, m.
 pub const LINEAR_SLOP: f64 = 1e-4;
 
-/// Distance before a touch at which rapier makes a contact, m.
+/// Distance between shapes from which rapier makes a contact, m.
 pub const PREDICTION: f64 = 0.02;
 
 /// Gauss-Seidel sweeps in each substep.
 ///
-/// Rapier's default is one, and it does not start from the last step's motor impulses: driven joints of
-/// a standing robot then give way by some millimetres more than their springs do.
+/// Rapier's default is one, and it does not warm-start motors: the driven joints of a standing robot then deflect by some
+/// millimetres more than their springs would.
 const SWEEPS: usize = 2;
 
-/// Something that a plan asks for and rapier does not do.
+/// What a plan asks for and rapier does not do.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Unsupported {
     /// An effect or a setting of the plan.
     #[error("rapier has no {0}")]
@@ -44,7 +45,7 @@ pub enum Unsupported {
     Flat(String),
 }
 
-/// What a model becomes.
+/// A model in rapier.
 pub struct Built {
     pub world: PhysicsWorld,
     /// One a body of the model.
@@ -74,7 +75,7 @@ fn rotation(rotation: &UnitQuaternion<f64>) -> Rotation {
     Rotation::from_xyzw(rotation.i, rotation.j, rotation.k, rotation.w)
 }
 
-fn turn(matrix: &Matrix3<f64>) -> Rotation {
+fn rotation_of(matrix: &Matrix3<f64>) -> Rotation {
     rotation(&UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*matrix)))
 }
 
@@ -94,19 +95,19 @@ pub fn build(model: &Model, plan: &StepPlan, state: &State) -> Result<Built, Uns
     settings.normalized_allowed_linear_error = LINEAR_SLOP;
     settings.normalized_prediction_distance = PREDICTION;
     settings.num_internal_pgs_iterations = SWEEPS;
-    // A manifold is found anew in each step, as exactly as the others are.
+    // Contact manifolds are computed anew in each step.
     settings.contact_recycling = false;
 
     let mut motions = vec![BodyMotion::REST; model.bodies.len()];
     place(model, state, &mut motions);
     let mut bodies: Vec<RigidBodyHandle> = Vec::with_capacity(motions.len());
     for (index, motion) in motions.iter().enumerate() {
-        let bolted = index == 0 && model.fixed_base;
+        let fixed = index == 0 && model.fixed_base;
         let origin = state.root.position.coords + motion.point(frame_offset(model, index));
-        let builder = if bolted { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
+        let builder = if fixed { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::dynamic() };
         let mut builder =
-            builder.pose(Pose::from_parts(vector(origin), turn(&motion.rotation))).can_sleep(false);
-        if !bolted {
+            builder.pose(Pose::from_parts(vector(origin), rotation_of(&motion.rotation))).can_sleep(false);
+        if !fixed {
             let velocity = motion.velocity;
             builder = builder
                 .additional_mass_properties(mass_properties(model, index))
@@ -121,13 +122,13 @@ pub fn build(model: &Model, plan: &StepPlan, state: &State) -> Result<Built, Uns
         let inserted = world.insert_multibody_joint(bodies[body.parent], bodies[index], joint);
         tree = Some(inserted.ok_or(Unsupported::Missing("such a kinematic tree"))?);
     }
-    collide(&mut world, model, plan, &bodies)?;
+    add_colliders(&mut world, model, plan, &bodies)?;
     for body in &bodies {
-        // Rapier would take the given masses into account at the first step, after the first forces.
+        // Otherwise rapier would apply the given masses only after the first forces.
         world.bodies[*body].recompute_mass_properties_from_colliders(&world.colliders);
     }
     if let Some((tree, _)) = tree.and_then(|tree| world.multibody_joints.get_mut(tree)) {
-        // Makes the root what its body is, free or bolted.
+        // Makes the root free or fixed, as its body is.
         tree.forward_kinematics(&world.bodies, true);
         tree.set_self_contacts_enabled(false);
         let root = tree.ndofs() - model.joint_count();
@@ -153,7 +154,7 @@ pub fn build(model: &Model, plan: &StepPlan, state: &State) -> Result<Built, Uns
     Ok(Built { world, bodies, tree })
 }
 
-/// Names the first thing that rapier does not do.
+/// Fails with the first thing that the plan asks for and rapier does not do.
 fn refuse(model: &Model, plan: &StepPlan) -> Result<(), Unsupported> {
     let moving = !model.fixed_base || model.joint_count() > 0;
     let feedforward = plan.drive.as_ref().map_or(Feedforward::None, |drive| drive.feedforward);
@@ -190,7 +191,7 @@ fn mass_properties(model: &Model, index: usize) -> MassProperties {
     MassProperties::with_inertia_matrix(center, body.mass, Matrix::from_cols(x, y, z))
 }
 
-/// The joint that carries body `index`, along x of frames that are turned to its axis.
+/// The joint that carries body `index`, along x of frames that are rotated so that x is its axis.
 fn joint(model: &Model, plan: &StepPlan, index: usize) -> GenericJoint {
     let body = &model.bodies[index];
     let locked = match body.dof {
@@ -200,7 +201,7 @@ fn joint(model: &Model, plan: &StepPlan, index: usize) -> GenericJoint {
     let to_axis = Rotation::from_rotation_arc(Vector::X, vector(body.axis));
     let offset = body.offset - frame_offset(model, body.parent);
     let mut joint = GenericJointBuilder::new(locked)
-        .local_frame1(Pose::from_parts(vector(offset), turn(&body.joint_rotation) * to_axis))
+        .local_frame1(Pose::from_parts(vector(offset), rotation_of(&body.joint_rotation) * to_axis))
         .local_frame2(Pose::from_rotation(to_axis))
         .build();
     if let Some([lower, upper]) = plan.limits.as_ref().and_then(|limits| limits[index - 1]) {
@@ -209,8 +210,8 @@ fn joint(model: &Model, plan: &StepPlan, index: usize) -> GenericJoint {
     joint
 }
 
-/// Adds the ground and the character's collision shapes, which touch the ground alone.
-fn collide(
+/// Adds the ground and the character's collision shapes, which collide with the ground alone.
+fn add_colliders(
     world: &mut PhysicsWorld,
     model: &Model,
     plan: &StepPlan,
@@ -258,7 +259,7 @@ fn solid(shape: &Shape) -> Option<SharedShape> {
     })
 }
 
-/// Turns rapier's cylinder, which stands along y, to the z of ours.
+/// The rotation from rapier's cylinder, whose axis is y, to ours, whose axis is z.
 fn upright(shape: &Shape) -> Pose {
     match shape {
         Shape::Cylinder { .. } => Pose::from_rotation(Rotation::from_rotation_x(std::f64::consts::FRAC_PI_2)),

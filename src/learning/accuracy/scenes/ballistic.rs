@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 use serde_json::json;
 
-use super::{ClosedForm, GRAVITY, Measure, at, body, free_space, moving, scenario};
+use super::closed_form::{ClosedForm, GRAVITY, at, body, free_space, moving, scenario};
+use crate::accuracy::measure::Measure;
 use crate::scenario::Scenario;
 use gaitwright_physics::sim::State;
 

@@ -1,13 +1,14 @@
-//! A block that slides to rest: it loses μ g of speed a second until it stands, after v² / (2 μ g).
+//! A block that slides to rest: it decelerates by μ g and stops after the distance v² / (2 μ g).
 
 use serde_json::json;
 
-use super::{ClosedForm, GRAVITY, Measure, at, body, moving, scenario};
+use super::closed_form::{ClosedForm, GRAVITY, at, body, moving, scenario};
+use crate::accuracy::measure::Measure;
 use crate::scenario::Scenario;
 use gaitwright_physics::scene::{Ground, Scene};
 use gaitwright_physics::sim::State;
 
-/// m/s.
+/// Initial speed, m/s.
 const SPEED: f64 = 2.0;
 const FRICTION: f64 = 0.4;
 /// Edges, m.

@@ -1,13 +1,14 @@
-//! A ball that bounces: every rebound has e times the speed of the impact before it.
+//! A ball that bounces: the speed after each impact is e times the speed before it.
 
 use serde_json::json;
 
-use super::{ClosedForm, GRAVITY, Measure, at, body, moving, scenario};
+use super::closed_form::{ClosedForm, GRAVITY, at, body, moving, scenario};
+use crate::accuracy::measure::Measure;
 use crate::scenario::Scenario;
 use gaitwright_physics::scene::{Ground, Scene};
 use gaitwright_physics::sim::State;
 
-/// Of the lowest point above the ground, m.
+/// Initial height of the lowest point above the ground, m.
 const HEIGHT: f64 = 0.5;
 /// m.
 const RADIUS: f64 = 0.1;
@@ -36,7 +37,7 @@ fn document() -> Scenario {
 
 fn solution(start: &State, times: &[f64]) -> Vec<State> {
     let bounced = |&time: &f64| {
-        // The flight as if it had started from the ground before time 0.
+        // The first flight, as if it had begun at the ground before time 0.
         let mut speed = (2.0 * GRAVITY * HEIGHT).sqrt();
         let mut since = time + speed / GRAVITY;
         while since > 2.0 * speed / GRAVITY {

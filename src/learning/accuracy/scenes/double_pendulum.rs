@@ -10,8 +10,9 @@
 
 use serde_json::json;
 
+use super::closed_form::{ClosedForm, GRAVITY, at, free_space, moving, scenario};
 use super::ode::followed;
-use super::{ClosedForm, GRAVITY, Measure, at, free_space, moving, scenario};
+use crate::accuracy::measure::Measure;
 use crate::scenario::{JointStart, Scenario};
 use gaitwright_physics::sim::State;
 
@@ -21,9 +22,9 @@ const MASS: [f64; 2] = [1.0, 0.6];
 const CENTER: [f64; 2] = [0.25, 0.2];
 /// Distance between the joints, m.
 const LENGTH: f64 = 0.5;
-/// About the centres of mass, kg m².
+/// Moments of inertia about the centres of mass, kg m².
 const INERTIA: [f64; 2] = [0.02, 0.01];
-/// rad.
+/// Initial joint angles, rad.
 const RELEASED: [f64; 2] = [1.2, 0.8];
 
 pub(super) const SCENE: ClosedForm = ClosedForm {

@@ -7,6 +7,7 @@
 mod ballistic;
 mod block;
 mod bounce;
+mod closed_form;
 mod double_pendulum;
 mod elliptic;
 mod ode;
@@ -14,42 +15,8 @@ mod pendulum;
 mod rolling;
 mod tumbling;
 
-use std::collections::BTreeMap;
-
-use serde_json::{Value, json};
-
-use super::measure::Measure;
-use super::problem::{Piece, Problem};
-use crate::scenario::{CharacterSource, InlineCharacter, NoFiles, Scenario, Start};
-use gaitwright_physics::fault::InputError;
-use gaitwright_physics::motion::RootMotion;
-use gaitwright_physics::scene::{AskedAccuracy, Drive, Scene};
-use gaitwright_physics::sim::State;
-
+pub use closed_form::{ClosedForm, GRAVITY};
 pub use elliptic::{Jacobi, arithmetic_geometric_mean};
-
-/// Number of times at which a scene is compared with its solution, evenly spaced, the last at its end. Scenes last
-/// for whole multiples of 8 ms from one to the next, so that the steps of a sweep divide it.
-const MARKS: u32 = 8;
-
-/// Gravitational acceleration in the scenes, m/s².
-pub const GRAVITY: f64 = 9.81;
-
-/// A scene whose motion is known.
-#[derive(Debug, Clone, Copy)]
-pub struct ClosedForm {
-    /// The name by which it is asked for.
-    pub name: &'static str,
-    /// What happens in it.
-    pub about: &'static str,
-    /// Where the solution comes from.
-    pub truth: &'static str,
-    /// How far a state is from the true one.
-    pub measure: Measure,
-    scenario: fn() -> Scenario,
-    /// The true states at ascending times, s, of a simulation that starts from the given state.
-    solution: fn(&State, &[f64]) -> Vec<State>,
-}
 
 /// Every scene.
 pub const SCENES: [ClosedForm; 7] = [
@@ -63,71 +30,8 @@ pub const SCENES: [ClosedForm; 7] = [
 ];
 
 impl ClosedForm {
-    /// The scene called `name`.
+    /// The scene called `name`, if there is one.
     pub fn named(name: &str) -> Option<&'static Self> {
         SCENES.iter().find(|scene| scene.name == name)
     }
-
-    /// The scene as a document.
-    pub fn scenario(&self) -> Scenario {
-        (self.scenario)()
-    }
-
-    /// The scene as a problem of a single piece.
-    ///
-    /// # Errors
-    /// What the scene asks for and this simulator cannot do.
-    pub fn problem(&self) -> Result<Problem, InputError> {
-        let scenario = self.scenario();
-        let setup = scenario.set_up(&NoFiles)?;
-        let interval = setup.duration / f64::from(MARKS);
-        let times: Vec<f64> = (1..=MARKS).map(|mark| f64::from(mark) * interval).collect();
-        let marks = (self.solution)(&setup.start, &times);
-        let pieces = vec![Piece { start: setup.start.clone(), marks }];
-        Ok(Problem { setup, measure: self.measure, interval, pieces })
-    }
-}
-
-/// A scenario of `seconds` in which only what is said here happens.
-fn scenario(character: Value, scene: Scene, root: RootMotion, seconds: f64) -> Scenario {
-    Scenario {
-        format: Scenario::FORMAT.to_owned(),
-        character: CharacterSource::Inline(InlineCharacter::Json(character)),
-        fixed_base: false,
-        scene,
-        accuracy: AskedAccuracy::default(),
-        start: Start { root: Some(root), joints: BTreeMap::new() },
-        drive: Drive::default(),
-        duration: seconds,
-        sample_every: seconds / f64::from(MARKS),
-    }
-}
-
-/// Nothing but gravity.
-fn free_space() -> Scene {
-    Scene { gravity: [0.0, 0.0, -GRAVITY], ground: None, ..Scene::default() }
-}
-
-/// A body of one link.
-fn body(name: &str, link: &Value) -> Value {
-    let mut link = link.clone();
-    link["name"] = json!(name);
-    json!({ "format": "gaitwright/character@1", "name": name, "links": [link] })
-}
-
-/// A root at `position` that moves at `velocity` without turning.
-fn moving(position: [f64; 3], velocity: [f64; 3]) -> RootMotion {
-    RootMotion {
-        position,
-        orientation: [1.0, 0.0, 0.0, 0.0],
-        linear_velocity: velocity,
-        angular_velocity: [0.0; 3],
-    }
-}
-
-/// `start` at another time.
-fn at(start: &State, time: f64) -> State {
-    let mut state = start.clone();
-    state.time = time;
-    state
 }

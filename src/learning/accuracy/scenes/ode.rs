@@ -1,9 +1,9 @@
-//! The classical Runge-Kutta method of fourth order, for equations of motion without a formula.
+//! The classical Runge-Kutta method of fourth order, for equations of motion without a closed solution.
 
 /// Longest step, s. With rates of the order of 10 per second the error of a step is near 1e-20.
 const LONGEST: f64 = 5e-5;
 
-/// Follows y' = `rate`(y) from `start` at time 0, and gives y at each of the ascending `times`, s.
+/// Integrates y' = `rate`(y) from `start` at time 0; returns y at each of the ascending `times`, s.
 pub fn followed<const N: usize>(
     rate: impl Fn(&[f64; N]) -> [f64; N],
     start: [f64; N],

@@ -5,17 +5,19 @@
 
 use serde_json::json;
 
-use super::{ClosedForm, GRAVITY, Jacobi, Measure, at, free_space, moving, scenario};
+use super::closed_form::{ClosedForm, GRAVITY, at, free_space, moving, scenario};
+use super::elliptic::Jacobi;
+use crate::accuracy::measure::Measure;
 use crate::scenario::{JointStart, Scenario};
 use gaitwright_physics::sim::State;
 
-/// kg.
+/// Mass, kg.
 const MASS: f64 = 1.0;
 /// Distance of the centre of mass from the joint, m.
 const LENGTH: f64 = 0.5;
-/// About the centre of mass, kg m².
+/// Moment of inertia about the centre of mass, kg m².
 const INERTIA: f64 = 0.01;
-/// rad.
+/// Initial angle, rad.
 const RELEASED: f64 = 2.0;
 
 pub(super) const SCENE: ClosedForm = ClosedForm {

@@ -1,15 +1,16 @@
-//! A ball that slips until it rolls: its speed falls by μ g a second, its spin grows by 5 μ g / (2 r), until after
-//! 2 v / (7 μ g) both agree at 5/7 of the first speed.
+//! A ball that slips until it rolls: its speed decreases at μ g and its spin increases at 5 μ g / (2 r), until after the
+//! time 2 v / (7 μ g) it rolls at 5/7 of the initial speed.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::json;
 
-use super::{ClosedForm, GRAVITY, Measure, at, body, moving, scenario};
+use super::closed_form::{ClosedForm, GRAVITY, at, body, moving, scenario};
+use crate::accuracy::measure::Measure;
 use crate::scenario::Scenario;
 use gaitwright_physics::scene::{Ground, Scene};
 use gaitwright_physics::sim::State;
 
-/// m/s.
+/// Initial speed, m/s.
 const SPEED: f64 = 2.0;
 const FRICTION: f64 = 0.3;
 /// m.

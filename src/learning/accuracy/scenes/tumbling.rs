@@ -3,8 +3,9 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde_json::json;
 
+use super::closed_form::{ClosedForm, at, body, moving, scenario};
 use super::ode::followed;
-use super::{ClosedForm, Measure, at, body, moving, scenario};
+use crate::accuracy::measure::Measure;
 use crate::scenario::Scenario;
 use gaitwright_physics::motion::RootMotion;
 use gaitwright_physics::scene::Scene;
@@ -12,7 +13,7 @@ use gaitwright_physics::sim::State;
 
 /// Principal moments of inertia, kg m².
 const INERTIA: [f64; 3] = [0.01, 0.02, 0.03];
-/// At the start, when the body frame is the world's, rad/s. Mostly about the unstable axis.
+/// Angular velocity at the start, when the body frame is the world's, rad/s; mostly about the unstable axis.
 const SPIN: [f64; 3] = [0.5, 5.0, 0.3];
 
 pub(super) const SCENE: ClosedForm = ClosedForm {

@@ -1,0 +1,72 @@
+//! When and why a learner stops.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Asks a learner to stop; it does so within a second. Clones share one state.
+#[derive(Debug, Clone, Default)]
+pub struct Cancel(Arc<AtomicBool>);
+
+impl Cancel {
+    /// Asks the learner to stop, from any thread.
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the learner has been asked to stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// Why a learner stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StopReason {
+    /// All generations of the budget were done.
+    Generations,
+    /// The time of the budget was used up.
+    Seconds,
+    /// It was cancelled.
+    Cancelled,
+}
+
+/// The conditions on which evaluations break off.
+#[derive(Debug, Clone)]
+pub struct Stop {
+    cancel: Cancel,
+    deadline: Option<Instant>,
+}
+
+/// An evaluation was broken off; its generation is discarded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Interrupted(pub StopReason);
+
+impl Stop {
+    /// On `cancel`, or once `seconds` of the wall clock have passed from now.
+    pub fn new(cancel: &Cancel, seconds: Option<f64>) -> Self {
+        let length = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds.max(0.0)).ok());
+        Self {
+            cancel: cancel.clone(),
+            deadline: length.and_then(|length| Instant::now().checked_add(length)),
+        }
+    }
+
+    /// Whether to continue; called every few milliseconds during all work of the learner.
+    ///
+    /// # Errors
+    /// The reason to stop.
+    pub fn check(&self) -> Result<(), Interrupted> {
+        if self.cancel.is_cancelled() {
+            return Err(Interrupted(StopReason::Cancelled));
+        }
+        match self.deadline {
+            Some(deadline) if Instant::now() >= deadline => Err(Interrupted(StopReason::Seconds)),
+            _ => Ok(()),
+        }
+    }
+}
