@@ -11,10 +11,11 @@ use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use uuid::Uuid;
 
-use super::App;
+use super::app::App;
 use super::extract::Path;
 use super::jobs::JobBody;
-use super::problem::Problem;
+use super::problem::ProblemDetails;
+use super::responses::{JobId, NoSuchJob};
 use crate::jobs::{Job, Jobs, Live, State as JobState};
 use gaitwright_learning::learn::Generation;
 
@@ -26,18 +27,17 @@ use gaitwright_learning::learn::Generation;
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/events", tag = "jobs",
     params(
-        ("id" = String, Path, description = "The job's id"),
+        JobId,
         ("Last-Event-ID" = Option<u32>, Header, description = "Go on after this generation")),
     responses(
         (status = 200, description = "Events `state`, `generation` and `end`",
             content_type = "text/event-stream", body = String),
-        (status = 404, description = "No such job",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+        NoSuchJob))]
 pub(super) async fn events(
     State(app): State<App>,
     Path(id): Path<Uuid>,
     headers: HeaderMap,
-) -> Result<impl IntoResponse, Problem> {
+) -> Result<impl IntoResponse, ProblemDetails> {
     app.jobs.job(id).await?;
     let last = headers.get("last-event-id").and_then(|value| value.to_str().ok()?.parse::<u32>().ok());
     let (sender, receiver) = mpsc::channel(16);

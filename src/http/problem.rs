@@ -16,7 +16,7 @@ use crate::jobs::ServiceError;
 use gaitwright_physics::fault::{Fault, InputError};
 
 /// The media type of problem documents.
-const PROBLEM_JSON: &str = "application/problem+json";
+pub(super) const PROBLEM_JSON: &str = "application/problem+json";
 
 /// When a client may try again that met a full queue, s.
 const QUEUE_PAUSE: u32 = 10;
@@ -26,7 +26,8 @@ const RESTART_PAUSE: u32 = 5;
 
 /// A problem document.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct Problem {
+#[schemars(rename = "Problem")]
+pub struct ProblemDetails {
     /// Kind of the problem: `urn:gaitwright:input` for a faulty input, `about:blank` when the status
     /// says it all.
     #[serde(rename = "type")]
@@ -58,7 +59,7 @@ struct FaultBody {
     detail: String,
 }
 
-impl Problem {
+impl ProblemDetails {
     /// A problem of which the status says everything but the detail.
     pub(super) fn new(status: StatusCode, detail: impl Into<String>) -> Self {
         Self {
@@ -108,7 +109,7 @@ impl Problem {
     }
 }
 
-impl IntoResponse for Problem {
+impl IntoResponse for ProblemDetails {
     fn into_response(self) -> Response {
         let body = serde_json::to_vec(&self).unwrap_or_default();
         let mut response = (self.status(), [(CONTENT_TYPE, PROBLEM_JSON)], body).into_response();
@@ -119,7 +120,7 @@ impl IntoResponse for Problem {
     }
 }
 
-impl From<InputError> for Problem {
+impl From<InputError> for ProblemDetails {
     fn from(error: InputError) -> Self {
         let (status, title) = match &error {
             InputError::Malformed(_) => (StatusCode::BAD_REQUEST, "The input cannot be parsed"),
@@ -140,7 +141,7 @@ impl From<InputError> for Problem {
     }
 }
 
-impl From<ServiceError> for Problem {
+impl From<ServiceError> for ProblemDetails {
     fn from(error: ServiceError) -> Self {
         match error {
             ServiceError::Input(error) => error.into(),
@@ -157,32 +158,32 @@ impl From<ServiceError> for Problem {
     }
 }
 
-impl From<PathRejection> for Problem {
+impl From<PathRejection> for ProblemDetails {
     fn from(rejection: PathRejection) -> Self {
         // A path that does not parse names nothing.
         Self::not_found(rejection.body_text())
     }
 }
 
-impl From<QueryRejection> for Problem {
+impl From<QueryRejection> for ProblemDetails {
     fn from(rejection: QueryRejection) -> Self {
         Self::new(rejection.status(), rejection.body_text())
     }
 }
 
-impl From<BytesRejection> for Problem {
+impl From<BytesRejection> for ProblemDetails {
     fn from(rejection: BytesRejection) -> Self {
         Self::new(rejection.status(), rejection.body_text())
     }
 }
 
-impl From<MultipartRejection> for Problem {
+impl From<MultipartRejection> for ProblemDetails {
     fn from(rejection: MultipartRejection) -> Self {
         Self::new(rejection.status(), rejection.body_text())
     }
 }
 
-impl From<MultipartError> for Problem {
+impl From<MultipartError> for ProblemDetails {
     fn from(error: MultipartError) -> Self {
         Self::new(error.status(), error.body_text())
     }
@@ -205,7 +206,7 @@ pub(super) async fn everywhere(request: Request, next: Next) -> Response {
         _ => format!("{place} could not be answered"),
     };
     let (old, _) = response.into_parts();
-    let mut problem = Problem::new(status, detail).into_response();
+    let mut problem = ProblemDetails::new(status, detail).into_response();
     for (name, value) in &old.headers {
         if name != CONTENT_TYPE && name != axum::http::header::CONTENT_LENGTH {
             problem.headers_mut().insert(name, value.clone());
@@ -218,7 +219,7 @@ pub(super) async fn everywhere(request: Request, next: Next) -> Response {
 pub(super) fn of_panic(panic: Box<dyn std::any::Any + Send>) -> Response<Body> {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no reason given");
-    Problem::internal(&text).into_response()
+    ProblemDetails::internal(&text).into_response()
 }
 
 /// The media type of a message in lower case, without its parameters.

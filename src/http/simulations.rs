@@ -12,9 +12,10 @@ use tokio::runtime::Handle;
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 
-use super::App;
+use super::app::App;
 use super::extract::JsonBody;
-use super::problem::Problem;
+use super::problem::ProblemDetails;
+use super::responses::NotSimulated;
 use gaitwright_learning::accuracy::{self, StudyError};
 use gaitwright_learning::scenario::{Line, NoFiles, Prepared, Scenario};
 use gaitwright_physics::fault::InputError;
@@ -38,11 +39,13 @@ const PATIENCE: Duration = Duration::from_secs(30);
     responses(
         (status = 200, description = "One line a sample, then a summary", content_type = "application/jsonl",
             body = ref("#/components/schemas/Line")),
-        (status = "4XX", description = "Refused: 400, 413, 415, 422 also for more than 1,000,000 steps, or 429 when too many run",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
-pub(super) async fn simulate(State(app): State<App>, JsonBody(body): JsonBody) -> Result<Response, Problem> {
+        NotSimulated))]
+pub(super) async fn simulate(
+    State(app): State<App>,
+    JsonBody(body): JsonBody,
+) -> Result<Response, ProblemDetails> {
     let permit = Arc::clone(&app.simulations).try_acquire_owned();
-    let permit = permit.map_err(|_| Problem::busy("as many simulations run as may run at once"))?;
+    let permit = permit.map_err(|_| ProblemDetails::busy("as many simulations run as may run at once"))?;
     let prepared = app.jobs.compute(move |given_up| Ok(prepare(&body, given_up)?)).await?;
     let (sender, receiver) = mpsc::channel(WAITING);
     let (shutdown, runtime) = (app.jobs.shutdown().clone(), Handle::current());
