@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use gaitwright::jobs::{Artefact, Order, Prepared, RunError, Settings, Stage, Watcher, fraction, run};
-use gaitwright_learning::learn::{Cancel, Checkpoint, Generation, Learning};
+use gaitwright::jobs::{Artefact, Order, Prepared, RunError, Settings, Stage, Watcher, run};
+use gaitwright_learning::learn::{Budget, Cancel, Checkpoint, Generation};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::failure::Failure;
@@ -120,7 +120,8 @@ fn cancel_on_interrupt(cancel: Cancel) -> Result<(), Failure> {
 /// Progress on standard error: a bar on a terminal, plain lines otherwise.
 struct Progress {
     bar: Option<ProgressBar>,
-    budget: Learning,
+    /// Known once the learning begins.
+    budget: Option<Budget>,
     told: Option<Instant>,
 }
 
@@ -131,7 +132,7 @@ impl Progress {
             let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed}  {msg}");
             style.map_or(bar.clone(), |style| bar.with_style(style))
         });
-        Self { bar, budget: Learning::default(), told: None }
+        Self { bar, budget: None, told: None }
     }
 
     fn tell(&self, line: String) {
@@ -153,12 +154,13 @@ impl Watcher for Progress {
     }
 
     fn prepared(&mut self, prepared: &Prepared) {
-        self.budget = prepared.setup.learning.clone();
+        self.budget = Some(prepared.setup.parameters.budget);
     }
 
     fn generation(&mut self, figures: &Generation) {
         if let Some(bar) = &self.bar {
-            bar.set_position((1000.0 * fraction(&self.budget, figures)) as u64);
+            let share = |budget: Budget| budget.fraction(figures.generation + 1, figures.elapsed);
+            bar.set_position((1000.0 * self.budget.map_or(0.0, share)) as u64);
         } else if self.told.is_some_and(|told| told.elapsed() < LINE_EVERY) {
             return;
         }

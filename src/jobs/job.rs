@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 use super::request::FORMAT;
 use super::work::Work;
-use gaitwright_learning::learn::{Generation, Learning};
+use gaitwright_learning::learn::Generation;
 
 /// Where a job stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -154,7 +154,7 @@ impl Job {
     pub fn advance(&mut self, figures: &Generation) {
         let Work::Learning(learned) = &mut self.work else { return };
         self.progress = Progress {
-            fraction: fraction(&learned.settings.learning, figures),
+            fraction: learned.settings.learning.budget().fraction(figures.generation + 1, figures.elapsed),
             generations: figures.generation + 1,
             simulated_seconds: figures.simulated_seconds,
             saved_seconds: figures.saved_seconds,
@@ -173,11 +173,4 @@ impl Job {
             self.progress.fraction = 1.0;
         }
     }
-}
-
-/// Share of a learner's budget, of generations or of time, that is used up after a generation, 0 to 1.
-pub fn fraction(budget: &Learning, figures: &Generation) -> f64 {
-    let generations = budget.generations.map(|all| f64::from(figures.generation + 1) / f64::from(all.max(1)));
-    let seconds = budget.seconds.map(|all| figures.elapsed / all);
-    generations.into_iter().chain(seconds).fold(0.0, f64::max).clamp(0.0, 1.0)
 }

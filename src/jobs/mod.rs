@@ -17,7 +17,7 @@ mod worker;
 
 pub use check::{Findings, JointFinding, ShapeFinding, Standing, check};
 pub use files::Artefact;
-pub use job::{CharacterName, Job, Progress, Stage, State, Timings, fraction};
+pub use job::{CharacterName, Job, Progress, Stage, State, Timings};
 pub use live::{Live, Moment};
 pub use request::{CharacterChoice, JobRequest, Settings};
 pub use run::{

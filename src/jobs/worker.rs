@@ -23,7 +23,7 @@ use super::service::{Jobs, ServiceError, Shared};
 use super::study;
 use super::work::Work;
 use gaitwright_learning::accuracy;
-use gaitwright_learning::learn::{Checkpoint, Ended, Generation};
+use gaitwright_learning::learn::{Checkpoint, Ended, Generation, Learning};
 
 /// Shortest time between two writings of a running job's record and curve.
 const RECORD_EVERY: Duration = Duration::from_millis(500);
@@ -251,7 +251,7 @@ impl Watcher for Reporter<'_> {
 
     fn prepared(&mut self, prepared: &Prepared) {
         if let Work::Learning(learned) = &mut self.job.work {
-            learned.settings.learning = prepared.setup.learning.clone();
+            learned.settings.learning = Learning::from(&prepared.setup.parameters);
             learned.settings.accuracy = prepared.setup.accuracy.into();
             learned.accuracy_choice = prepared.accuracy_choice.clone();
             learned.effects = prepared.plan.decisions.clone();

@@ -17,14 +17,13 @@ use crate::export::{DiagramError, RecordingError};
 use gaitwright_learning::accuracy::{StudyError, settle, swaying};
 use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::learn::{
-    Behaviour, Cancel, Checkpoint, Ended, Generation, LearnError, Learning, Posture, Setup, Task, Trunk,
-    learn,
+    Behaviour, Cancel, Checkpoint, Ended, Generation, LearnError, Posture, Setup, Task, learn,
 };
 use gaitwright_physics::character::{self, JointKind, Link, Options, Reading, Source};
 use gaitwright_physics::fault::{Fault, InputError};
 use gaitwright_physics::model::Model;
 use gaitwright_physics::motion::{Metrics, Motion, Player};
-use gaitwright_physics::scene::{AccuracyChoice, Effect, Scene, StepPlan, Switch};
+use gaitwright_physics::scene::{AccuracyChoice, StepPlan};
 use gaitwright_physics::sim::Failure;
 use gaitwright_physics::stance::Stance;
 
@@ -103,10 +102,8 @@ pub struct Order {
 /// A run about to learn.
 #[derive(Debug, Clone)]
 pub struct Prepared {
-    /// What the learner is given, with the values used in place of those left open.
+    /// What the learner is given: nothing in it is left open.
     pub setup: Setup,
-    /// The scene as simulated: the task's, with what the learner's parameters ask of it.
-    pub scene: Scene,
     /// What a simulated step computes.
     pub plan: Arc<StepPlan>,
     /// Why the accuracy was chosen, where a tolerance was asked for.
@@ -187,17 +184,16 @@ impl Order {
         if cancel.is_cancelled() {
             return Ok(None);
         }
-        let swaying = swaying(&model, &stance, &simulated(&scene, &learning));
+        let scene = learning.trunk.in_scene(&scene);
+        let swaying = swaying(&model, &stance, &scene);
         let settled = settle(&swaying, &accuracy, &|| cancel.is_cancelled())?;
         let Some((accuracy, accuracy_choice)) = settled else { return Ok(None) };
         let parameters =
             learning.resolve(&stance, accuracy.step).map_err(|error| error.under("/learning"))?;
-        let setup =
-            Setup { model, stance, scene, accuracy, task, learning: parameters.learning, seed, threads };
-        let scene = simulated(&setup.scene, &setup.learning);
-        let plan = Arc::new(StepPlan::compile(&scene, &accuracy, Some(&setup.stance.gains), &setup.model)?);
+        let plan = Arc::new(StepPlan::compile(&scene, &accuracy, Some(&stance.gains), &model)?);
+        let setup = Setup { model, stance, scene, accuracy, task, parameters, seed, threads };
         let standing_seconds = start.elapsed().as_secs_f64();
-        Ok(Some(Prepared { setup, scene, plan, accuracy_choice, standing_seconds }))
+        Ok(Some(Prepared { setup, plan, accuracy_choice, standing_seconds }))
     }
 }
 
@@ -217,7 +213,7 @@ impl Prepared {
             model: &self.setup.model,
             stance: &self.setup.stance,
             gains: &self.setup.stance.gains,
-            scene: &self.scene,
+            scene: &self.setup.scene,
             accuracy: &self.setup.accuracy,
             player,
             direction: self.setup.task.direction,
@@ -300,13 +296,4 @@ pub fn run(
 
     watcher.stage(Stage::Checking);
     publish(order, &prepared, &learned, recording, folder, &Farewell::new(cancel, farewell))
-}
-
-/// The scene that the learner acts in, and that what it learned is checked in.
-fn simulated(scene: &Scene, learning: &Learning) -> Scene {
-    let mut scene = scene.clone();
-    if learning.trunk == Trunk::Locked {
-        scene.effects.insert(Effect::TrunkRotationLock, Switch::On);
-    }
-    scene
 }

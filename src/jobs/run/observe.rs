@@ -9,7 +9,7 @@ use super::{Order, Prepared, RunError, Watcher};
 use crate::export::{Recording, Subject};
 use crate::jobs::files::Artefact;
 use crate::jobs::request::Settings;
-use gaitwright_learning::learn::{Behaviour, Cancel, Checkpoint, Generation, Observer};
+use gaitwright_learning::learn::{Behaviour, Cancel, Checkpoint, Generation, Learning, Observer};
 
 /// How long each new best behaviour is recorded after it has entered its loop, s.
 const SHOWN: f64 = 3.0;
@@ -112,9 +112,9 @@ impl Observer for Recorder<'_> {
 fn identity(order: &Order, prepared: &Prepared) -> Result<String, RunError> {
     let setup = &prepared.setup;
     let decided = Settings {
-        scene: setup.scene.clone(),
+        scene: order.settings.scene.clone(),
         task: setup.task.clone(),
-        learning: setup.learning.clone(),
+        learning: Learning::from(&setup.parameters),
         accuracy: setup.accuracy.into(),
         seed: setup.seed,
     };

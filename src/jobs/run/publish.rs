@@ -16,7 +16,7 @@ use crate::jobs::files::Artefact;
 use crate::jobs::job::CharacterName;
 use crate::jobs::request::Settings;
 use gaitwright_learning::gait::GaitReport;
-use gaitwright_learning::learn::{Behaviour, Cancel, Ended, Learned};
+use gaitwright_learning::learn::{Behaviour, Cancel, Ended, Learned, Learning};
 use gaitwright_physics::character::Note;
 use gaitwright_physics::motion::{Metrics, Motion, Provenance};
 use gaitwright_physics::playback::Trace;
@@ -154,7 +154,7 @@ fn document(order: &Order, prepared: &Prepared, behaviour: &Behaviour, checked: 
         program: env!("CARGO_PKG_NAME").to_owned(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         seed: Some(setup.seed),
-        learning: value(serde_json::to_value(&setup.learning)),
+        learning: value(serde_json::to_value(Learning::from(&setup.parameters))),
         task: value(serde_json::to_value(&setup.task)),
         accuracy: setup.accuracy,
         effects: prepared.plan.decisions.clone(),
@@ -167,7 +167,7 @@ fn document(order: &Order, prepared: &Prepared, behaviour: &Behaviour, checked: 
         trace: &checked.trace,
         gait: &checked.gait,
         validity: &checked.validity,
-        scene: &prepared.scene,
+        scene: &setup.scene,
         drive: &setup.stance.gains,
         provenance: &provenance,
     })
@@ -190,7 +190,7 @@ fn report(
         notes: order.reading.notes.clone(),
         standing: standing(&setup.model, &setup.stance),
         settings: Settings {
-            learning: setup.learning.clone(),
+            learning: Learning::from(&setup.parameters),
             accuracy: setup.accuracy.into(),
             ..order.settings.clone()
         },
@@ -226,7 +226,7 @@ pub(super) fn describe(order: &Order, prepared: &Prepared, report: Option<&Repor
     if let Some(report) = report {
         text += &outcome(report);
     }
-    let time = 1000.0 * setup.learning.transition_time.unwrap_or_default();
+    let time = 1000.0 * setup.parameters.transition_time;
     text += &format!(
         "{:.2} kg, {} joints, seed {}, transitions of {time:.0} ms\n\n| effect | | because |\n|---|---|---|\n",
         setup.model.mass,

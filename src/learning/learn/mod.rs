@@ -8,7 +8,7 @@
 //!
 //! | in the order of use | |
 //! |---|---|
-//! | [`Task`], [`Learning`] | what is asked for |
+//! | [`Task`], [`Learning`], [`Parameters`] | what is asked for, and what is decided |
 //! | [`grid`], [`genome`] | all states, and subsets of them |
 //! | [`transition`], [`evaluation`], [`cache`] | from one state to the next in the simulator |
 //! | [`subset`], [`qlearning`], [`policy`] | the best behaviour in a subset |
@@ -46,7 +46,7 @@ use gaitwright_physics::stance::Stance;
 pub use behaviour::{Behaviour, Posture};
 pub use checkpoint::Checkpoint;
 pub use observer::{Cancel, Ended, Generation, Interrupted, Observer, Stop};
-pub use parameters::{Coding, Crossover, Learning, Mutation, Parameters, Trunk};
+pub use parameters::{Budget, Coding, Crossover, Learning, Mutation, Parameters, Trunk};
 pub use task::{Objective, Task, Terms, Weights};
 
 /// A job of the learner.
@@ -56,14 +56,14 @@ pub struct Setup {
     pub model: Arc<Model>,
     /// Where it starts, and how its joints are driven.
     pub stance: Arc<Stance>,
-    /// Where it learns.
+    /// Where it learns, with the effects that the parameters ask for ([`Trunk::in_scene`]).
     pub scene: Scene,
     /// How finely that is simulated.
     pub accuracy: Accuracy,
     /// What for.
     pub task: Task,
     /// How.
-    pub learning: Learning,
+    pub parameters: Parameters,
     /// Where all randomness comes from.
     pub seed: u64,
     /// Worker threads, at least 1; the result does not depend on it.
@@ -80,14 +80,14 @@ pub struct Learned {
     /// One point a generation.
     pub curve: Vec<Generation>,
     /// The parameters as used.
-    pub learning: Learning,
+    pub parameters: Parameters,
 }
 
 /// A learner that could not start.
 #[derive(Debug, thiserror::Error)]
 pub enum LearnError {
     /// The setup or the checkpoint is impossible; JSON pointers below `/scene`, `/accuracy`, `/drive`,
-    /// `/task`, `/learning` and `/checkpoint`.
+    /// `/task` and `/checkpoint`.
     #[error(transparent)]
     Input(#[from] InputError),
     /// The worker threads could not be started.
@@ -95,7 +95,7 @@ pub enum LearnError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// Learns: searches until the budget of [`Learning`] is used up or `cancel` asks to stop, from
+/// Learns: searches until the budget of the parameters is used up or `cancel` asks to stop, from
 /// `resume` if given.
 ///
 /// # Errors
@@ -106,18 +106,24 @@ pub fn learn(
     cancel: &Cancel,
     resume: Option<Checkpoint>,
 ) -> Result<Learned, LearnError> {
-    let Setup { model, stance, scene, accuracy, task, learning, seed, threads } = setup;
-    let parameters = learning.resolve(stance, accuracy.step).map_err(|error| error.under("/learning"))?;
+    let Setup { model, stance, scene, accuracy, task, parameters, seed, threads } = setup;
     let objective = Objective::new(task, model, stance).map_err(|error| error.under("/task"))?;
-    let world = evaluation::SimulatedWorld::new(model, stance, scene, accuracy, &parameters)?;
-    let grid = grid::Grid::new(model, stance, &parameters);
+    let world = evaluation::SimulatedWorld::new(model, stance, scene, accuracy, parameters)?;
+    let grid = grid::Grid::new(model, stance, parameters);
     if let Some(checkpoint) = &resume {
-        let fits = checkpoint.fits(*seed, &parameters.learning, task, model.joint_count());
+        let fits = checkpoint.fits(*seed, &Learning::from(parameters), task, model.joint_count());
         fits.map_err(|error| error.under("/checkpoint"))?;
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads((*threads).max(1)).build()?;
     let spent = resume.as_ref().map_or(0.0, |checkpoint| checkpoint.elapsed);
-    let stop = Stop::new(cancel, parameters.learning.seconds.map(|seconds| seconds - spent));
-    let search = search::Search { world, grid, task: task.clone(), objective, parameters, seed: *seed };
+    let stop = Stop::new(cancel, parameters.budget.seconds().map(|seconds| seconds - spent));
+    let search = search::Search {
+        world,
+        grid,
+        task: task.clone(),
+        objective,
+        parameters: parameters.clone(),
+        seed: *seed,
+    };
     Ok(search.run(&pool, observer, &stop, resume))
 }

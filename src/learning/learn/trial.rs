@@ -53,7 +53,7 @@ pub fn judge<W: World>(
 ) -> Result<Verdict<W::State>, Interrupted> {
     let mut subset = Subset::new(rules, world, shared, genome);
     let mut table = QTable::new(&subset);
-    learn(&mut subset, &mut table, &Rates::from(&rules.parameters.learning), rng)?;
+    learn(&mut subset, &mut table, &Rates::from(rules.parameters), rng)?;
     let greedy = greedy_path(&mut subset, &table)?;
     let exact = best_path(subset.situations(), &subset.edges(), subset.start_situation());
     let postures = subset.postures().to_vec();
@@ -61,7 +61,7 @@ pub fn judge<W: World>(
 
     let transition_time = rules.parameters.transition_time;
     let stood = greedy.entry.len() as f64 * transition_time;
-    let check_seconds = rules.parameters.learning.check_seconds;
+    let check_seconds = rules.parameters.check_seconds;
     let mut fitness = rules.objective.fallen(&Terms::default(), stood, check_seconds);
     let mut proven = None;
     let exact = exact.filter(|path| !path.same_cycle(&greedy));
@@ -140,13 +140,12 @@ fn play<W: World>(
     start: W::State,
     bar: Option<&[f64]>,
 ) -> Result<Run, Interrupted> {
-    let learning = &rules.parameters.learning;
     let targets = |t: f64, angles: &mut [f64]| player.targets(t, angles);
     let (length, duration) = (rules.parameters.transition_steps, rules.parameters.transition_time);
     // Whole transitions are counted, so that no sum of seconds decides when to look.
     let transitions = |seconds: f64| (seconds / duration - 1e-9).ceil() as u64;
-    let last = transitions(learning.check_seconds);
-    let mut look = transitions(learning.trial_seconds);
+    let last = transitions(rules.parameters.check_seconds);
+    let mut look = transitions(rules.parameters.trial_seconds);
     let (mut state, mut terms, mut looks) = (start, Terms::default(), Vec::new());
     let mut done = 0;
     loop {
@@ -155,7 +154,7 @@ fn play<W: World>(
         terms += outcome.terms;
         let Some(after) = outcome.after else {
             let seconds = done as f64 * duration + outcome.seconds;
-            let fitness = rules.objective.fallen(&terms, seconds, learning.check_seconds);
+            let fitness = rules.objective.fallen(&terms, seconds, rules.parameters.check_seconds);
             return Ok(Run { fitness, seconds, looks: None });
         };
         state = after;
