@@ -9,7 +9,7 @@ use gaitwright_physics::fault::{InputError, one_line};
 
 /// Why a command did not succeed.
 #[derive(Debug)]
-pub enum Failure {
+pub enum CommandError {
     /// The input cannot be used (status 2).
     Input {
         /// The input, as named on the command line.
@@ -23,7 +23,7 @@ pub enum Failure {
     Unread,
 }
 
-impl Failure {
+impl CommandError {
     /// A faulty input called `name`.
     pub fn input(name: impl Into<String>) -> impl FnOnce(InputError) -> Self {
         let name = name.into();
@@ -56,7 +56,7 @@ impl Failure {
     }
 }
 
-impl<E: Into<anyhow::Error>> From<E> for Failure {
+impl<E: Into<anyhow::Error>> From<E> for CommandError {
     fn from(error: E) -> Self {
         let error = error.into();
         match error.downcast_ref::<io::Error>() {

@@ -17,7 +17,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
 
-use failure::Failure;
+use failure::CommandError;
 
 /// Learns physically valid motion for any articulated character, and serves it over HTTP.
 ///
@@ -33,19 +33,19 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Start the service and let it teach the bundled quadruped, as a newcomer would
-    Demo(demo::Demo),
+    Demo(demo::DemoCommand),
     /// Run the service
-    Serve(serve::Serve),
+    Serve(serve::ServeCommand),
     /// Learn a motion without a service
-    Train(train::Train),
+    Train(train::TrainCommand),
     /// Tell what is understood of a character, as JSON
-    Check(check::Check),
+    Check(check::CheckCommand),
     /// Run one simulation, as JSON lines
-    Simulate(simulate::Simulate),
+    Simulate(simulate::SimulateCommand),
     /// Tell what accuracy costs, and which setting to take
-    Accuracy(accuracy::Accuracy),
+    Accuracy(accuracy::AccuracyCommand),
     /// Tell the gait of a motion, as JSON
-    Gait(gait::Gait),
+    Gait(gait::GaitCommand),
     /// Print the JSON Schema of character documents
     Schema,
 }
@@ -69,5 +69,5 @@ pub fn main() -> ExitCode {
         Command::Gait(gait) => gait.run(),
         Command::Schema => schema::run(),
     };
-    done.map_or_else(Failure::exit, |()| ExitCode::SUCCESS)
+    done.map_or_else(CommandError::exit, |()| ExitCode::SUCCESS)
 }

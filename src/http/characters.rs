@@ -10,7 +10,7 @@ use serde::Serialize;
 use uuid::Uuid;
 
 use super::app::App;
-use super::extract::{Path, Upload};
+use super::extract::{Upload, UrlPath};
 use super::problem::ProblemDetails;
 use super::responses::{NoSuchCharacter, NotKept};
 use crate::jobs::Findings;
@@ -66,7 +66,7 @@ pub(super) async fn add(State(app): State<App>, upload: Upload) -> Result<Respon
         NoSuchCharacter))]
 pub(super) async fn show(
     State(app): State<App>,
-    Path(id): Path<Uuid>,
+    UrlPath(id): UrlPath<Uuid>,
 ) -> Result<Json<CharacterBody>, ProblemDetails> {
     Ok(Json(CharacterBody { id, findings: app.jobs.findings(id).await? }))
 }

@@ -12,11 +12,11 @@ use tokio_stream::wrappers::ReceiverStream;
 use uuid::Uuid;
 
 use super::app::App;
-use super::extract::Path;
+use super::extract::UrlPath;
 use super::jobs::JobBody;
 use super::problem::ProblemDetails;
 use super::responses::{JobId, NoSuchJob};
-use crate::jobs::{Job, Jobs, Live, State as JobState};
+use crate::jobs::{Job, JobState, Jobs, Live};
 use gaitwright_learning::learn::Generation;
 
 /// Every generation's figures from the first on, then the end.
@@ -35,7 +35,7 @@ use gaitwright_learning::learn::Generation;
         NoSuchJob))]
 pub(super) async fn events(
     State(app): State<App>,
-    Path(id): Path<Uuid>,
+    UrlPath(id): UrlPath<Uuid>,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, ProblemDetails> {
     app.jobs.job(id).await?;

@@ -10,12 +10,12 @@ use gaitwright_physics::fault::{Fault, InputError};
 /// [`axum::extract::Path`] with problem documents.
 #[derive(Debug, FromRequestParts)]
 #[from_request(via(axum::extract::Path), rejection(ProblemDetails))]
-pub(super) struct Path<T>(pub(super) T);
+pub(super) struct UrlPath<T>(pub(super) T);
 
 /// [`axum::extract::Query`] with problem documents.
 #[derive(Debug, FromRequestParts)]
 #[from_request(via(axum::extract::Query), rejection(ProblemDetails))]
-pub(super) struct Query<T>(pub(super) T);
+pub(super) struct UrlQuery<T>(pub(super) T);
 
 /// A body that brings a character, by its media type.
 #[derive(Debug)]

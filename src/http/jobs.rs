@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
 use super::app::App;
-use super::extract::{Path, Query, Upload};
+use super::extract::{Upload, UrlPath, UrlQuery};
 use super::problem::ProblemDetails;
 use super::responses::{JobId, NoSuchJob, NotQueued, UnreadableQuery};
-use crate::jobs::{Job, JobRequest, ServiceError, Settings, State as JobState, Work};
+use crate::jobs::{Job, JobRequest, JobState, ServiceError, Settings, Work};
 
 /// Jobs of a page unless the client asks for another number.
 const PAGE: u32 = 20;
@@ -173,7 +173,7 @@ async fn submit_bytes(app: &App, body: Bytes, settings: Settings) -> Result<Job,
         UnreadableQuery))]
 pub(super) async fn list(
     State(app): State<App>,
-    Query(selection): Query<Selection>,
+    UrlQuery(selection): UrlQuery<Selection>,
 ) -> Result<Json<JobsBody>, ProblemDetails> {
     let limit = selection.limit.unwrap_or(PAGE);
     if !(1..=LONGEST_PAGE).contains(&limit) {
@@ -201,7 +201,7 @@ pub(super) async fn list(
         NoSuchJob))]
 pub(super) async fn show(
     State(app): State<App>,
-    Path(id): Path<Uuid>,
+    UrlPath(id): UrlPath<Uuid>,
 ) -> Result<Json<JobBody>, ProblemDetails> {
     Ok(Json(app.jobs.job(id).await?.into()))
 }
@@ -215,7 +215,10 @@ pub(super) async fn show(
             body = ref("#/components/schemas/Job")),
         (status = 204, description = "The job and its files are deleted"),
         NoSuchJob))]
-pub(super) async fn remove(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, ProblemDetails> {
+pub(super) async fn remove(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
     Ok(match app.jobs.remove(id).await? {
         Some(job) => (StatusCode::ACCEPTED, Json(JobBody::from(job))).into_response(),
         None => StatusCode::NO_CONTENT.into_response(),

@@ -20,12 +20,12 @@ use uuid::Uuid;
 
 use super::accept::prefers_csv;
 use super::app::App;
-use super::extract::Path;
+use super::extract::UrlPath;
 use super::problem::ProblemDetails;
 use super::ranges;
 use super::responses::{JobId, NoDiagram, NoMotion, NoRecording, NoReport, NoSuchJob, NoTable};
 use crate::export::Curve;
-use crate::jobs::{Artefact, Job, Live, State as JobState};
+use crate::jobs::{Artefact, Job, JobState, Live};
 
 /// How often a growing recording is looked at for more.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
@@ -46,7 +46,7 @@ const CHUNK: usize = 64 << 10;
         NoRecording))]
 pub(super) async fn recording(
     State(app): State<App>,
-    Path(id): Path<Uuid>,
+    UrlPath(id): UrlPath<Uuid>,
     request: Request,
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
@@ -71,7 +71,10 @@ pub(super) async fn recording(
     responses(
         (status = 200, description = "The motion", body = ref("#/components/schemas/Motion")),
         NoMotion))]
-pub(super) async fn motion(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, ProblemDetails> {
+pub(super) async fn motion(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
     published(&app, id, Artefact::Motion, "application/json").await
 }
 
@@ -82,7 +85,10 @@ pub(super) async fn motion(State(app): State<App>, Path(id): Path<Uuid>) -> Resu
     responses(
         (status = 200, description = "The gait report", body = ref("#/components/schemas/GaitReport")),
         NoMotion))]
-pub(super) async fn gait(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, ProblemDetails> {
+pub(super) async fn gait(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
     published(&app, id, Artefact::Gait, "application/json").await
 }
 
@@ -95,7 +101,7 @@ pub(super) async fn gait(State(app): State<App>, Path(id): Path<Uuid>) -> Result
         NoMotion))]
 pub(super) async fn diagram(
     State(app): State<App>,
-    Path(id): Path<Uuid>,
+    UrlPath(id): UrlPath<Uuid>,
 ) -> Result<Response, ProblemDetails> {
     published(&app, id, Artefact::Diagram, "image/svg+xml").await
 }
@@ -107,7 +113,10 @@ pub(super) async fn diagram(
     responses(
         (status = 200, description = "The report", body = ref("#/components/schemas/Report")),
         NoReport))]
-pub(super) async fn report(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, ProblemDetails> {
+pub(super) async fn report(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
     published(&app, id, Artefact::Report, "application/json").await
 }
 
@@ -121,7 +130,7 @@ pub(super) async fn report(State(app): State<App>, Path(id): Path<Uuid>) -> Resu
         NoSuchJob))]
 pub(super) async fn curve(
     State(app): State<App>,
-    Path(id): Path<Uuid>,
+    UrlPath(id): UrlPath<Uuid>,
     headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     app.jobs.job(id).await?;
@@ -143,7 +152,7 @@ pub(super) async fn curve(
         NoTable))]
 pub(super) async fn table(
     State(app): State<App>,
-    Path(id): Path<Uuid>,
+    UrlPath(id): UrlPath<Uuid>,
     headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     if prefers_csv(&headers) {
@@ -160,7 +169,10 @@ pub(super) async fn table(
     responses(
         (status = 200, description = "The diagram", content_type = "image/svg+xml", body = String),
         NoDiagram))]
-pub(super) async fn front(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, ProblemDetails> {
+pub(super) async fn front(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
     published(&app, id, Artefact::Front, "image/svg+xml").await
 }
 

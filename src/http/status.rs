@@ -12,7 +12,7 @@ use std::time::Instant;
 use super::app::App;
 use super::problem::ProblemDetails;
 use super::responses::NotReady;
-use crate::jobs::State as JobState;
+use crate::jobs::JobState;
 
 /// Collects figures from here on, to be shown by [`metrics()`].
 ///

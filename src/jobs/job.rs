@@ -12,7 +12,8 @@ use gaitwright_learning::learn::Generation;
 /// Where a job stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum State {
+#[schemars(rename = "State")]
+pub enum JobState {
     /// Waits for a worker.
     Queued,
     /// Is being worked at.
@@ -25,7 +26,7 @@ pub enum State {
     Cancelled,
 }
 
-impl State {
+impl JobState {
     /// Every state, in the order of a job's life.
     pub const ALL: [Self; 5] = [Self::Queued, Self::Running, Self::Succeeded, Self::Failed, Self::Cancelled];
 
@@ -69,7 +70,7 @@ pub struct Job {
     #[schemars(with = "String")]
     pub id: Uuid,
     /// Where it stands.
-    pub state: State,
+    pub state: JobState,
     /// What a running job is doing.
     pub stage: Option<Stage>,
     /// Name and digest of the character.
@@ -133,7 +134,7 @@ impl Job {
         Self {
             format: FORMAT.to_owned(),
             id: Uuid::now_v7(),
-            state: State::Queued,
+            state: JobState::Queued,
             stage: None,
             character,
             work: work.into(),
@@ -165,11 +166,11 @@ impl Job {
     }
 
     /// Ends the job.
-    pub fn end(&mut self, state: State) {
+    pub fn end(&mut self, state: JobState) {
         self.state = state;
         self.stage = None;
         self.timings.ended = Some(Timestamp::now());
-        if state == State::Succeeded {
+        if state == JobState::Succeeded {
             self.progress.fraction = 1.0;
         }
     }

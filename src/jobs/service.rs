@@ -13,7 +13,7 @@ use uuid::Uuid;
 
 use super::check::{Findings, check_until};
 use super::files::{self, Artefact};
-use super::job::{CharacterName, Job, State};
+use super::job::{CharacterName, Job, JobState};
 use super::live::Live;
 use super::request::{CharacterChoice, Settings};
 use super::run::{Order, read_character};
@@ -61,7 +61,7 @@ pub enum ServiceError {
 
 /// How a service is set up.
 #[derive(Debug, Clone)]
-pub struct Setting {
+pub struct ServiceOptions {
     /// Folder of the store and of the jobs' files.
     pub data: PathBuf,
     /// Jobs worked at side by side.
@@ -102,31 +102,31 @@ impl Jobs {
     /// # Errors
     ///
     /// When the folder cannot be used, or another process uses it.
-    pub async fn open(setting: Setting, shutdown: CancellationToken) -> Result<Self, ServiceError> {
-        std::fs::create_dir_all(setting.data.join("jobs"))?;
-        let lock = File::create(setting.data.join("lock"))?;
+    pub async fn open(options: ServiceOptions, shutdown: CancellationToken) -> Result<Self, ServiceError> {
+        std::fs::create_dir_all(options.data.join("jobs"))?;
+        let lock = File::create(options.data.join("lock"))?;
         lock.try_lock().map_err(|error| {
             io::Error::new(
                 io::ErrorKind::ResourceBusy,
-                format!("{} is in use: {error}", setting.data.display()),
+                format!("{} is in use: {error}", options.data.display()),
             )
         })?;
-        let store = Store::open(&setting.data).await?;
-        for mut job in store.jobs(Some(State::Running), None, u32::MAX).await? {
+        let store = Store::open(&options.data).await?;
+        for mut job in store.jobs(Some(JobState::Running), None, u32::MAX).await? {
             if store.is_abandoned(job.id).await? {
-                job.end(State::Cancelled);
+                job.end(JobState::Cancelled);
             } else {
-                job.state = State::Queued;
+                job.state = JobState::Queued;
                 job.stage = None;
             }
             store.update(&job, &[]).await?;
         }
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let shared = Shared {
-            data: setting.data,
-            workers: setting.workers.max(1),
+            data: options.data,
+            workers: options.workers.max(1),
             store,
-            queue: setting.queue,
+            queue: options.queue,
             running: Mutex::default(),
             posted: Notify::new(),
             changes: watch::Sender::default(),
@@ -241,7 +241,7 @@ impl Jobs {
     /// Puts a job that works on `input` into the queue.
     async fn queue(&self, job: Job, input: &[u8]) -> Result<Job, ServiceError> {
         let running = self.shared.running.lock().await;
-        let waiting = self.shared.store.count(State::Queued).await?;
+        let waiting = self.shared.store.count(JobState::Queued).await?;
         if waiting >= self.shared.queue {
             return Err(ServiceError::Full(waiting));
         }
@@ -268,7 +268,7 @@ impl Jobs {
     /// When the store fails.
     pub async fn list(
         &self,
-        state: Option<State>,
+        state: Option<JobState>,
         after: Option<Uuid>,
         limit: u32,
     ) -> Result<Vec<Job>, ServiceError> {
@@ -280,7 +280,7 @@ impl Jobs {
     /// # Errors
     ///
     /// When the store fails.
-    pub async fn count(&self, state: State) -> Result<u64, ServiceError> {
+    pub async fn count(&self, state: JobState) -> Result<u64, ServiceError> {
         Ok(self.shared.store.count(state).await?)
     }
 
@@ -295,18 +295,18 @@ impl Jobs {
         let running = self.shared.running.lock().await;
         let mut job = self.job(id).await?;
         match job.state {
-            State::Queued => {
-                job.end(State::Cancelled);
+            JobState::Queued => {
+                job.end(JobState::Cancelled);
                 self.shared.store.update(&job, &[]).await?;
                 self.shared.changes.send_replace(());
             }
-            State::Running => {
+            JobState::Running => {
                 if let Some(live) = running.get(&id) {
                     self.shared.store.abandon(id).await?;
                     live.abandon();
                 }
             }
-            State::Succeeded | State::Failed | State::Cancelled => {
+            JobState::Succeeded | JobState::Failed | JobState::Cancelled => {
                 self.shared.store.delete(id).await?;
                 match std::fs::remove_dir_all(self.folder(id)) {
                     Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error.into()),

@@ -15,10 +15,10 @@ use jiff::Timestamp;
 use tokio::runtime::Handle;
 
 use super::files::{self, Artefact};
-use super::job::{Job, Stage, State};
+use super::job::{Job, JobState, Stage};
 use super::live::Live;
 use super::request::Settings;
-use super::run::{Order, Outcome, Prepared, RunError, Watcher, run};
+use super::run::{Order, PreparedRun, RunError, RunOutcome, RunWatcher, run};
 use super::service::{Jobs, ServiceError, Shared};
 use super::study;
 use super::work::Work;
@@ -93,7 +93,7 @@ impl Worker {
     async fn take(&self) -> Result<Option<(Job, Arc<Live>)>, ServiceError> {
         let mut running = self.shared.running.lock().await;
         let Some(mut job) = self.shared.store.next().await? else { return Ok(None) };
-        job.state = State::Running;
+        job.state = JobState::Running;
         job.timings.started = Some(Timestamp::now());
         self.shared.store.update(&job, &[]).await?;
         let live = Arc::new(Live::default());
@@ -132,9 +132,9 @@ impl Worker {
         self.runtime.block_on(async {
             let mut running = self.shared.running.lock().await;
             // Whoever asked for the end was told that it would come, however far the job was.
-            if live.is_abandoned() && job.state != State::Cancelled {
+            if live.is_abandoned() && job.state != JobState::Cancelled {
                 job.error = None;
-                job.end(State::Cancelled);
+                job.end(JobState::Cancelled);
             }
             if let Err(error) = self.shared.store.update(&job, &[]).await {
                 tracing::error!(%error, "the end of the job could not be recorded");
@@ -178,7 +178,7 @@ impl Worker {
         match study::run(&bytes, &folder, &mut reporter)? {
             Some(studied) => {
                 job.work = Work::Accuracy(Box::new(studied));
-                job.end(State::Succeeded);
+                job.end(JobState::Succeeded);
             }
             None => call_off(job, live),
         }
@@ -243,13 +243,13 @@ impl<'a> Reporter<'a> {
     }
 }
 
-impl Watcher for Reporter<'_> {
+impl RunWatcher for Reporter<'_> {
     fn stage(&mut self, stage: Stage) {
         self.job.stage = Some(stage);
         self.record();
     }
 
-    fn prepared(&mut self, prepared: &Prepared) {
+    fn prepared(&mut self, prepared: &PreparedRun) {
         if let Work::Learning(learned) = &mut self.job.work {
             learned.settings.learning = Learning::from(&prepared.setup.parameters);
             learned.settings.accuracy = prepared.setup.accuracy.into();
@@ -291,7 +291,7 @@ impl accuracy::Watcher for Reporter<'_> {
 }
 
 /// Writes what came of a job that learns into its record.
-fn conclude(job: &mut Job, live: &Live, outcome: Outcome) {
+fn conclude(job: &mut Job, live: &Live, outcome: RunOutcome) {
     let cancelled = outcome.ended == Ended::Cancelled;
     job.timings.checking_seconds = Some(outcome.checking_seconds);
     if let Work::Learning(learned) = &mut job.work {
@@ -300,7 +300,7 @@ fn conclude(job: &mut Job, live: &Live, outcome: Outcome) {
     }
     match outcome.unsuccessful {
         _ if cancelled => call_off(job, live),
-        None => job.end(State::Succeeded),
+        None => job.end(JobState::Succeeded),
         Some(reason) => fail(job, reason),
     }
 }
@@ -308,9 +308,9 @@ fn conclude(job: &mut Job, live: &Live, outcome: Outcome) {
 /// Ends a job that was stopped for good; one that was stopped with the service waits for the next start.
 fn call_off(job: &mut Job, live: &Live) {
     if live.is_abandoned() {
-        job.end(State::Cancelled);
+        job.end(JobState::Cancelled);
     } else {
-        job.state = State::Queued;
+        job.state = JobState::Queued;
         job.stage = None;
     }
 }
@@ -325,7 +325,7 @@ fn read_checkpoint(folder: &Path) -> Option<Checkpoint> {
 
 fn fail(job: &mut Job, reason: String) {
     job.error = Some(reason);
-    job.end(State::Failed);
+    job.end(JobState::Failed);
 }
 
 /// What a panic said.

@@ -52,7 +52,7 @@ const GATHER: Duration = Duration::from_secs(1);
 
 /// What a recording is of.
 #[derive(Debug, Clone, Copy)]
-pub struct Subject<'a> {
+pub struct RecordingSubject<'a> {
     /// Unique among recordings: a viewer merges files of the same id.
     pub id: &'a str,
     /// Name of the recording in a viewer.
@@ -119,7 +119,7 @@ impl Recording {
     /// # Errors
     ///
     /// [`RecordingError`] when the file cannot be created or written.
-    pub fn create(path: &Path, subject: Subject<'_>) -> Result<Self, RecordingError> {
+    pub fn create(path: &Path, subject: RecordingSubject<'_>) -> Result<Self, RecordingError> {
         let gather = ChunkBatcherConfig { flush_tick: GATHER, ..ChunkBatcherConfig::DEFAULT };
         let stream = RecordingStreamBuilder::new(APPLICATION)
             .recording_id(subject.id)

@@ -6,7 +6,7 @@ use re_sdk_types::archetypes::{Boxes3D, Capsules3D, Cylinders3D, Ellipsoids3D, M
 use re_sdk_types::components::FillMode;
 use re_sdk_types::datatypes::Quaternion;
 
-use super::{Cast, Subject, paths};
+use super::{Cast, RecordingSubject, paths};
 use gaitwright_physics::character::{Character, Placed, Shape};
 
 /// Colour of the trunk, and of each limb in turn: a limb is what hangs on one joint of the root.
@@ -24,7 +24,7 @@ const LIMBS: [[u8; 4]; 8] = [
 
 impl Cast {
     /// Of a recording's subject.
-    pub(super) fn new(subject: &Subject<'_>) -> Self {
+    pub(super) fn new(subject: &RecordingSubject<'_>) -> Self {
         let character = subject.character;
         let mass: f64 = character
             .links

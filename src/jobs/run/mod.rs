@@ -29,7 +29,7 @@ use gaitwright_physics::stance::Stance;
 
 use observe::Recorder;
 use perform::{Act, Checked};
-pub use publish::Report;
+pub use publish::TrainingReport;
 use publish::{Farewell, publish};
 
 /// Why a run could not be brought to its end.
@@ -101,7 +101,7 @@ pub struct Order {
 
 /// A run about to learn.
 #[derive(Debug, Clone)]
-pub struct Prepared {
+pub struct PreparedRun {
     /// What the learner is given: nothing in it is left open.
     pub setup: Setup,
     /// What a simulated step computes.
@@ -114,7 +114,7 @@ pub struct Prepared {
 
 /// What came of a run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outcome {
+pub struct RunOutcome {
     /// Why the learning stopped.
     pub ended: Ended,
     /// Figures of the motion found; `None` without a motion.
@@ -126,11 +126,11 @@ pub struct Outcome {
 }
 
 /// Watches a run.
-pub trait Watcher {
+pub trait RunWatcher {
     /// A part of the run begins.
     fn stage(&mut self, stage: Stage);
     /// The learning is about to begin.
-    fn prepared(&mut self, prepared: &Prepared);
+    fn prepared(&mut self, prepared: &PreparedRun);
     /// A generation has been evaluated.
     fn generation(&mut self, figures: &Generation);
     /// The run can be resumed from here.
@@ -176,7 +176,7 @@ impl Order {
     }
 
     /// Finds how the character stands, and decides what was left open; `None` when it is called off.
-    fn prepare(&self, threads: usize, cancel: &Cancel) -> Result<Option<Prepared>, RunError> {
+    fn prepare(&self, threads: usize, cancel: &Cancel) -> Result<Option<PreparedRun>, RunError> {
         let start = Instant::now();
         let Settings { scene, task, learning, accuracy, seed } = self.settings.clone();
         let model = Arc::new(Model::new(Arc::new(self.reading.character.clone()), false));
@@ -193,11 +193,11 @@ impl Order {
         let plan = Arc::new(StepPlan::compile(&scene, &accuracy, Some(&stance.gains), &model)?);
         let setup = Setup { model, stance, scene, accuracy, task, parameters, seed, threads };
         let standing_seconds = start.elapsed().as_secs_f64();
-        Ok(Some(Prepared { setup, plan, accuracy_choice, standing_seconds }))
+        Ok(Some(PreparedRun { setup, plan, accuracy_choice, standing_seconds }))
     }
 }
 
-impl Prepared {
+impl PreparedRun {
     /// The targets of a behaviour.
     fn player(&self, behaviour: &Behaviour) -> Player {
         fn view(posture: &Posture) -> (&[f64], &[f64]) {
@@ -280,12 +280,17 @@ pub fn run(
     folder: &Path,
     (cancel, farewell): (&Cancel, Duration),
     checkpoint: Option<Checkpoint>,
-    watcher: &mut dyn Watcher,
-) -> Result<Outcome, RunError> {
+    watcher: &mut dyn RunWatcher,
+) -> Result<RunOutcome, RunError> {
     watcher.stage(Stage::Standing);
     let Some(prepared) = order.prepare(threads, cancel)? else {
         let unsuccessful = Some("called off before the learning began".to_owned());
-        return Ok(Outcome { ended: Ended::Cancelled, metrics: None, unsuccessful, checking_seconds: 0.0 });
+        return Ok(RunOutcome {
+            ended: Ended::Cancelled,
+            metrics: None,
+            unsuccessful,
+            checking_seconds: 0.0,
+        });
     };
     watcher.prepared(&prepared);
 

@@ -5,8 +5,8 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 use super::publish::{RECORDED, describe};
-use super::{Order, Prepared, RunError, Watcher};
-use crate::export::{Recording, Subject};
+use super::{Order, PreparedRun, RunError, RunWatcher};
+use crate::export::{Recording, RecordingSubject};
 use crate::jobs::files::Artefact;
 use crate::jobs::request::Settings;
 use gaitwright_learning::learn::{Behaviour, Cancel, Checkpoint, Generation, Learning, Observer};
@@ -17,9 +17,9 @@ const SHOWN: f64 = 3.0;
 /// Writes what a learner does into the recording, and passes it on.
 pub(super) struct Recorder<'a> {
     recording: Recording,
-    prepared: &'a Prepared,
+    prepared: &'a PreparedRun,
     cancel: &'a Cancel,
-    watcher: &'a mut dyn Watcher,
+    watcher: &'a mut dyn RunWatcher,
     /// The first thing that could not be recorded; the learning is called off then.
     failure: Option<RunError>,
 }
@@ -30,14 +30,14 @@ impl<'a> Recorder<'a> {
     pub(super) fn create(
         folder: &Path,
         order: &Order,
-        prepared: &'a Prepared,
+        prepared: &'a PreparedRun,
         checkpoint: Option<&Checkpoint>,
         cancel: &'a Cancel,
-        watcher: &'a mut dyn Watcher,
+        watcher: &'a mut dyn RunWatcher,
     ) -> Result<Self, RunError> {
         let character = &order.reading.character;
         let id = identity(order, prepared)?;
-        let subject = Subject {
+        let subject = RecordingSubject {
             id: &id,
             title: &character.name,
             character,
@@ -109,7 +109,7 @@ impl Observer for Recorder<'_> {
 
 /// A name for the recording that no other job's has: made of the character and of everything that was decided
 /// about the job, it is the same whenever the same job runs.
-fn identity(order: &Order, prepared: &Prepared) -> Result<String, RunError> {
+fn identity(order: &Order, prepared: &PreparedRun) -> Result<String, RunError> {
     let setup = &prepared.setup;
     let decided = Settings {
         scene: order.settings.scene.clone(),

@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::perform::Checked;
-use super::{Order, Outcome, Prepared, RunError};
+use super::{Order, PreparedRun, RunError, RunOutcome};
 use crate::export::{Curve, Performance, Recording, gait_diagram, motion};
 use crate::jobs::check::{Standing, standing};
 use crate::jobs::files::Artefact;
@@ -30,7 +30,8 @@ pub(super) const RECORDED: f64 = 0.02;
 
 /// Everything about a job and what came of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Report {
+#[schemars(rename = "Report")]
+pub struct TrainingReport {
     /// `gaitwright/report@1`.
     pub format: String,
     /// Version of the program.
@@ -99,12 +100,12 @@ impl<'a> Farewell<'a> {
 /// Checks what was learned, and writes everything that is to be left in `folder`.
 pub(super) fn publish(
     order: &Order,
-    prepared: &Prepared,
+    prepared: &PreparedRun,
     learned: &Learned,
     mut recording: Recording,
     folder: &Path,
     farewell: &Farewell<'_>,
-) -> Result<Outcome, RunError> {
+) -> Result<RunOutcome, RunError> {
     let start = Instant::now();
     Artefact::Curve.publish(folder, Curve::new(&learned.curve).to_csv().as_bytes())?;
     let found = match &learned.best {
@@ -144,10 +145,15 @@ pub(super) fn publish(
     recording.job(&describe(order, prepared, Some(&report)))?;
     recording.finish()?;
     let checking_seconds = start.elapsed().as_secs_f64();
-    Ok(Outcome { ended: learned.ended, metrics, unsuccessful, checking_seconds })
+    Ok(RunOutcome { ended: learned.ended, metrics, unsuccessful, checking_seconds })
 }
 
-fn document(order: &Order, prepared: &Prepared, behaviour: &Behaviour, checked: &Checked) -> Option<Motion> {
+fn document(
+    order: &Order,
+    prepared: &PreparedRun,
+    behaviour: &Behaviour,
+    checked: &Checked,
+) -> Option<Motion> {
     let setup = &prepared.setup;
     let value = |value: Result<serde_json::Value, serde_json::Error>| value.unwrap_or_default();
     let provenance = Provenance {
@@ -175,15 +181,15 @@ fn document(order: &Order, prepared: &Prepared, behaviour: &Behaviour, checked: 
 
 fn report(
     order: &Order,
-    prepared: &Prepared,
+    prepared: &PreparedRun,
     learned: &Learned,
     metrics: Option<Metrics>,
     gait: Option<GaitReport>,
     unsuccessful: Option<String>,
-) -> Report {
+) -> TrainingReport {
     let (character, setup) = (&order.reading.character, &prepared.setup);
     let last = learned.curve.last();
-    Report {
+    TrainingReport {
         format: FORMAT.to_owned(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         character: CharacterName { name: character.name.clone(), digest: character.digest.clone() },
@@ -220,7 +226,7 @@ fn thinned(trace: &Trace) -> Trace {
 }
 
 /// What a job is about, and what came of it once there is a report, as Markdown.
-pub(super) fn describe(order: &Order, prepared: &Prepared, report: Option<&Report>) -> String {
+pub(super) fn describe(order: &Order, prepared: &PreparedRun, report: Option<&TrainingReport>) -> String {
     let (character, setup) = (&order.reading.character, &prepared.setup);
     let mut text = format!("# {}\n\n", character.name);
     if let Some(report) = report {
@@ -240,7 +246,7 @@ pub(super) fn describe(order: &Order, prepared: &Prepared, report: Option<&Repor
     text
 }
 
-fn outcome(report: &Report) -> String {
+fn outcome(report: &TrainingReport) -> String {
     match (&report.metrics, &report.unsuccessful) {
         (Some(metrics), _) => format!(
             "**{:.2} m/s**, upright for {:.1} s, gait {}, after {} generations\n\n",
