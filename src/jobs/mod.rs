@@ -7,6 +7,7 @@ mod check;
 mod files;
 mod job;
 mod live;
+mod order;
 mod request;
 mod run;
 mod service;
@@ -19,11 +20,9 @@ pub use check::{Findings, JointFinding, ShapeFinding, Standing, check};
 pub use files::Artefact;
 pub use job::{CharacterName, Job, JobState, Progress, Stage, Timings};
 pub use live::{Live, Moment};
+pub use order::{Order, read_character};
 pub use request::{CharacterChoice, JobRequest, Settings};
-pub use run::{
-    Order, PreparedRun, ReplayError, RunError, RunOutcome, RunWatcher, TrainingReport, read_character,
-    replay, run,
-};
+pub use run::{PreparedRun, ReplayError, RunError, RunOutcome, RunWatcher, TrainingReport, replay, run};
 pub use service::{Jobs, ServiceError, ServiceOptions};
 pub use store::{Store, StoreError};
 pub use study::StudyRequest;

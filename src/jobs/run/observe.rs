@@ -4,10 +4,13 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
+use super::error::RunError;
+use super::prepared::PreparedRun;
 use super::publish::{RECORDED, describe};
-use super::{Order, PreparedRun, RunError, RunWatcher};
+use super::watcher::RunWatcher;
 use crate::export::{Recording, RecordingSubject};
 use crate::jobs::files::Artefact;
+use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
 use gaitwright_learning::learn::{Behaviour, Cancel, Checkpoint, Generation, Learning, Observer};
 

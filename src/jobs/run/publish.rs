@@ -8,12 +8,14 @@ use std::time::{Duration, Instant};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::error::RunError;
 use super::perform::Checked;
-use super::{Order, PreparedRun, RunError, RunOutcome};
+use super::prepared::PreparedRun;
 use crate::export::{Curve, Performance, Recording, gait_diagram, motion};
 use crate::jobs::check::{Standing, standing};
 use crate::jobs::files::Artefact;
 use crate::jobs::job::CharacterName;
+use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
 use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::learn::{Behaviour, Cancel, Ended, Learned, Learning};
@@ -70,6 +72,19 @@ pub struct TrainingReport {
     pub gait: Option<GaitReport>,
     /// Why there is no motion.
     pub unsuccessful: Option<String>,
+}
+
+/// What came of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunOutcome {
+    /// Why the learning stopped.
+    pub ended: Ended,
+    /// Figures of the motion found; `None` without a motion.
+    pub metrics: Option<Metrics>,
+    /// Why there is no motion.
+    pub unsuccessful: Option<String>,
+    /// s of the wall clock spent checking and writing.
+    pub checking_seconds: f64,
 }
 
 /// The end of a run that is called off: what it found is still checked, but not for ever.
