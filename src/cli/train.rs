@@ -62,10 +62,7 @@ impl TrainCommand {
                 error => CommandError::from(error),
             })?;
         list(out)?;
-        match outcome.unsuccessful {
-            None => Ok(()),
-            Some(reason) => Err(CommandError::Work(anyhow::Error::msg(reason))),
-        }
+        outcome.motion.map(drop).map_err(|reason| CommandError::Work(reason.into()))
     }
 
     /// What is wanted, and where it was asked for.

@@ -145,7 +145,9 @@ impl From<ServiceError> for ProblemDetails {
     fn from(error: ServiceError) -> Self {
         match error {
             ServiceError::Input(error) => error.into(),
-            ServiceError::Unknown(_) => Self::not_found(error.to_string()),
+            ServiceError::UnknownJob(_) | ServiceError::UnknownCharacter(_) => {
+                Self::not_found(error.to_string())
+            }
             ServiceError::Full(_) | ServiceError::Busy => Self::busy(error.to_string()),
             ServiceError::GivenUp => Self::new(StatusCode::REQUEST_TIMEOUT, error.to_string()),
             ServiceError::ShuttingDown => {

@@ -22,7 +22,9 @@ pub use job::{CharacterName, Job, JobState, Progress, Stage, Timings};
 pub use live::{Live, Moment};
 pub use order::{Order, read_character};
 pub use request::{CharacterChoice, JobRequest, Settings};
-pub use run::{PreparedRun, ReplayError, RunError, RunOutcome, RunWatcher, TrainingReport, replay, run};
+pub use run::{
+    NoMotion, PreparedRun, ReplayError, RunError, RunOutcome, RunWatcher, TrainingReport, replay, run,
+};
 pub use service::{Jobs, ServiceError, ServiceOptions};
 pub use store::{Store, StoreError};
 pub use study::StudyRequest;

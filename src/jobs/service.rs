@@ -33,9 +33,12 @@ pub enum ServiceError {
     /// The input cannot be used.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// There is no such thing.
-    #[error("there is no {0}")]
-    Unknown(String),
+    /// There is no job of this id.
+    #[error("there is no job {0}")]
+    UnknownJob(Uuid),
+    /// There is no character of this id.
+    #[error("there is no character {0}")]
+    UnknownCharacter(Uuid),
     /// As many jobs wait as may wait.
     #[error("{0} jobs are waiting already")]
     Full(u64),
@@ -256,9 +259,9 @@ impl Jobs {
     ///
     /// # Errors
     ///
-    /// [`ServiceError::Unknown`].
+    /// [`ServiceError::UnknownJob`].
     pub async fn job(&self, id: Uuid) -> Result<Job, ServiceError> {
-        self.shared.store.job(id).await?.ok_or_else(|| ServiceError::Unknown(format!("job {id}")))
+        self.shared.store.job(id).await?.ok_or_else(|| ServiceError::UnknownJob(id))
     }
 
     /// At most `limit` jobs, the newest first: those older than `after`, in the given state.
@@ -290,7 +293,7 @@ impl Jobs {
     ///
     /// # Errors
     ///
-    /// [`ServiceError::Unknown`].
+    /// [`ServiceError::UnknownJob`].
     pub async fn remove(&self, id: Uuid) -> Result<Option<Job>, ServiceError> {
         let running = self.shared.running.lock().await;
         let mut job = self.job(id).await?;
@@ -368,9 +371,9 @@ impl Jobs {
     ///
     /// # Errors
     ///
-    /// [`ServiceError::Unknown`].
+    /// [`ServiceError::UnknownCharacter`].
     pub async fn findings(&self, id: Uuid) -> Result<Findings, ServiceError> {
-        self.shared.store.findings(id).await?.ok_or_else(|| ServiceError::Unknown(format!("character {id}")))
+        self.shared.store.findings(id).await?.ok_or_else(|| ServiceError::UnknownCharacter(id))
     }
 
     /// Runs a short computation off the asynchronous threads, as many at once as there are cores. It can

@@ -297,12 +297,12 @@ fn conclude(job: &mut Job, live: &Live, outcome: RunOutcome) {
     job.timings.checking_seconds = Some(outcome.checking_seconds);
     if let Work::Learning(learned) = &mut job.work {
         learned.ended_by = (!cancelled || live.is_abandoned()).then_some(outcome.ended);
-        learned.metrics = outcome.metrics;
+        learned.metrics = outcome.motion.as_ref().ok().cloned();
     }
-    match outcome.unsuccessful {
+    match outcome.motion {
         _ if cancelled => call_off(job, live),
-        None => job.end(JobState::Succeeded),
-        Some(reason) => fail(job, reason),
+        Ok(_) => job.end(JobState::Succeeded),
+        Err(reason) => fail(job, reason.to_string()),
     }
 }
 

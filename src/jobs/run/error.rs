@@ -27,7 +27,7 @@ pub enum RunError {
     Diagram(#[from] DiagramError),
     /// The learner's threads could not be started.
     #[error("the learner could not be started: {0}")]
-    Threads(String),
+    Threads(LearnError),
     /// The store failed.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -46,7 +46,7 @@ impl From<LearnError> for RunError {
     fn from(error: LearnError) -> Self {
         match error {
             LearnError::Input(error) => Self::Input(error),
-            LearnError::Threads(error) => Self::Threads(error.to_string()),
+            error @ LearnError::Threads(_) => Self::Threads(error),
         }
     }
 }

@@ -27,7 +27,7 @@ use observe::Recorder;
 use perform::{Act, Checked};
 pub use prepared::PreparedRun;
 use publish::{Farewell, publish};
-pub use publish::{RunOutcome, TrainingReport};
+pub use publish::{NoMotion, RunOutcome, TrainingReport};
 pub use watcher::RunWatcher;
 
 /// Plays a motion document with its character for a long stretch, and tells its gait. Of a character that falls
@@ -78,13 +78,8 @@ pub fn run(
 ) -> Result<RunOutcome, RunError> {
     watcher.stage(Stage::Standing);
     let Some(prepared) = PreparedRun::new(order, threads, cancel)? else {
-        let unsuccessful = Some("called off before the learning began".to_owned());
-        return Ok(RunOutcome {
-            ended: Ended::Cancelled,
-            metrics: None,
-            unsuccessful,
-            checking_seconds: 0.0,
-        });
+        let motion = Err(NoMotion::NotBegun);
+        return Ok(RunOutcome { ended: Ended::Cancelled, motion, checking_seconds: 0.0 });
     };
     watcher.prepared(&prepared);
 

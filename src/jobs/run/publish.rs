@@ -79,12 +79,28 @@ pub struct TrainingReport {
 pub struct RunOutcome {
     /// Why the learning stopped.
     pub ended: Ended,
-    /// Figures of the motion found; `None` without a motion.
-    pub metrics: Option<Metrics>,
-    /// Why there is no motion.
-    pub unsuccessful: Option<String>,
+    /// Figures of the motion found, or why there is none.
+    pub motion: Result<Metrics, NoMotion>,
     /// s of the wall clock spent checking and writing.
     pub checking_seconds: f64,
+}
+
+/// Why a run that came to its end has no motion to show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NoMotion {
+    /// It was cancelled while the standing pose or an accuracy was looked for.
+    #[error("called off before the learning began")]
+    NotBegun,
+    /// No behaviour passed the learner's acceptance test.
+    #[error("nothing was learned that keeps the character upright; more time or generations may help")]
+    NothingLearned,
+    /// It was cancelled, and the check took longer than it may then take.
+    #[error("called off before it was checked what was learned")]
+    NotChecked,
+    /// The character fell in the check.
+    #[error("the character fell before it had gone round its loop once")]
+    Fell,
 }
 
 /// The end of a run that is called off: what it found is still checked, but not for ever.
@@ -124,24 +140,20 @@ pub(super) fn publish(
     let start = Instant::now();
     Artefact::Curve.publish(folder, Curve::new(&learned.curve).to_csv().as_bytes())?;
     let found = match &learned.best {
-        None => {
-            Err("nothing was learned that keeps the character upright; more time or generations may help")
-        }
+        None => Err(NoMotion::NothingLearned),
         Some(behaviour) => {
             let player = prepared.player(behaviour);
             let act = prepared.act(&player);
             let mut checked = act.check(&|| farewell.is_over())?;
             if farewell.is_over() {
-                Err("called off before it was checked what was learned")
+                Err(NoMotion::NotChecked)
             } else {
                 if !farewell.has_begun() {
                     checked.validity.trials = act.trials(&|| farewell.has_begun())?;
                 }
                 recording.motion(behaviour.generation, &thinned(&checked.trace))?;
                 let motion = document(order, prepared, behaviour, &checked);
-                motion
-                    .map(|motion| (motion, checked.gait))
-                    .ok_or("the character fell before it had gone round its loop once")
+                motion.map(|motion| (motion, checked.gait)).ok_or(NoMotion::Fell)
             }
         }
     };
@@ -150,17 +162,16 @@ pub(super) fn publish(
         Artefact::Gait.publish(folder, &json(gait)?)?;
         Artefact::Diagram.publish(folder, gait_diagram(gait)?.as_bytes())?;
     }
-    let (found, unsuccessful) = match found {
-        Ok(found) => (Some(found), None),
-        Err(reason) => (None, Some(reason.to_owned())),
+    let (motion, gait) = match found {
+        Ok((motion, gait)) => (Ok(motion.metrics), Some(gait)),
+        Err(reason) => (Err(reason), None),
     };
-    let (metrics, gait) = found.map(|(motion, gait)| (motion.metrics, gait)).unzip();
-    let report = report(order, prepared, learned, metrics.clone(), gait, unsuccessful.clone());
+    let report = report(order, prepared, learned, &motion, gait);
     Artefact::Report.publish(folder, &json(&report)?)?;
     recording.job(&describe(order, prepared, Some(&report)))?;
     recording.finish()?;
     let checking_seconds = start.elapsed().as_secs_f64();
-    Ok(RunOutcome { ended: learned.ended, metrics, unsuccessful, checking_seconds })
+    Ok(RunOutcome { ended: learned.ended, motion, checking_seconds })
 }
 
 fn document(
@@ -198,9 +209,8 @@ fn report(
     order: &Order,
     prepared: &PreparedRun,
     learned: &Learned,
-    metrics: Option<Metrics>,
+    motion: &Result<Metrics, NoMotion>,
     gait: Option<GaitReport>,
-    unsuccessful: Option<String>,
 ) -> TrainingReport {
     let (character, setup) = (&order.reading.character, &prepared.setup);
     let last = learned.curve.last();
@@ -224,9 +234,9 @@ fn report(
         simulated_seconds: last.map_or(0.0, |figures| figures.simulated_seconds),
         saved_seconds: last.map_or(0.0, |figures| figures.saved_seconds),
         cache_hit_rate: last.map_or(0.0, |figures| figures.cache_hit_rate),
-        metrics,
+        metrics: motion.as_ref().ok().cloned(),
         gait,
-        unsuccessful,
+        unsuccessful: motion.as_ref().err().map(NoMotion::to_string),
     }
 }
 
