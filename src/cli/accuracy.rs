@@ -15,12 +15,12 @@ use serde::Serialize;
 
 use super::failure::CommandError;
 use super::input::{name, print, read};
-use super::simulate::Beside;
+use super::simulate::FilesBeside;
 
 /// Tolerances that are recommended for unless others are asked for, in the unit of the error.
 const TOLERANCES: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
 
-/// Tells what accuracy costs in computing time for a scenario, as table.csv, table.json and front.svg, and
+/// Measures what accuracy costs in computing time for a scenario, as table.csv, table.json and front.svg, and
 /// prints the cheapest setting for a tolerance.
 #[derive(Debug, clap::Args)]
 #[command(group(clap::ArgGroup::new("subject").required(true).args(["scenario", "scene", "hard_cases", "list"])))]
@@ -100,7 +100,7 @@ fn list() -> Result<(), CommandError> {
 fn of_scenario(path: &Path) -> Result<Table, CommandError> {
     let faulty = |error| CommandError::input(name(path))(error);
     let scenario = Scenario::parse(&read(path)?).map_err(faulty)?;
-    let setup = scenario.set_up(&Beside(path)).map_err(faulty)?;
+    let setup = scenario.set_up(&FilesBeside(path)).map_err(faulty)?;
     let file = path.file_name().map_or_else(|| name(path), |file| file.to_string_lossy().into_owned());
     let studied = study(&file, &setup, &Pieces::default(), &Sweep::default(), &mut Progress::new());
     table(studied, &name(path))
@@ -156,7 +156,8 @@ fn tolerance(text: &str) -> Result<f64, String> {
 /// Progress on standard error: a bar on a terminal, a line for each method otherwise.
 struct Progress {
     bar: Option<ProgressBar>,
-    told: String,
+    /// What was printed last.
+    printed: String,
 }
 
 impl Progress {
@@ -166,7 +167,7 @@ impl Progress {
             let style = ProgressStyle::with_template("{bar:40} {pos}/{len}  {elapsed}  {msg}");
             style.map_or(bar.clone(), |style| bar.with_style(style))
         });
-        Self { bar, told: String::new() }
+        Self { bar, printed: String::new() }
     }
 }
 
@@ -176,9 +177,9 @@ impl Watcher for Progress {
             bar.set_length(all as u64);
             bar.set_position(done as u64);
             bar.set_message(what.to_owned());
-        } else if self.told != what {
+        } else if self.printed != what {
             eprintln!("{done}/{all} {what}");
-            what.clone_into(&mut self.told);
+            what.clone_into(&mut self.printed);
         }
     }
 

@@ -8,7 +8,7 @@ use gaitwright_physics::scene::Scene;
 use super::failure::CommandError;
 use super::input::{print, read_character};
 
-/// Tells name, mass, links, movable joints with limits, shapes, the standing pose found, and
+/// Reports name, mass, links, movable joints with limits, shapes, the standing pose found, and
 /// everything repaired, approximated or ignored.
 #[derive(Debug, clap::Args)]
 pub struct CheckCommand {

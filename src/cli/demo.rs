@@ -20,7 +20,7 @@ use super::serve::{Service, interrupted};
 /// The character of the demonstration.
 const QUADRUPED: &str = include_str!("../../examples/quadruped.urdf");
 
-/// Starts the service, posts the bundled quadruped to it, shows how it learns to walk, leaves the
+/// Starts the service, posts the bundled quadruped to it, shows the progress of its training, leaves the
 /// recording and the motion in a folder, and goes on serving until it is interrupted.
 #[derive(Debug, clap::Args)]
 pub struct DemoCommand {
@@ -66,8 +66,8 @@ impl DemoCommand {
         done.map_err(CommandError::from)
     }
 
-    /// Whether the budget is one that a job may have: JSON has no words for some of the numbers that a
-    /// command line can name.
+    /// Whether the budget is one that a job may have: JSON cannot write some of the numbers
+    /// that a command line can name.
     fn check(&self) -> Result<(), InputError> {
         let learning =
             Learning { seconds: self.seconds, generations: self.generations, ..Learning::default() };
@@ -75,7 +75,7 @@ impl DemoCommand {
         if faults.is_empty() { Ok(()) } else { Err(InputError::Impossible(faults).under("/learning")) }
     }
 
-    /// Posts the job, watches it, and brings home what came of it.
+    /// Posts the job, follows its events, and downloads its recording and motion.
     async fn show(&self, base: &str) -> anyhow::Result<()> {
         let client = Client::new();
         let request = json!({

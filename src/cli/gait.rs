@@ -12,8 +12,8 @@ use serde::Serialize;
 use super::failure::CommandError;
 use super::input::{name, print, read, read_character};
 
-/// Plays a motion with its character in one continuous simulation and tells its gait. Without the
-/// character, what the document itself says of its gait is told.
+/// Plays a motion with its character in one continuous simulation and reports its gait. Without the
+/// character, reports what the document itself states about its gait.
 #[derive(Debug, clap::Args)]
 pub struct GaitCommand {
     /// Motion document; `-` is standard input
@@ -28,7 +28,7 @@ pub struct GaitCommand {
 
 /// What is printed of a motion without its character.
 #[derive(Serialize)]
-struct Told<'a> {
+struct StatedMetrics<'a> {
     format: &'static str,
     #[serde(flatten)]
     metrics: &'a Metrics,
@@ -38,7 +38,7 @@ impl GaitCommand {
     pub fn run(self) -> Result<(), CommandError> {
         let motion = Motion::parse(&read(&self.motion)?).map_err(CommandError::input(name(&self.motion)))?;
         let Some(path) = &self.character else {
-            return print(&Told { format: "gaitwright/metrics@1", metrics: &motion.metrics });
+            return print(&StatedMetrics { format: "gaitwright/metrics@1", metrics: &motion.metrics });
         };
         let reading = read_character(path, false)?;
         if reading.character.digest != motion.character.digest {

@@ -52,7 +52,7 @@ pub fn name(path: &Path) -> String {
 /// Prints a document to standard output.
 pub fn print<T: Serialize>(document: &T) -> Result<(), CommandError> {
     let mut out = std::io::stdout().lock();
-    // Through `io::Error`, so that a reader who left is told from a document that cannot be written.
+    // Through `io::Error`, so that a closed pipe can be told apart from a document that cannot be written.
     serde_json::to_writer_pretty(&mut out, document).map_err(std::io::Error::from)?;
     out.write_all(b"\n")?;
     out.flush()?;

@@ -16,7 +16,7 @@ use tokio_util::sync::CancellationToken;
 use super::failure::CommandError;
 
 /// How long the workers may take to put their jobs back into the queue at the end.
-const FAREWELL: Duration = Duration::from_secs(5);
+const STOP_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Runs the service until it is interrupted.
 #[derive(Debug, clap::Args)]
@@ -91,7 +91,7 @@ impl Service {
     pub async fn stop(self) -> anyhow::Result<()> {
         self.jobs.shutdown().cancel();
         self.server.await??;
-        let until = Instant::now() + FAREWELL;
+        let until = Instant::now() + STOP_TIMEOUT;
         while self.workers.iter().any(|worker| !worker.is_finished()) && Instant::now() < until {
             tokio::time::sleep(Duration::from_millis(20)).await;
         }

@@ -52,7 +52,7 @@ impl SimulateCommand {
                 return Err(CommandError::input(name)(InputError::impossible("/accuracy", reason)));
             }
         }
-        let prepared = prepare(&scenario, &Beside(&path)).map_err(CommandError::study(name.clone()))?;
+        let prepared = prepare(&scenario, &FilesBeside(&path)).map_err(CommandError::study(name.clone()))?;
         let mut out = BufWriter::new(io::stdout().lock());
         let mut written = Ok(());
         let ended = prepared.run(|line| {
@@ -95,9 +95,9 @@ fn write(out: &mut impl Write, line: &Line) -> io::Result<()> {
 
 /// Files named in a scenario: relative to the scenario's own file, or to the working directory when it
 /// comes from standard input.
-pub(super) struct Beside<'a>(pub(super) &'a Path);
+pub(super) struct FilesBeside<'a>(pub(super) &'a Path);
 
-impl Beside<'_> {
+impl FilesBeside<'_> {
     fn path(&self, path: &str) -> PathBuf {
         match self.0.parent() {
             Some(folder) if self.0.as_os_str() != "-" => folder.join(path),
@@ -106,7 +106,7 @@ impl Beside<'_> {
     }
 }
 
-impl Files for Beside<'_> {
+impl Files for FilesBeside<'_> {
     fn character(&self, path: &str) -> Result<Reading, InputError> {
         let path = self.path(path);
         std::fs::metadata(&path).map_err(unreadable(&path))?;

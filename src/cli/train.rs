@@ -119,7 +119,8 @@ struct Progress {
     bar: Option<ProgressBar>,
     /// Known once the learning begins.
     budget: Option<Budget>,
-    told: Option<Instant>,
+    /// When the last plain line was printed.
+    printed: Option<Instant>,
 }
 
 impl Progress {
@@ -129,10 +130,10 @@ impl Progress {
             let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed}  {msg}");
             style.map_or(bar.clone(), |style| bar.with_style(style))
         });
-        Self { bar, budget: None, told: None }
+        Self { bar, budget: None, printed: None }
     }
 
-    fn tell(&self, line: String) {
+    fn show(&self, line: String) {
         match &self.bar {
             Some(bar) => bar.set_message(line),
             None => eprintln!("{line}"),
@@ -142,7 +143,7 @@ impl Progress {
 
 impl RunWatcher for Progress {
     fn stage(&mut self, stage: Stage) {
-        self.tell(match stage {
+        self.show(match stage {
             Stage::Standing => "finding how the character stands".to_owned(),
             Stage::Learning => "learning".to_owned(),
             Stage::Studying => "trying settings of the simulation".to_owned(),
@@ -158,11 +159,11 @@ impl RunWatcher for Progress {
         if let Some(bar) = &self.bar {
             let share = |budget: Budget| budget.fraction(figures.generation + 1, figures.elapsed);
             bar.set_position((1000.0 * self.budget.map_or(0.0, share)) as u64);
-        } else if self.told.is_some_and(|told| told.elapsed() < LINE_EVERY) {
+        } else if self.printed.is_some_and(|printed| printed.elapsed() < LINE_EVERY) {
             return;
         }
-        self.told = Some(Instant::now());
-        self.tell(format!(
+        self.printed = Some(Instant::now());
+        self.show(format!(
             "generation {}: best {:.3} m/s, mean {:.3}, cache hits {:.0} %, {:.0} s",
             figures.generation,
             figures.best,

@@ -28,7 +28,7 @@ pub(super) struct CharacterBody {
     findings: Findings,
 }
 
-/// Keeps a character and tells what was understood of it.
+/// Keeps a character and reports what was understood of it.
 #[utoipa::path(
     post, path = "/v1/characters", operation_id = "add_character", tag = "characters",
     request_body(description = "A character document, a URDF, a zip of a URDF with its meshes, or a form with \

@@ -180,7 +180,7 @@ pub(super) async fn list(
         let detail = format!("limit: must lie between 1 and {LONGEST_PAGE}");
         return Err(ProblemDetails::new(StatusCode::BAD_REQUEST, detail));
     }
-    // One more than asked for tells whether there is a next page.
+    // One more than asked for shows whether there is a next page.
     let mut jobs = app.jobs.list(selection.state, selection.after, limit + 1).await?;
     let more = jobs.len() > limit as usize;
     jobs.truncate(limit as usize);

@@ -46,7 +46,7 @@ const MAX_BODY: usize = 32 << 20;
 const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// How long open connections may take to end once the service shuts down.
-const FAREWELL: Duration = Duration::from_secs(3);
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Serves `jobs` on `listener` until they shut down; then waits for open connections, but not for
 /// long.
@@ -66,7 +66,7 @@ pub async fn serve(listener: TcpListener, jobs: Jobs) -> io::Result<()> {
     let serving = axum::serve(listener, router).with_graceful_shutdown(shutdown.clone().cancelled_owned());
     tokio::select! {
         served = serving => served,
-        () = async { shutdown.cancelled().await; tokio::time::sleep(FAREWELL).await } => Ok(()),
+        () = async { shutdown.cancelled().await; tokio::time::sleep(CLOSE_TIMEOUT).await } => Ok(()),
     }
 }
 
@@ -103,15 +103,15 @@ fn layered(routes: Router<App>) -> Router<App> {
         .layer(CsrfLayer::new())
         .layer(CatchPanicLayer::custom(problem::of_panic))
         .layer(from_fn(status::count))
-        .layer(from_fn(problem::everywhere))
-        .layer(map_response(harden))
+        .layer(from_fn(problem::describe_errors))
+        .layer(map_response(add_security_headers))
         .layer(PropagateRequestIdLayer::x_request_id())
         .layer(TraceLayer::new_for_http().make_span_with(span))
         .layer(SetRequestIdLayer::x_request_id(MakeRequestUuid))
 }
 
 /// Headers of every answer: no guessing of types, and no caching unless the handler allows it.
-async fn harden(mut response: Response) -> Response {
+async fn add_security_headers(mut response: Response) -> Response {
     let headers = response.headers_mut();
     headers.insert(X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     headers.entry(CACHE_CONTROL).or_insert(HeaderValue::from_static("no-store"));

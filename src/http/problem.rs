@@ -18,18 +18,18 @@ use gaitwright_physics::fault::{Fault, InputError};
 /// The media type of problem documents.
 pub(super) const PROBLEM_JSON: &str = "application/problem+json";
 
-/// When a client may try again that met a full queue, s.
-const QUEUE_PAUSE: u32 = 10;
+/// Retry-After of an answer from a full queue, s.
+const FULL_QUEUE_RETRY: u32 = 10;
 
-/// When a client may try again that met a service about to end, s.
-const RESTART_PAUSE: u32 = 5;
+/// Retry-After of an answer from a service that shuts down, s.
+const SHUTDOWN_RETRY: u32 = 5;
 
 /// A problem document.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 #[schemars(rename = "Problem")]
 pub struct ProblemDetails {
     /// Kind of the problem: `urn:gaitwright:input` for a faulty input, `about:blank` when the status
-    /// says it all.
+    /// is all there is to it.
     #[serde(rename = "type")]
     kind: &'static str,
     /// The kind in words.
@@ -60,7 +60,7 @@ struct FaultBody {
 }
 
 impl ProblemDetails {
-    /// A problem of which the status says everything but the detail.
+    /// A problem whose kind is its status.
     pub(super) fn new(status: StatusCode, detail: impl Into<String>) -> Self {
         Self {
             kind: "about:blank",
@@ -88,12 +88,12 @@ impl ProblemDetails {
         Self::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, detail)
     }
 
-    /// As much is going on as may go on at once.
+    /// The limit on simultaneous work is reached.
     pub(super) fn busy(detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::TOO_MANY_REQUESTS, detail).retry_after(QUEUE_PAUSE)
+        Self::new(StatusCode::TOO_MANY_REQUESTS, detail).retry_after(FULL_QUEUE_RETRY)
     }
 
-    /// Something went wrong that is not the client's doing. What, goes to the log alone.
+    /// A failure of the service itself; what failed goes to the log and not to the client.
     fn internal(error: &dyn std::fmt::Display) -> Self {
         tracing::error!(%error, "a request could not be answered");
         Self::new(StatusCode::INTERNAL_SERVER_ERROR, "the request could not be answered; the log says why")
@@ -151,7 +151,7 @@ impl From<ServiceError> for ProblemDetails {
             ServiceError::Full(_) | ServiceError::Busy => Self::busy(error.to_string()),
             ServiceError::GivenUp => Self::new(StatusCode::REQUEST_TIMEOUT, error.to_string()),
             ServiceError::ShuttingDown => {
-                Self::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string()).retry_after(RESTART_PAUSE)
+                Self::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string()).retry_after(SHUTDOWN_RETRY)
             }
             ServiceError::Store(_) | ServiceError::File(_) | ServiceError::Broken(_) => {
                 Self::internal(&error)
@@ -193,7 +193,7 @@ impl From<MultipartError> for ProblemDetails {
 
 /// Turns errors that are no problem documents yet (unknown routes and methods, requests that took too
 /// long, ranges that cannot be served) into such.
-pub(super) async fn everywhere(request: Request, next: Next) -> Response {
+pub(super) async fn describe_errors(request: Request, next: Next) -> Response {
     let place = format!("{} {}", request.method(), request.uri().path());
     let response = next.run(request).await;
     let status = response.status();

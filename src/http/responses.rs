@@ -1,5 +1,5 @@
-//! What the description of the interface says more than once, each written here once: the problems that a call
-//! may be answered with, and the parameter that names a job.
+//! What many calls share in the description of the interface: the problems that they may be answered with, and the
+//! parameter that names a job.
 
 use std::collections::BTreeMap;
 

@@ -28,7 +28,7 @@ use crate::export::Curve;
 use crate::jobs::{Artefact, Job, JobState, Live};
 
 /// How often a growing recording is looked at for more.
-const LOOK_EVERY: Duration = Duration::from_millis(200);
+const POLL_EVERY: Duration = Duration::from_millis(200);
 
 /// Bytes of a growing recording sent at once.
 const CHUNK: usize = 64 << 10;
@@ -204,12 +204,12 @@ fn not_ready(job: &Job, what: &str) -> ProblemDetails {
 /// Answers with a file that grows until its job is over.
 fn growing(request: &Request, path: PathBuf, live: Arc<Live>, shutdown: CancellationToken) -> Response {
     let body = if request.method() == Method::HEAD {
-        // An empty body would say that there is nothing; how much there will be is not known.
+        // A body of length 0 would be wrong: the length of what there will be is not known.
         Body::from_stream(tokio_stream::empty::<std::io::Result<Bytes>>())
     } else {
         let (sender, receiver) = mpsc::channel(4);
         tokio::spawn(async move {
-            // The status has been sent; an end before the job's is all that can still be told.
+            // The status has been sent: breaking the stream off is all that can still be done.
             if let Err(error) = follow(path, live, shutdown, &sender).await {
                 let _ = sender.send(Err(error)).await;
             }
@@ -255,7 +255,7 @@ async fn follow(
             return Ok(());
         }
         tokio::select! {
-            () = tokio::time::sleep(LOOK_EVERY) => {}
+            () = tokio::time::sleep(POLL_EVERY) => {}
             () = sender.closed() => return Ok(()),
             () = shutdown.cancelled() => return Ok(()),
         }

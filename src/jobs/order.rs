@@ -8,7 +8,7 @@ use super::request::Settings;
 use gaitwright_physics::character::{self, JointKind, Link, Options, Reading, Source};
 use gaitwright_physics::fault::{Fault, InputError};
 
-/// A job that is known to be possible as far as this can be told without simulating.
+/// A job that is known to be possible as far as can be known without simulating.
 #[derive(Debug, Clone)]
 pub struct Order {
     /// The character, and what was repaired in it.
@@ -18,7 +18,7 @@ pub struct Order {
 }
 
 impl Order {
-    /// Reads a character and looks at what is wanted of it. Without a `source` its form is told from
+    /// Reads a character and checks what is wanted of it. Without a `source` its form is detected from
     /// the bytes. Faults of a character document are named from `place` on.
     ///
     /// # Errors
@@ -41,7 +41,7 @@ impl Order {
         }
     }
 
-    /// Looks at what is wanted of a character.
+    /// Checks what is wanted of a character.
     ///
     /// # Errors
     ///
@@ -56,7 +56,7 @@ impl Order {
     }
 }
 
-/// Reads a character; without a `source` its form is told from the bytes.
+/// Reads a character; without a `source` its form is detected from the bytes.
 ///
 /// # Errors
 ///

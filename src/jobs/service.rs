@@ -25,7 +25,7 @@ use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::Scene;
 
 /// How long a short computation may wait for its turn.
-const PATIENCE: Duration = Duration::from_secs(5);
+const TURN_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Why a question could not be answered.
 #[derive(Debug, thiserror::Error)]
@@ -165,7 +165,7 @@ impl Jobs {
     ///
     /// When not, and why.
     pub async fn ready(&self) -> Result<(), ServiceError> {
-        self.open_for_business()?;
+        self.check_not_shutting_down()?;
         Ok(self.shared.store.ping().await?)
     }
 
@@ -205,7 +205,7 @@ impl Jobs {
         place: &'static str,
         settings: Settings,
     ) -> Result<Job, ServiceError> {
-        self.open_for_business()?;
+        self.check_not_shutting_down()?;
         let bytes = Arc::new(bytes);
         let name = {
             let (bytes, settings) = (Arc::clone(&bytes), settings.clone());
@@ -226,7 +226,7 @@ impl Jobs {
     /// [`ServiceError::Input`] with every fault of the request; [`ServiceError::Full`];
     /// [`ServiceError::ShuttingDown`].
     pub async fn submit_study(&self, bytes: Vec<u8>) -> Result<Job, ServiceError> {
-        self.open_for_business()?;
+        self.check_not_shutting_down()?;
         let bytes = Arc::new(bytes);
         let (name, request) = {
             let bytes = Arc::clone(&bytes);
@@ -352,7 +352,7 @@ impl Jobs {
         bytes: Vec<u8>,
         source: Option<Source>,
     ) -> Result<(Uuid, Findings), ServiceError> {
-        self.open_for_business()?;
+        self.check_not_shutting_down()?;
         let bytes = Arc::new(bytes);
         let findings = {
             let bytes = Arc::clone(&bytes);
@@ -388,7 +388,7 @@ impl Jobs {
         computation: impl FnOnce(&dyn Fn() -> bool) -> Result<T, ServiceError> + Send + 'static,
     ) -> Result<T, ServiceError> {
         let turn = Arc::clone(&self.shared.computations).acquire_owned();
-        let permit = tokio::time::timeout(PATIENCE, turn)
+        let permit = tokio::time::timeout(TURN_TIMEOUT, turn)
             .await
             .map_err(|_| ServiceError::Busy)?
             .map_err(|_| ServiceError::ShuttingDown)?;
@@ -406,7 +406,7 @@ impl Jobs {
         files::folder(&self.shared.data, id)
     }
 
-    fn open_for_business(&self) -> Result<(), ServiceError> {
+    fn check_not_shutting_down(&self) -> Result<(), ServiceError> {
         if self.shared.shutdown.is_cancelled() { Err(ServiceError::ShuttingDown) } else { Ok(()) }
     }
 }

@@ -33,7 +33,7 @@ const RECORD_EVERY: Duration = Duration::from_millis(500);
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(2);
 
 /// How long a run that was called off may go on checking what it found.
-const FAREWELL: Duration = Duration::from_millis(400);
+const CANCELLED_CHECK: Duration = Duration::from_millis(400);
 
 /// How long a worker waits after the store failed before it asks again.
 const STORE_PAUSE: Duration = Duration::from_secs(1);
@@ -132,7 +132,7 @@ impl Worker {
         }
         self.runtime.block_on(async {
             let mut running = self.shared.running.lock().await;
-            // Whoever asked for the end was told that it would come, however far the job was.
+            // The request to cancel was accepted, and holds however far the job was.
             if live.is_abandoned() && job.state != JobState::Cancelled {
                 job.error = None;
                 job.end(JobState::Cancelled);
@@ -164,7 +164,8 @@ impl Worker {
         let order = Order::read(&bytes, None, "", settings)?;
         let cancel = live.cancel().clone();
         let mut reporter = Reporter::new(self, job, live, folder.clone());
-        let outcome = run(&order, self.threads, &folder, (&cancel, FAREWELL), checkpoint, &mut reporter);
+        let outcome =
+            run(&order, self.threads, &folder, (&cancel, CANCELLED_CHECK), checkpoint, &mut reporter);
         reporter.flush();
         conclude(job, live, outcome?);
         Ok(())
@@ -329,7 +330,7 @@ fn fail(job: &mut Job, reason: String) {
     job.end(JobState::Failed);
 }
 
-/// What a panic said.
+/// The message of a panic.
 fn message(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no reason given")

@@ -1,6 +1,6 @@
 //! The layout a viewer opens the recording with.
 //!
-//! The SDK's own layout types cannot say where a view's eye stands or what it follows, so the
+//! The SDK's own layout types have no place for a view's eye and what it follows, so the
 //! layout's entities are written here as a viewer reads them: `container/<id>`, `view/<id>`,
 //! `view/<id>/<property>`, `viewport` and the panels.
 

@@ -50,13 +50,13 @@ const GATHER: Duration = Duration::from_secs(1);
 
 /// A recording in the making.
 ///
-/// Dropping it ends the file as [`Recording::finish`] does, but tells no errors.
+/// Dropping it ends the file as [`Recording::finish`] does, but reports no errors.
 pub struct Recording {
     stream: RecordingStream,
     appearance: Appearance,
     /// Where the next motion starts on `sim_time`, s.
     clock: f64,
-    /// The generation last told of.
+    /// The generation recorded last.
     generation: u32,
     /// Links that have carried force so far, by index.
     touched: BTreeSet<usize>,
@@ -151,7 +151,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Sets the text that says what the job is, in Markdown, for all times.
+    /// Sets the text about the job, in Markdown, for all times.
     ///
     /// # Errors
     ///

@@ -51,7 +51,7 @@ impl From<LearnError> for RunError {
     }
 }
 
-/// Why a motion that was played has no gait to tell.
+/// Why the gait of a motion could not be measured.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// The motion is not of this character, or its scene cannot be simulated.

@@ -24,13 +24,13 @@ use gaitwright_physics::stance::Stance;
 
 pub use error::{ReplayError, RunError};
 use observe::Recorder;
-use perform::{Act, Checked};
+use perform::{CheckedMotion, MotionCheck};
 pub use prepared::PreparedRun;
-use publish::{Farewell, publish};
+use publish::{CancelLimit, publish};
 pub use publish::{NoMotion, RunOutcome, TrainingReport};
 pub use watcher::RunWatcher;
 
-/// Plays a motion document with its character for a long stretch, and tells its gait. Of a character that falls
+/// Plays a motion document with its character for a long stretch, and measures its gait. Of a character that falls
 /// it is the gait until then.
 ///
 /// # Errors
@@ -42,7 +42,7 @@ pub fn replay(motion: &Motion, reading: &Reading) -> Result<GaitReport, ReplayEr
     let player = Player::new(motion, &model.joint_names)?;
     let stance = Stance::find(&model, &motion.scene);
     let task: Task = serde_json::from_value(motion.provenance.task.clone()).unwrap_or_default();
-    let act = Act {
+    let check = MotionCheck {
         model: &model,
         stance: &stance,
         gains: &motion.drive,
@@ -51,7 +51,7 @@ pub fn replay(motion: &Motion, reading: &Reading) -> Result<GaitReport, ReplayEr
         player: &player,
         direction: task.direction,
     };
-    let Checked { trace, gait, .. } = act.check(&|| false)?;
+    let CheckedMotion { trace, gait, .. } = check.run(&|| false)?;
     let once = player.lead() + player.period();
     match (trace.failure, trace.fell_at) {
         (Some(failure), _) => Err(ReplayError::BrokenOff(failure)),
@@ -60,7 +60,7 @@ pub fn replay(motion: &Motion, reading: &Reading) -> Result<GaitReport, ReplayEr
     }
 }
 
-/// Goes the whole way with `order` on `threads` threads, on from `checkpoint` when there is one, and
+/// Does the whole of `order` on `threads` threads, on from `checkpoint` when there is one, and
 /// leaves what comes of it in `folder`: the recording grows while it runs, everything else appears
 /// whole at the end. A run that is cancelled writes what was found by then, if it takes no longer than
 /// the given time to check it.
@@ -72,7 +72,7 @@ pub fn run(
     order: &Order,
     threads: usize,
     folder: &Path,
-    (cancel, farewell): (&Cancel, Duration),
+    (cancel, check_limit): (&Cancel, Duration),
     checkpoint: Option<Checkpoint>,
     watcher: &mut dyn RunWatcher,
 ) -> Result<RunOutcome, RunError> {
@@ -89,5 +89,5 @@ pub fn run(
     let recording = recorder.finish()?;
 
     watcher.stage(Stage::Checking);
-    publish(order, &prepared, &learned, recording, folder, &Farewell::new(cancel, farewell))
+    publish(order, &prepared, &learned, recording, folder, &CancelLimit::new(cancel, check_limit))
 }

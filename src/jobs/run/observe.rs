@@ -23,7 +23,7 @@ pub(super) struct Recorder<'a> {
     prepared: &'a PreparedRun,
     cancel: &'a Cancel,
     watcher: &'a mut dyn RunWatcher,
-    /// The first thing that could not be recorded; the learning is called off then.
+    /// The first thing that could not be recorded; the learning is cancelled then.
     failure: Option<RunError>,
 }
 
@@ -51,14 +51,14 @@ impl<'a> Recorder<'a> {
         recording.job(&describe(order, prepared, None))?;
         let mut recorder = Self { recording, prepared, cancel, watcher, failure: None };
         if let Some(checkpoint) = checkpoint {
-            recorder.relive(checkpoint)?;
+            recorder.replay(checkpoint)?;
         }
         Ok(recorder)
     }
 
     /// Records every point of the learning curve up to `checkpoint`, and every best behaviour anew: a motion is
     /// the same whenever it is played.
-    fn relive(&mut self, checkpoint: &Checkpoint) -> Result<(), RunError> {
+    fn replay(&mut self, checkpoint: &Checkpoint) -> Result<(), RunError> {
         let mut improved = checkpoint.improved.iter().peekable();
         for figures in &checkpoint.curve {
             while let Some(best) = improved.next_if(|best| best.generation <= figures.generation) {
@@ -73,7 +73,8 @@ impl<'a> Recorder<'a> {
     fn play(&mut self, behaviour: &Behaviour) -> Result<(), RunError> {
         let player = self.prepared.player(behaviour);
         let seconds = player.lead() + SHOWN;
-        let trace = self.prepared.act(&player).play(seconds, RECORDED, &|| self.cancel.is_cancelled())?;
+        let trace =
+            self.prepared.motion_check(&player).play(seconds, RECORDED, &|| self.cancel.is_cancelled())?;
         Ok(self.recording.motion(behaviour.generation, &trace)?)
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::error::RunError;
-use super::perform::Act;
+use super::perform::MotionCheck;
 use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
 use gaitwright_learning::accuracy::{settle, swaying};
@@ -59,8 +59,8 @@ impl PreparedRun {
     }
 
     /// A motion about to be played as it was learned.
-    pub(super) fn act<'a>(&'a self, player: &'a Player) -> Act<'a> {
-        Act {
+    pub(super) fn motion_check<'a>(&'a self, player: &'a Player) -> MotionCheck<'a> {
+        MotionCheck {
             model: &self.setup.model,
             stance: &self.setup.stance,
             gains: &self.setup.stance.gains,

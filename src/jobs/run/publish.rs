@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::error::RunError;
-use super::perform::Checked;
+use super::perform::CheckedMotion;
 use super::prepared::PreparedRun;
 use crate::export::{Curve, Performance, Recording, gait_diagram, motion};
 use crate::jobs::check::{Standing, standing};
@@ -103,28 +103,28 @@ pub enum NoMotion {
     Fell,
 }
 
-/// The end of a run that is called off: what it found is still checked, but not for ever.
-pub(super) struct Farewell<'a> {
+/// How long a run that is cancelled may still take to check what it found.
+pub(super) struct CancelLimit<'a> {
     cancel: &'a Cancel,
     longest: Duration,
-    /// When the call was first noticed.
+    /// When the cancellation was first noticed.
     since: OnceCell<Instant>,
 }
 
-impl<'a> Farewell<'a> {
+impl<'a> CancelLimit<'a> {
     /// On `cancel`, and at most `longest`.
     pub(super) fn new(cancel: &'a Cancel, longest: Duration) -> Self {
         Self { cancel, longest, since: OnceCell::new() }
     }
 
-    /// Whether the run was called off.
-    fn has_begun(&self) -> bool {
+    /// Whether the run was cancelled.
+    fn is_cancelled(&self) -> bool {
         self.cancel.is_cancelled()
     }
 
     /// Whether that was too long ago.
     fn is_over(&self) -> bool {
-        self.has_begun() && self.since.get_or_init(Instant::now).elapsed() >= self.longest
+        self.is_cancelled() && self.since.get_or_init(Instant::now).elapsed() >= self.longest
     }
 }
 
@@ -135,7 +135,7 @@ pub(super) fn publish(
     learned: &Learned,
     mut recording: Recording,
     folder: &Path,
-    farewell: &Farewell<'_>,
+    limit: &CancelLimit<'_>,
 ) -> Result<RunOutcome, RunError> {
     let start = Instant::now();
     Artefact::Curve.publish(folder, Curve::new(&learned.curve).to_csv().as_bytes())?;
@@ -143,13 +143,13 @@ pub(super) fn publish(
         None => Err(NoMotion::NothingLearned),
         Some(behaviour) => {
             let player = prepared.player(behaviour);
-            let act = prepared.act(&player);
-            let mut checked = act.check(&|| farewell.is_over())?;
-            if farewell.is_over() {
+            let check = prepared.motion_check(&player);
+            let mut checked = check.run(&|| limit.is_over())?;
+            if limit.is_over() {
                 Err(NoMotion::NotChecked)
             } else {
-                if !farewell.has_begun() {
-                    checked.validity.trials = act.trials(&|| farewell.has_begun())?;
+                if !limit.is_cancelled() {
+                    checked.validity.trials = check.trials(&|| limit.is_cancelled())?;
                 }
                 recording.motion(behaviour.generation, &thinned(&checked.trace))?;
                 let motion = document(order, prepared, behaviour, &checked);
@@ -178,7 +178,7 @@ fn document(
     order: &Order,
     prepared: &PreparedRun,
     behaviour: &Behaviour,
-    checked: &Checked,
+    checked: &CheckedMotion,
 ) -> Option<Motion> {
     let setup = &prepared.setup;
     let value = |value: Result<serde_json::Value, serde_json::Error>| value.unwrap_or_default();

@@ -6,7 +6,7 @@ use gaitwright_learning::learn::{Checkpoint, Generation};
 
 /// Watches a run.
 pub trait RunWatcher {
-    /// A part of the run begins.
+    /// A stage of the run begins.
     fn stage(&mut self, stage: Stage);
     /// The learning is about to begin.
     fn prepared(&mut self, prepared: &PreparedRun);

@@ -73,7 +73,7 @@ pub enum Coding {
 pub struct Crossover {
     /// Every state whole from one parent or the other.
     pub uniform: f64,
-    /// Every limb's part of a state from one parent or the other.
+    /// Every limb's angles and velocities in a state from one parent or the other.
     pub limb: f64,
     /// Uniform, with the mate that is closest in state space among several drawn.
     pub neighbouring: f64,
@@ -163,7 +163,7 @@ macro_rules! parameters {
             /// Greatest number of generations; unlimited where only `seconds` is given.
             pub generations: Option<u32>,
             /// Greatest training time, s of the wall clock; unlimited where only `generations` is given, 120
-            /// where neither is. A result limited by it is not reproducible and says so.
+            /// where neither is. A result limited by it is not reproducible and is marked so.
             pub seconds: Option<f64>,
             $($(#[$about])* pub $name: $type,)*
             /// T, s: from one state to the next; rounded to whole steps of the simulation. Where `null`, the
