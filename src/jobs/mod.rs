@@ -23,7 +23,7 @@ pub use live::{Live, Moment};
 pub use order::{Order, read_character};
 pub use request::{CharacterChoice, JobRequest, Settings};
 pub use run::{
-    NoMotion, PreparedRun, ReplayError, RunError, RunOutcome, RunWatcher, TrainingReport, replay, run,
+    PreparedRun, ReplayError, RunError, RunOutcome, RunWatcher, TrainingReport, Unsuccessful, replay, run,
 };
 pub use service::{Jobs, ServiceError, ServiceOptions};
 pub use store::{Store, StoreError};

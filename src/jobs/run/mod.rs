@@ -27,7 +27,7 @@ use observe::Recorder;
 use perform::{CheckedMotion, MotionCheck};
 pub use prepared::PreparedRun;
 use publish::{CancelLimit, publish};
-pub use publish::{NoMotion, RunOutcome, TrainingReport};
+pub use publish::{RunOutcome, TrainingReport, Unsuccessful};
 pub use watcher::RunWatcher;
 
 /// Plays a motion document with its character for a long stretch, and measures its gait. Of a character that falls
@@ -78,7 +78,7 @@ pub fn run(
 ) -> Result<RunOutcome, RunError> {
     watcher.stage(Stage::Standing);
     let Some(prepared) = PreparedRun::new(order, threads, cancel)? else {
-        let motion = Err(NoMotion::NotBegun);
+        let motion = Err(Unsuccessful::NotBegun);
         return Ok(RunOutcome { ended: Ended::Cancelled, motion, checking_seconds: 0.0 });
     };
     watcher.prepared(&prepared);

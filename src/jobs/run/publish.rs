@@ -80,7 +80,7 @@ pub struct RunOutcome {
     /// Why the learning stopped.
     pub ended: Ended,
     /// Figures of the motion found, or why there is none.
-    pub motion: Result<Metrics, NoMotion>,
+    pub motion: Result<Metrics, Unsuccessful>,
     /// s of the wall clock spent checking and writing.
     pub checking_seconds: f64,
 }
@@ -88,7 +88,7 @@ pub struct RunOutcome {
 /// Why a run that came to its end has no motion to show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
-pub enum NoMotion {
+pub enum Unsuccessful {
     /// It was cancelled while the standing pose or an accuracy was looked for.
     #[error("called off before the learning began")]
     NotBegun,
@@ -140,20 +140,20 @@ pub(super) fn publish(
     let start = Instant::now();
     Artefact::Curve.publish(folder, Curve::new(&learned.curve).to_csv().as_bytes())?;
     let found = match &learned.best {
-        None => Err(NoMotion::NothingLearned),
+        None => Err(Unsuccessful::NothingLearned),
         Some(behaviour) => {
             let player = prepared.player(behaviour);
             let check = prepared.motion_check(&player);
             let mut checked = check.run(&|| limit.is_over())?;
             if limit.is_over() {
-                Err(NoMotion::NotChecked)
+                Err(Unsuccessful::NotChecked)
             } else {
                 if !limit.is_cancelled() {
                     checked.validity.trials = check.trials(&|| limit.is_cancelled())?;
                 }
                 recording.motion(behaviour.generation, &thinned(&checked.trace))?;
                 let motion = document(order, prepared, behaviour, &checked);
-                motion.map(|motion| (motion, checked.gait)).ok_or(NoMotion::Fell)
+                motion.map(|motion| (motion, checked.gait)).ok_or(Unsuccessful::Fell)
             }
         }
     };
@@ -209,7 +209,7 @@ fn report(
     order: &Order,
     prepared: &PreparedRun,
     learned: &Learned,
-    motion: &Result<Metrics, NoMotion>,
+    motion: &Result<Metrics, Unsuccessful>,
     gait: Option<GaitReport>,
 ) -> TrainingReport {
     let (character, setup) = (&order.reading.character, &prepared.setup);
@@ -236,7 +236,7 @@ fn report(
         cache_hit_rate: last.map_or(0.0, |figures| figures.cache_hit_rate),
         metrics: motion.as_ref().ok().cloned(),
         gait,
-        unsuccessful: motion.as_ref().err().map(NoMotion::to_string),
+        unsuccessful: motion.as_ref().err().map(Unsuccessful::to_string),
     }
 }
 
