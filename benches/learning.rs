@@ -36,17 +36,18 @@ fn setup() -> LearningSetup {
     let stance = Arc::new(Stance::find(&model, &scene));
     let learning = Learning { generations: Some(1), ..Learning::default() };
     let accuracy = Accuracy::default();
-    LearningSetup { model, stance, scene, accuracy, task: Task::default(), learning, seed: 1, threads: 1 }
+    let parameters = learning.resolve(&stance, accuracy.step).expect("defaults are sound");
+    LearningSetup { model, stance, scene, accuracy, task: Task::default(), parameters, seed: 1, threads: 1 }
 }
 
 /// One transition from the standing pose to a state drawn at random; throughput in simulation steps.
 fn transition(criterion: &mut Criterion) {
     let setup = setup();
-    let parameters = setup.learning.resolve(&setup.stance, setup.accuracy.step).expect("defaults are sound");
+    let parameters = &setup.parameters;
     let mut world =
-        SimulatedWorld::new(&setup.model, &setup.stance, &setup.scene, &setup.accuracy, &parameters)
+        SimulatedWorld::new(&setup.model, &setup.stance, &setup.scene, &setup.accuracy, parameters)
             .expect("defaults are sound");
-    let grid = Grid::new(&setup.model, &setup.stance, &parameters);
+    let grid = Grid::new(&setup.model, &setup.stance, parameters);
     let genome = Genome::random(&grid, 1, &mut ChaCha8Rng::seed_from_u64(1));
     let (from, to) = (grid.standing(), grid.posture(&genome.states[0]));
     let transition = Transition { from: &from, to: &to, duration: parameters.transition_time };

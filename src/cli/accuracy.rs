@@ -13,18 +13,18 @@ use gaitwright_physics::fault::InputError;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use super::failure::Failure;
+use super::failure::CommandError;
 use super::input::{name, print, read};
-use super::simulate::Beside;
+use super::simulate::FilesBeside;
 
 /// Tolerances that are recommended for unless others are asked for, in the unit of the error.
 const TOLERANCES: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
 
-/// Tells what accuracy costs in computing time for a scenario, as table.csv, table.json and front.svg, and
+/// Measures what accuracy costs in computing time for a scenario, as table.csv, table.json and front.svg, and
 /// prints the cheapest setting for a tolerance.
 #[derive(Debug, clap::Args)]
 #[command(group(clap::ArgGroup::new("subject").required(true).args(["scenario", "scene", "hard_cases", "list"])))]
-pub struct Accuracy {
+pub struct AccuracyCommand {
     /// Scenario document; `-` is standard input
     scenario: Option<PathBuf>,
     /// A built-in scene whose exact motion is known, instead of a scenario
@@ -62,8 +62,8 @@ struct HardCases<'a> {
     broken: Vec<&'a str>,
 }
 
-impl Accuracy {
-    pub fn run(self) -> Result<(), Failure> {
+impl AccuracyCommand {
+    pub fn run(self) -> Result<(), CommandError> {
         if self.list {
             return list();
         }
@@ -89,7 +89,7 @@ impl Accuracy {
 }
 
 /// Names the scenes, on standard output.
-fn list() -> Result<(), Failure> {
+fn list() -> Result<(), CommandError> {
     let mut stdout = std::io::stdout().lock();
     for scene in SCENES {
         writeln!(stdout, "{:<16} {}", scene.name, scene.about)?;
@@ -97,41 +97,41 @@ fn list() -> Result<(), Failure> {
     Ok(())
 }
 
-fn of_scenario(path: &Path) -> Result<Table, Failure> {
-    let faulty = |error| Failure::input(name(path))(error);
+fn of_scenario(path: &Path) -> Result<Table, CommandError> {
+    let faulty = |error| CommandError::input(name(path))(error);
     let scenario = Scenario::parse(&read(path)?).map_err(faulty)?;
-    let setup = scenario.set_up(&Beside(path)).map_err(faulty)?;
+    let setup = scenario.set_up(&FilesBeside(path)).map_err(faulty)?;
     let file = path.file_name().map_or_else(|| name(path), |file| file.to_string_lossy().into_owned());
     let studied = study(&file, &setup, &Pieces::default(), &Sweep::default(), &mut Progress::new());
     table(studied, &name(path))
 }
 
-fn of_scene(name: &str) -> Result<Table, Failure> {
+fn of_scene(name: &str) -> Result<Table, CommandError> {
     let Some(scene) = ClosedForm::named(name) else {
         let names = SCENES.map(|scene| scene.name).join(", ");
         let error = InputError::impossible("", format!("there is no scene of this name; there are {names}"));
-        return Err(Failure::input(name)(error));
+        return Err(CommandError::input(name)(error));
     };
     table(scene.study(&Sweep::default(), &mut Progress::new()).map_err(StudyError::from), name)
 }
 
-fn table(studied: Result<Option<Table>, StudyError>, name: &str) -> Result<Table, Failure> {
+fn table(studied: Result<Option<Table>, StudyError>, name: &str) -> Result<Table, CommandError> {
     match studied {
         Ok(Some(table)) => Ok(table),
-        Ok(None) => Err(Failure::Work(anyhow!("{name}: the study was ended before it was done"))),
-        Err(error) => Err(Failure::study(name)(error)),
+        Ok(None) => Err(CommandError::Work(anyhow!("{name}: the study was ended before it was done"))),
+        Err(error) => Err(CommandError::study(name)(error)),
     }
 }
 
 /// Runs every hard case and leaves what it measures beside what it may be.
-fn hard_cases(out: &Path) -> Result<(), Failure> {
+fn hard_cases(out: &Path) -> Result<(), CommandError> {
     let mut verdicts = Vec::new();
     let mut progress = Progress::new();
     let cases = catalogue::cases();
     for (index, case) in cases.iter().enumerate() {
         progress.progress(index, cases.len(), &case.name);
         for factor in if case.own_step { &[1.0][..] } else { &[1.0, 4.0] } {
-            verdicts.push(catalogue::judge(case, *factor).map_err(Failure::study(case.name.clone()))?);
+            verdicts.push(catalogue::judge(case, *factor).map_err(CommandError::study(case.name.clone()))?);
         }
     }
     leave(out, "hard_cases.csv", catalogue::to_csv(&verdicts).as_bytes())?;
@@ -140,7 +140,7 @@ fn hard_cases(out: &Path) -> Result<(), Failure> {
     print(&HardCases { format: "gaitwright/hard-cases@1", runs: verdicts.len(), broken })
 }
 
-fn leave(folder: &Path, name: &str, contents: &[u8]) -> Result<(), Failure> {
+fn leave(folder: &Path, name: &str, contents: &[u8]) -> Result<(), CommandError> {
     std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     let path = folder.join(name);
     Ok(std::fs::write(&path, contents).with_context(|| format!("{} cannot be written", path.display()))?)
@@ -156,7 +156,8 @@ fn tolerance(text: &str) -> Result<f64, String> {
 /// Progress on standard error: a bar on a terminal, a line for each method otherwise.
 struct Progress {
     bar: Option<ProgressBar>,
-    told: String,
+    /// What was printed last.
+    printed: String,
 }
 
 impl Progress {
@@ -166,7 +167,7 @@ impl Progress {
             let style = ProgressStyle::with_template("{bar:40} {pos}/{len}  {elapsed}  {msg}");
             style.map_or(bar.clone(), |style| bar.with_style(style))
         });
-        Self { bar, told: String::new() }
+        Self { bar, printed: String::new() }
     }
 }
 
@@ -176,9 +177,9 @@ impl StudyObserver for Progress {
             bar.set_length(all as u64);
             bar.set_position(done as u64);
             bar.set_message(what.to_owned());
-        } else if self.told != what {
+        } else if self.printed != what {
             eprintln!("{done}/{all} {what}");
-            what.clone_into(&mut self.told);
+            what.clone_into(&mut self.printed);
         }
     }
 

@@ -5,7 +5,7 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
-use gaitwright::jobs::Setting;
+use gaitwright::jobs::ServiceOptions;
 use gaitwright_learning::learn::Learning;
 use gaitwright_physics::fault::InputError;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -14,16 +14,16 @@ use serde_json::{Value, json};
 use tokio::io::AsyncWriteExt;
 use tokio::runtime::Runtime;
 
-use super::failure::Failure;
+use super::failure::CommandError;
 use super::serve::{Service, interrupted};
 
 /// The character of the demonstration.
 const QUADRUPED: &str = include_str!("../../examples/quadruped.urdf");
 
-/// Starts the service, posts the bundled quadruped to it, shows how it learns to walk, leaves the
+/// Starts the service, posts the bundled quadruped to it, shows the progress of its training, leaves the
 /// recording and the motion in a folder, and goes on serving until it is interrupted.
 #[derive(Debug, clap::Args)]
-pub struct Demo {
+pub struct DemoCommand {
     /// Address and port to listen on [default: any free port of this machine]
     #[arg(long)]
     listen: Option<SocketAddr>,
@@ -41,14 +41,14 @@ pub struct Demo {
     exit: bool,
 }
 
-impl Demo {
-    pub fn run(self) -> Result<(), Failure> {
-        self.check().map_err(Failure::input("the command line"))?;
+impl DemoCommand {
+    pub fn run(self) -> Result<(), CommandError> {
+        self.check().map_err(CommandError::input("the command line"))?;
         let runtime = Runtime::new().context("the runtime cannot be started")?;
         let done = runtime.block_on(async {
             let listen = self.listen.unwrap_or_else(|| (Ipv4Addr::LOCALHOST, 0).into());
-            let setting = Setting { data: self.out.clone(), workers: 1, queue: 64 };
-            let mut service = Service::start(listen, setting).await?;
+            let options = ServiceOptions { data: self.out.clone(), workers: 1, queue: 64 };
+            let mut service = Service::start(listen, options).await?;
             let base = format!("http://{}", service.address);
             eprintln!("the page: {base}/");
             let shown = tokio::select! {
@@ -63,11 +63,11 @@ impl Demo {
             shown.and(stopped)
         });
         runtime.shutdown_timeout(std::time::Duration::from_millis(100));
-        done.map_err(Failure::from)
+        done.map_err(CommandError::from)
     }
 
-    /// Whether the budget is one that a job may have: JSON has no words for some of the numbers that a
-    /// command line can name.
+    /// Whether the budget is one that a job may have: JSON cannot write some of the numbers
+    /// that a command line can name.
     fn check(&self) -> Result<(), InputError> {
         let learning =
             Learning { seconds: self.seconds, generations: self.generations, ..Learning::default() };
@@ -75,7 +75,7 @@ impl Demo {
         if faults.is_empty() { Ok(()) } else { Err(InputError::Impossible(faults).under("/learning")) }
     }
 
-    /// Posts the job, watches it, and brings home what came of it.
+    /// Posts the job, follows its events, and downloads its recording and motion.
     async fn show(&self, base: &str) -> anyhow::Result<()> {
         let client = Client::new();
         let request = json!({

@@ -9,7 +9,7 @@ use gaitwright_physics::fault::{InputError, one_line};
 
 /// Why a command did not succeed.
 #[derive(Debug)]
-pub enum Failure {
+pub enum CommandError {
     /// The input cannot be used (status 2).
     Input {
         /// The input, as named on the command line.
@@ -17,20 +17,20 @@ pub enum Failure {
         /// Everything wrong with it.
         error: InputError,
     },
-    /// The command went wrong at work (status 1).
+    /// The command failed at work (status 1).
     Work(anyhow::Error),
-    /// Whoever read the output has left; nothing is wrong.
-    Unread,
+    /// The reader of the output closed it, which is no failure (status 0).
+    ClosedPipe,
 }
 
-impl Failure {
+impl CommandError {
     /// A faulty input called `name`.
     pub fn input(name: impl Into<String>) -> impl FnOnce(InputError) -> Self {
         let name = name.into();
         move |error| Self::Input { name, error }
     }
 
-    /// A study about the input called `name` that was not to be.
+    /// A study of the input called `name` that could not be made.
     pub fn study(name: impl Into<String>) -> impl FnOnce(StudyError) -> Self {
         let name = name.into();
         move |error| match error {
@@ -39,7 +39,7 @@ impl Failure {
         }
     }
 
-    /// Tells why, and gives the exit status.
+    /// Prints the reason, and returns the exit status.
     pub fn exit(self) -> ExitCode {
         match self {
             Self::Input { name, error } => {
@@ -51,16 +51,16 @@ impl Failure {
                 eprintln!("{}", one_line(&format!("{error:#}")));
                 ExitCode::FAILURE
             }
-            Self::Unread => ExitCode::SUCCESS,
+            Self::ClosedPipe => ExitCode::SUCCESS,
         }
     }
 }
 
-impl<E: Into<anyhow::Error>> From<E> for Failure {
+impl<E: Into<anyhow::Error>> From<E> for CommandError {
     fn from(error: E) -> Self {
         let error = error.into();
         match error.downcast_ref::<io::Error>() {
-            Some(cause) if cause.kind() == io::ErrorKind::BrokenPipe => Self::Unread,
+            Some(cause) if cause.kind() == io::ErrorKind::BrokenPipe => Self::ClosedPipe,
             _ => Self::Work(error),
         }
     }

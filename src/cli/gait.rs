@@ -9,13 +9,13 @@ use gaitwright_physics::fault::InputError;
 use gaitwright_physics::motion::{Metrics, Motion};
 use serde::Serialize;
 
-use super::failure::Failure;
+use super::failure::CommandError;
 use super::input::{name, print, read, read_character};
 
-/// Plays a motion with its character in one continuous simulation and tells its gait. Without the
-/// character, what the document itself says of its gait is told.
+/// Plays a motion with its character in one continuous simulation and reports its gait. Without the
+/// character, reports what the document itself states about its gait.
 #[derive(Debug, clap::Args)]
-pub struct Gait {
+pub struct GaitCommand {
     /// Motion document; `-` is standard input
     motion: PathBuf,
     /// The character it was made for: URDF, character JSON, or zip
@@ -28,17 +28,17 @@ pub struct Gait {
 
 /// What is printed of a motion without its character.
 #[derive(Serialize)]
-struct Told<'a> {
+struct StatedMetrics<'a> {
     format: &'static str,
     #[serde(flatten)]
     metrics: &'a Metrics,
 }
 
-impl Gait {
-    pub fn run(self) -> Result<(), Failure> {
-        let motion = Motion::parse(&read(&self.motion)?).map_err(Failure::input(name(&self.motion)))?;
+impl GaitCommand {
+    pub fn run(self) -> Result<(), CommandError> {
+        let motion = Motion::parse(&read(&self.motion)?).map_err(CommandError::input(name(&self.motion)))?;
         let Some(path) = &self.character else {
-            return print(&Told { format: "gaitwright/metrics@1", metrics: &motion.metrics });
+            return print(&StatedMetrics { format: "gaitwright/metrics@1", metrics: &motion.metrics });
         };
         let reading = read_character(path, false)?;
         if reading.character.digest != motion.character.digest {
@@ -46,12 +46,12 @@ impl Gait {
                 "the motion was made for \"{}\" ({}), not for this character ({})",
                 motion.character.name, motion.character.digest, reading.character.digest
             );
-            return Err(Failure::input(name(path))(InputError::impossible("", reason)));
+            return Err(CommandError::input(name(path))(InputError::impossible("", reason)));
         }
         let file = name(&self.motion);
         let report = replay(&motion, &reading).map_err(|error| match error {
-            ReplayError::Input(error) => Failure::Input { name: file.clone(), error },
-            error => Failure::Work(anyhow!("{file}: {error}")),
+            ReplayError::Input(error) => CommandError::Input { name: file.clone(), error },
+            error => CommandError::Work(anyhow!("{file}: {error}")),
         })?;
         if let Some(time) = report.fell_at {
             eprintln!(

@@ -8,14 +8,14 @@ use gaitwright_physics::character::{self, Options, Reading};
 use gaitwright_physics::fault::{Fault, InputError};
 use serde::Serialize;
 
-use super::failure::Failure;
+use super::failure::CommandError;
 
 /// Greatest size of standard input, bytes.
 const MAX_STDIN: u64 = 128 << 20;
 
 /// The contents of the file at `path`; of standard input when it is `-`.
-pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    let unreadable = |error: std::io::Error| Failure::Input {
+pub fn read(path: &Path) -> Result<Vec<u8>, CommandError> {
+    let unreadable = |error: std::io::Error| CommandError::Input {
         name: name(path),
         error: InputError::Malformed(Fault::new("", format!("cannot be read: {error}"))),
     };
@@ -26,14 +26,14 @@ pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     std::io::stdin().lock().take(MAX_STDIN + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > MAX_STDIN {
         let error = InputError::TooLarge(Fault::new("", format!("more than {MAX_STDIN} bytes")));
-        return Err(Failure::Input { name: name(path), error });
+        return Err(CommandError::Input { name: name(path), error });
     }
     Ok(bytes)
 }
 
 /// The character in the file at `path`; on standard input when it is `-`. With `strict`, notes about its
 /// physics are faults.
-pub fn read_character(path: &Path, strict: bool) -> Result<Reading, Failure> {
+pub fn read_character(path: &Path, strict: bool) -> Result<Reading, CommandError> {
     let options = Options { strict };
     let reading = if path.as_os_str() == "-" {
         jobs::read_character(&read(path)?, None, options)
@@ -41,7 +41,7 @@ pub fn read_character(path: &Path, strict: bool) -> Result<Reading, Failure> {
         // A URDF's meshes lie beside it.
         character::read_file(path, options)
     };
-    reading.map_err(Failure::input(name(path)))
+    reading.map_err(CommandError::input(name(path)))
 }
 
 /// An input as messages name it.
@@ -50,9 +50,9 @@ pub fn name(path: &Path) -> String {
 }
 
 /// Prints a document to standard output.
-pub fn print<T: Serialize>(document: &T) -> Result<(), Failure> {
+pub fn print<T: Serialize>(document: &T) -> Result<(), CommandError> {
     let mut out = std::io::stdout().lock();
-    // Through `io::Error`, so that a reader who left is told from a document that cannot be written.
+    // Through `io::Error`, so that a closed pipe can be told apart from a document that cannot be written.
     serde_json::to_writer_pretty(&mut out, document).map_err(std::io::Error::from)?;
     out.write_all(b"\n")?;
     out.flush()?;

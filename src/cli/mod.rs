@@ -1,4 +1,4 @@
-//! Commands: thin hands on the library. Results go to standard output, messages to standard error.
+//! The commands: each calls the library and prints. Results go to standard output, messages to standard error.
 
 mod accuracy;
 mod check;
@@ -17,7 +17,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use tracing_subscriber::EnvFilter;
 
-use failure::Failure;
+use failure::CommandError;
 
 /// Learns physically valid motion for any articulated character, and serves it over HTTP.
 ///
@@ -32,20 +32,20 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Start the service and let it teach the bundled quadruped, as a newcomer would
-    Demo(demo::Demo),
+    /// Start the service and have it train the bundled quadruped
+    Demo(demo::DemoCommand),
     /// Run the service
-    Serve(serve::Serve),
+    Serve(serve::ServeCommand),
     /// Learn a motion without a service
-    Train(train::Train),
-    /// Tell what is understood of a character, as JSON
-    Check(check::Check),
+    Train(train::TrainCommand),
+    /// Report what is understood of a character, as JSON
+    Check(check::CheckCommand),
     /// Run one simulation, as JSON lines
-    Simulate(simulate::Simulate),
-    /// Tell what accuracy costs, and which setting to take
-    Accuracy(accuracy::Accuracy),
-    /// Tell the gait of a motion, as JSON
-    Gait(gait::Gait),
+    Simulate(simulate::SimulateCommand),
+    /// Measure what accuracy costs, and recommend a setting
+    Accuracy(accuracy::AccuracyCommand),
+    /// Report the gait of a motion, as JSON
+    Gait(gait::GaitCommand),
     /// Print the JSON Schema of character documents
     Schema,
 }
@@ -53,7 +53,7 @@ enum Command {
 /// Runs the command line's command.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    // A service tells what it does; other commands speak for themselves.
+    // A service logs what it does; the other commands print their own messages.
     let default =
         if matches!(arguments.command, Command::Serve(_)) { "warn,gaitwright=info" } else { "warn" };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
@@ -69,5 +69,5 @@ pub fn main() -> ExitCode {
         Command::Gait(gait) => gait.run(),
         Command::Schema => schema::run(),
     };
-    done.map_or_else(Failure::exit, |()| ExitCode::SUCCESS)
+    done.map_or_else(CommandError::exit, |()| ExitCode::SUCCESS)
 }

@@ -1,8 +1,8 @@
 //! `schema`: the JSON Schema of character documents.
 
-use super::failure::Failure;
+use super::failure::CommandError;
 use super::input::print;
 
-pub fn run() -> Result<(), Failure> {
+pub fn run() -> Result<(), CommandError> {
     print(&gaitwright_physics::character::schema())
 }

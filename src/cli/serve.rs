@@ -7,20 +7,20 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use gaitwright::http;
-use gaitwright::jobs::{Jobs, Setting, start};
+use gaitwright::jobs::{Jobs, ServiceOptions, start};
 use tokio::net::TcpListener;
 use tokio::runtime::{Handle, Runtime};
 use tokio::signal::unix::{SignalKind, signal};
 use tokio_util::sync::CancellationToken;
 
-use super::failure::Failure;
+use super::failure::CommandError;
 
 /// How long the workers may take to put their jobs back into the queue at the end.
-const FAREWELL: Duration = Duration::from_secs(5);
+const STOP_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Runs the service until it is interrupted.
 #[derive(Debug, clap::Args)]
-pub struct Serve {
+pub struct ServeCommand {
     /// Address and port to listen on
     #[arg(long, default_value = "127.0.0.1:8080")]
     listen: SocketAddr,
@@ -35,19 +35,19 @@ pub struct Serve {
     queue: u64,
 }
 
-impl Serve {
-    pub fn run(self) -> Result<(), Failure> {
-        let setting = Setting { data: self.data, workers: self.workers.into(), queue: self.queue };
+impl ServeCommand {
+    pub fn run(self) -> Result<(), CommandError> {
+        let options = ServiceOptions { data: self.data, workers: self.workers.into(), queue: self.queue };
         let runtime = Runtime::new().context("the runtime cannot be started")?;
         let served = runtime.block_on(async {
-            let mut service = Service::start(self.listen, setting).await?;
+            let mut service = Service::start(self.listen, options).await?;
             eprintln!("listening on http://{}", service.address);
             service.until_interrupted().await?;
             service.stop().await
         });
         // Whatever still runs then is a computation that nobody waits for.
         runtime.shutdown_timeout(Duration::from_millis(100));
-        served.map_err(Failure::from)
+        served.map_err(CommandError::from)
     }
 }
 
@@ -62,9 +62,9 @@ pub struct Service {
 
 impl Service {
     /// Opens the data folder, starts the workers and listens.
-    pub async fn start(listen: SocketAddr, setting: Setting) -> anyhow::Result<Self> {
-        let data = setting.data.display().to_string();
-        let jobs = Jobs::open(setting, CancellationToken::new())
+    pub async fn start(listen: SocketAddr, options: ServiceOptions) -> anyhow::Result<Self> {
+        let data = options.data.display().to_string();
+        let jobs = Jobs::open(options, CancellationToken::new())
             .await
             .with_context(|| format!("the data folder {data} cannot be used"))?;
         let listener =
@@ -91,7 +91,7 @@ impl Service {
     pub async fn stop(self) -> anyhow::Result<()> {
         self.jobs.shutdown().cancel();
         self.server.await??;
-        let until = Instant::now() + FAREWELL;
+        let until = Instant::now() + STOP_TIMEOUT;
         while self.workers.iter().any(|worker| !worker.is_finished()) && Instant::now() < until {
             tokio::time::sleep(Duration::from_millis(20)).await;
         }

@@ -10,12 +10,12 @@ use gaitwright_physics::character::{Options, Reading, read_file};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::AskedAccuracy;
 
-use super::failure::Failure;
+use super::failure::CommandError;
 use super::input::{name, read};
 
 /// Runs one simulation and prints a JSON line for every sample, and a summary as the last.
 #[derive(Debug, clap::Args)]
-pub struct Simulate {
+pub struct SimulateCommand {
     /// Scenario document; `-` is standard input
     #[arg(required_unless_present_any = ["scene", "list"])]
     scenario: Option<PathBuf>,
@@ -30,8 +30,8 @@ pub struct Simulate {
     list: bool,
 }
 
-impl Simulate {
-    pub fn run(self) -> Result<(), Failure> {
+impl SimulateCommand {
+    pub fn run(self) -> Result<(), CommandError> {
         if self.list {
             return list();
         }
@@ -40,7 +40,7 @@ impl Simulate {
         let (name, mut scenario) = match &self.scene {
             Some(scene) => (format!("scene {scene}"), in_catalogue(scene)?),
             None => {
-                let scenario = Scenario::parse(&read(&path)?).map_err(Failure::input(name(&path)))?;
+                let scenario = Scenario::parse(&read(&path)?).map_err(CommandError::input(name(&path)))?;
                 (name(&path), scenario)
             }
         };
@@ -49,10 +49,10 @@ impl Simulate {
             (Some(step), AskedAccuracy::Settings(accuracy)) => accuracy.step = step,
             (Some(_), AskedAccuracy::Tolerance(_)) => {
                 let reason = "`tolerance` chooses the settings: give either it or --step";
-                return Err(Failure::input(name)(InputError::impossible("/accuracy", reason)));
+                return Err(CommandError::input(name)(InputError::impossible("/accuracy", reason)));
             }
         }
-        let prepared = prepare(&scenario, &Beside(&path)).map_err(Failure::study(name.clone()))?;
+        let prepared = prepare(&scenario, &FilesBeside(&path)).map_err(CommandError::study(name.clone()))?;
         let mut out = BufWriter::new(io::stdout().lock());
         let mut written = Ok(());
         let ended = prepared.run(|line| {
@@ -63,15 +63,15 @@ impl Simulate {
         out.flush()?;
         match ended {
             ScenarioEnd::Finished | ScenarioEnd::Stopped => Ok(()),
-            ScenarioEnd::Failed => {
-                Err(Failure::Work(anyhow!("{name}: the simulation could not go on; its summary says why")))
-            }
+            ScenarioEnd::Failed => Err(CommandError::Work(anyhow!(
+                "{name}: the simulation could not go on; its summary says why"
+            ))),
         }
     }
 }
 
 /// Prints the catalogue, one scene a line.
-fn list() -> Result<(), Failure> {
+fn list() -> Result<(), CommandError> {
     let mut out = BufWriter::new(io::stdout().lock());
     for case in catalogue::cases() {
         writeln!(out, "{:<26} {}", case.name, case.about)?;
@@ -80,10 +80,10 @@ fn list() -> Result<(), Failure> {
     Ok(())
 }
 
-fn in_catalogue(scene: &str) -> Result<Scenario, Failure> {
+fn in_catalogue(scene: &str) -> Result<Scenario, CommandError> {
     let Some(case) = catalogue::named(scene) else {
         let error = InputError::impossible("", "there is no such scene; --list prints them all");
-        return Err(Failure::input(format!("scene {scene}"))(error));
+        return Err(CommandError::input(format!("scene {scene}"))(error));
     };
     Ok(case.scenario)
 }
@@ -95,9 +95,9 @@ fn write(out: &mut impl Write, line: &Line) -> io::Result<()> {
 
 /// Files named in a scenario: relative to the scenario's own file, or to the working directory when it
 /// comes from standard input.
-pub(super) struct Beside<'a>(pub(super) &'a Path);
+pub(super) struct FilesBeside<'a>(pub(super) &'a Path);
 
-impl Beside<'_> {
+impl FilesBeside<'_> {
     fn path(&self, path: &str) -> PathBuf {
         match self.0.parent() {
             Some(folder) if self.0.as_os_str() != "-" => folder.join(path),
@@ -106,7 +106,7 @@ impl Beside<'_> {
     }
 }
 
-impl Files for Beside<'_> {
+impl Files for FilesBeside<'_> {
     fn character(&self, path: &str) -> Result<Reading, InputError> {
         let path = self.path(path);
         std::fs::metadata(&path).map_err(unreadable(&path))?;

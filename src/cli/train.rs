@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use gaitwright::jobs::{Artefact, Order, Prepared, RunError, Settings, Stage, Watcher, fraction, run};
-use gaitwright_learning::learn::{Cancel, Checkpoint, Generation, Learning};
+use gaitwright::jobs::{Artefact, Order, PreparedRun, RunError, RunWatcher, Settings, Stage, run};
+use gaitwright_learning::learn::{Budget, Cancel, Checkpoint, Generation};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::failure::Failure;
+use super::failure::CommandError;
 use super::input::{self, name, read_character};
 use super::serve::interrupted;
 
@@ -19,7 +19,7 @@ const LINE_EVERY: Duration = Duration::from_secs(2);
 /// Learns a motion and leaves it, with its recording, in a folder. Ctrl-C ends the learning; what
 /// was found by then is written.
 #[derive(Debug, clap::Args)]
-pub struct Train {
+pub struct TrainCommand {
     /// URDF, character JSON, or zip of a URDF with its meshes; `-` is standard input
     character: PathBuf,
     /// Refuse a character whose physics had to be repaired or approximated
@@ -45,11 +45,11 @@ pub struct Train {
     threads: Option<u16>,
 }
 
-impl Train {
-    pub fn run(self) -> Result<(), Failure> {
+impl TrainCommand {
+    pub fn run(self) -> Result<(), CommandError> {
         let reading = read_character(&self.character, self.strict)?;
         let (settings, place) = self.settings()?;
-        let order = Order::new(reading, settings).map_err(Failure::input(place))?;
+        let order = Order::new(reading, settings).map_err(CommandError::input(place))?;
         let out = &self.out;
         std::fs::create_dir_all(out).with_context(|| format!("{} cannot be made", out.display()))?;
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
@@ -58,22 +58,19 @@ impl Train {
         cancel_on_interrupt(cancel.clone())?;
         let outcome = run(&order, threads, out, (&cancel, Duration::MAX), None, &mut Progress::new())
             .map_err(|error| match error {
-                RunError::Input(error) => Failure::Input { name: name(&self.character), error },
-                error => Failure::from(error),
+                RunError::Input(error) => CommandError::Input { name: name(&self.character), error },
+                error => CommandError::from(error),
             })?;
         list(out)?;
-        match outcome.unsuccessful {
-            None => Ok(()),
-            Some(reason) => Err(Failure::Work(anyhow::Error::msg(reason))),
-        }
+        outcome.motion.map(drop).map_err(|reason| CommandError::Work(reason.into()))
     }
 
     /// What is wanted, and where it was asked for.
-    fn settings(&self) -> Result<(Settings, String), Failure> {
+    fn settings(&self) -> Result<(Settings, String), CommandError> {
         let (mut settings, place) = match &self.job {
             None => (Settings::default(), "the command line".to_owned()),
             Some(path) => {
-                (Settings::parse(&input::read(path)?).map_err(Failure::input(name(path)))?, name(path))
+                (Settings::parse(&input::read(path)?).map_err(CommandError::input(name(path)))?, name(path))
             }
         };
         settings.seed = self.seed.unwrap_or(settings.seed);
@@ -84,7 +81,7 @@ impl Train {
 }
 
 /// Names the files that were written, on standard output.
-fn list(out: &Path) -> Result<(), Failure> {
+fn list(out: &Path) -> Result<(), CommandError> {
     let artefacts = [
         Artefact::Recording,
         Artefact::Motion,
@@ -101,7 +98,7 @@ fn list(out: &Path) -> Result<(), Failure> {
 }
 
 /// Cancels at the first interrupt; at the second the program ends where it is.
-fn cancel_on_interrupt(cancel: Cancel) -> Result<(), Failure> {
+fn cancel_on_interrupt(cancel: Cancel) -> Result<(), CommandError> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     std::thread::Builder::new().name("interrupts".to_owned()).spawn(move || {
         runtime.block_on(async {
@@ -120,8 +117,10 @@ fn cancel_on_interrupt(cancel: Cancel) -> Result<(), Failure> {
 /// Progress on standard error: a bar on a terminal, plain lines otherwise.
 struct Progress {
     bar: Option<ProgressBar>,
-    budget: Learning,
-    told: Option<Instant>,
+    /// Known once the learning begins.
+    budget: Option<Budget>,
+    /// When the last plain line was printed.
+    printed: Option<Instant>,
 }
 
 impl Progress {
@@ -131,10 +130,10 @@ impl Progress {
             let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed}  {msg}");
             style.map_or(bar.clone(), |style| bar.with_style(style))
         });
-        Self { bar, budget: Learning::default(), told: None }
+        Self { bar, budget: None, printed: None }
     }
 
-    fn tell(&self, line: String) {
+    fn show(&self, line: String) {
         match &self.bar {
             Some(bar) => bar.set_message(line),
             None => eprintln!("{line}"),
@@ -142,9 +141,9 @@ impl Progress {
     }
 }
 
-impl Watcher for Progress {
+impl RunWatcher for Progress {
     fn stage(&mut self, stage: Stage) {
-        self.tell(match stage {
+        self.show(match stage {
             Stage::Standing => "finding how the character stands".to_owned(),
             Stage::Learning => "learning".to_owned(),
             Stage::Studying => "trying settings of the simulation".to_owned(),
@@ -152,18 +151,19 @@ impl Watcher for Progress {
         });
     }
 
-    fn prepared(&mut self, prepared: &Prepared) {
-        self.budget = prepared.setup.learning.clone();
+    fn prepared(&mut self, prepared: &PreparedRun) {
+        self.budget = Some(prepared.setup.parameters.budget);
     }
 
     fn generation(&mut self, figures: &Generation) {
         if let Some(bar) = &self.bar {
-            bar.set_position((1000.0 * fraction(&self.budget, figures)) as u64);
-        } else if self.told.is_some_and(|told| told.elapsed() < LINE_EVERY) {
+            let share = |budget: Budget| budget.fraction(figures.generation + 1, figures.elapsed);
+            bar.set_position((1000.0 * self.budget.map_or(0.0, share)) as u64);
+        } else if self.printed.is_some_and(|printed| printed.elapsed() < LINE_EVERY) {
             return;
         }
-        self.told = Some(Instant::now());
-        self.tell(format!(
+        self.printed = Some(Instant::now());
+        self.show(format!(
             "generation {}: best {:.3} m/s, mean {:.3}, cache hits {:.0} %, {:.0} s",
             figures.generation,
             figures.best,

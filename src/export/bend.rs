@@ -5,8 +5,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 use gaitwright_physics::motion::{RootAdjustment, RootMotion, hermite, hermite_rate};
 use gaitwright_physics::sim::Root;
 
-/// Parts into which a bend is divided to find where it is greatest.
-const PARTS: u32 = 64;
+/// Intervals into which a bend is divided to find where it is greatest.
+const INTERVALS: u32 = 64;
 
 /// What is added to the motion of a root over a stretch of time: nothing at its start, and at its end what was
 /// missing. Between them it is the cubic that has no rate at the start and the missing velocity at the end, so that
@@ -17,7 +17,7 @@ pub(super) struct Bend {
     duration: f64,
     /// Missing at the end, m and m/s.
     translation: [Vector3<f64>; 2],
-    /// The same as a turn in the world frame, rad and rad/s.
+    /// The same as a rotation vector in the world frame, rad and rad/s.
     rotation: [Vector3<f64>; 2],
 }
 
@@ -25,11 +25,11 @@ impl Bend {
     /// Leads to `wanted` at the end of `duration` seconds, where the root was `found`.
     pub(super) fn new(duration: f64, found: &RootMotion, wanted: &RootMotion) -> Self {
         let (found, wanted) = (Root::from(found), Root::from(wanted));
-        let turn = wanted.orientation * found.orientation.inverse();
+        let rotation = wanted.orientation * found.orientation.inverse();
         Self {
             duration,
             translation: [wanted.position - found.position, wanted.linear_velocity - found.linear_velocity],
-            rotation: [turn.scaled_axis(), wanted.angular_velocity - found.angular_velocity],
+            rotation: [rotation.scaled_axis(), wanted.angular_velocity - found.angular_velocity],
         }
     }
 
@@ -48,7 +48,7 @@ impl Bend {
     /// The most that it adds anywhere.
     pub(super) fn greatest(&self) -> RootAdjustment {
         let most = |end: &[Vector3<f64>; 2]| {
-            let times = (0..=PARTS).map(|part| self.duration * f64::from(part) / f64::from(PARTS));
+            let times = (0..=INTERVALS).map(|index| self.duration * f64::from(index) / f64::from(INTERVALS));
             times.map(|time| self.value(end, time).norm()).fold(0.0, f64::max)
         };
         RootAdjustment { translation: most(&self.translation), rotation: most(&self.rotation) }

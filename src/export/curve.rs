@@ -1,11 +1,21 @@
 //! The learning curve as CSV and JSON.
 
-use std::fmt::Write;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use gaitwright_learning::learn::Generation;
+
+/// The columns of the comma-separated form.
+const COLUMNS: [&str; 8] = [
+    "generation",
+    "best",
+    "mean",
+    "spread",
+    "cache_hit_rate",
+    "simulated_seconds",
+    "saved_seconds",
+    "elapsed",
+];
 
 /// A learning curve as a document.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -36,9 +46,9 @@ impl Curve {
     /// Numbers are written with as many digits as give back the same number. Every column but the last,
     /// `elapsed`, is the same for equal jobs.
     pub fn to_csv(&self) -> String {
-        let mut csv = String::from(
-            "generation,best,mean,spread,cache_hit_rate,simulated_seconds,saved_seconds,elapsed\n",
-        );
+        let mut csv = csv::Writer::from_writer(Vec::new());
+        // Writing to memory cannot fail.
+        let _ = csv.write_record(COLUMNS);
         for point in &self.points {
             let Generation {
                 generation,
@@ -50,12 +60,10 @@ impl Curve {
                 saved_seconds,
                 elapsed,
             } = point;
-            // Writing to a string cannot fail.
-            let _ = writeln!(
-                csv,
-                "{generation},{best},{mean},{spread},{cache_hit_rate},{simulated_seconds},{saved_seconds},{elapsed}"
-            );
+            let figures = [best, mean, spread, cache_hit_rate, simulated_seconds, saved_seconds, elapsed];
+            let fields = std::iter::once(generation.to_string()).chain(figures.map(f64::to_string));
+            let _ = csv.write_record(fields);
         }
-        csv
+        String::from_utf8(csv.into_inner().unwrap_or_default()).unwrap_or_default()
     }
 }

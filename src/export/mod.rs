@@ -11,4 +11,4 @@ pub use curve::{Curve, CurveFormat};
 pub use diagram::{DiagramError, gait_diagram};
 pub use front::front_diagram;
 pub use motion::{Performance, motion};
-pub use recording::{Recording, RecordingError, Subject};
+pub use recording::{Recording, RecordingError, RecordingSubject};

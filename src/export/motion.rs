@@ -28,9 +28,9 @@ pub struct Performance<'a> {
     /// The behaviour played by [`gaitwright_physics::motion::Player::from_postures`] from the standing pose at time
     /// 0, entry included.
     pub trace: &'a Trace,
-    /// The gait of the looping part of the trace.
+    /// The gait of the looping stretch of the trace.
     pub gait: &'a GaitReport,
-    /// What the looping part of the trace is worth.
+    /// How valid the looping stretch of the trace is.
     pub validity: &'a Validity,
     /// The scene it was played in.
     pub scene: &'a Scene,
@@ -43,12 +43,12 @@ pub struct Performance<'a> {
 /// Writes the motion document of a performance; `None` where the behaviour has no cycle or its
 /// character fell before it had gone round it once.
 ///
-/// The root of the keyframes is that of one turn of the loop, moved along the ground and turned about z so that
-/// it starts where the entry ends: of the turn whose travel is typical and that comes closest to repeating itself
-/// (`best_turn`). No simulated turn repeats itself exactly, and none starts quite as the entry ends, so the paths
-/// of both are bent to meet, by a cubic that grows from nothing at their start (`Bend`): the turn's to end where
+/// The root of the keyframes is that of one cycle of the loop, moved along the ground and rotated about z so that
+/// it starts where the entry ends: of the cycle whose travel is typical and that comes closest to repeating itself
+/// (`best_cycle`). No simulated cycle repeats itself exactly, and none starts quite as the entry ends, so the paths
+/// of both are bent to meet, by a cubic that grows from nothing at their start (`Bend`): the cycle's to end where
 /// its travel leads from its start, which on level ground is neither up nor down, and the entry's to end where
-/// the turn starts. The most that is added anywhere stands in the document as `root_adjustment`. Angles and
+/// the cycle starts. The most that is added anywhere stands in the document as `root_adjustment`. Angles and
 /// velocities of the joints are as they were learned, and the other metrics are those of the simulation.
 pub fn motion(performance: &Performance<'_>) -> Option<Motion> {
     let Performance { behaviour, trace, .. } = performance;
@@ -56,15 +56,15 @@ pub fn motion(performance: &Performance<'_>) -> Option<Motion> {
     let period = step * behaviour.cycle.len() as f64;
     let lead = step * (behaviour.entry.len() + 1) as f64;
     let level = is_level(performance.scene);
-    let turn = best_turn(trace, lead, period, level)?;
+    let cycle = best_cycle(trace, lead, period, level)?;
 
     let entry_end = root_motion(&at(trace, lead)?.root);
-    let moved = ground_frame(&entry_end) * ground_frame(&root_motion(&at(trace, turn)?.root)).inverse();
+    let moved = ground_frame(&entry_end) * ground_frame(&root_motion(&at(trace, cycle)?.root)).inverse();
     let rest = vec![0.0; performance.standing.len()];
     let first = behaviour.cycle.first()?;
 
-    let start = transformed(&moved, &at(trace, turn)?.root);
-    let end = transformed(&moved, &at(trace, turn + period)?.root);
+    let start = transformed(&moved, &at(trace, cycle)?.root);
+    let end = transformed(&moved, &at(trace, cycle + period)?.root);
     let root_advance = travel(&start, &end, level);
     let closing = Bend::new(period, &end, &root_advance.apply(&start));
     let joining = Bend::new(lead, &entry_end, &start);
@@ -79,7 +79,7 @@ pub fn motion(performance: &Performance<'_>) -> Option<Motion> {
     let mut keyframes = Vec::with_capacity(behaviour.cycle.len() + 1);
     for (index, posture) in behaviour.cycle.iter().enumerate() {
         let time = step * index as f64;
-        let root = transformed(&moved, &at(trace, turn + time)?.root);
+        let root = transformed(&moved, &at(trace, cycle + time)?.root);
         keyframes.push(of_posture(time, posture, closing.at(time, &root)));
     }
     keyframes.push(of_posture(period, first, root_advance.apply(&start)));
@@ -99,7 +99,7 @@ pub fn motion(performance: &Performance<'_>) -> Option<Motion> {
         metrics: metrics(performance, closing.greatest().max(joining.greatest())),
         scene: performance.scene.clone(),
         provenance: performance.provenance.clone(),
-        poses: poses(trace, turn, (&moved, &closing), period),
+        poses: poses(trace, cycle, (&moved, &closing), period),
     })
 }
 
@@ -122,7 +122,7 @@ fn is_level(scene: &Scene) -> bool {
     matches!(scene.ground, Some(Ground::Plane { .. })) && scene.obstacles.is_empty()
 }
 
-/// The travel from `start` to `end` of a turn, along the ground alone where that is `level`.
+/// The travel from `start` to `end` of a cycle, along the ground alone where that is `level`.
 fn travel(start: &RootMotion, end: &RootMotion, level: bool) -> RootAdvance {
     let mut advance = RootAdvance::between(start, end);
     if level {
@@ -131,8 +131,8 @@ fn travel(start: &RootMotion, end: &RootMotion, level: bool) -> RootAdvance {
     advance
 }
 
-/// A whole upright turn of the loop.
-struct Turn {
+/// A whole upright cycle of the loop.
+struct Cycle {
     /// When it starts, s.
     start: f64,
     /// Its travel, m and rad.
@@ -141,41 +141,41 @@ struct Turn {
     open: f64,
 }
 
-/// When the turn starts whose travel is nearest to the mean of all whole upright turns and whose end is nearest
-/// to a repetition of its start, s. The first turn, which still has something of the entry, counts only where
+/// When the cycle starts whose travel is nearest to the mean of all whole upright cycles and whose end is nearest
+/// to a repetition of its start, s. The first cycle, which still has something of the entry, counts only where
 /// there is no other.
-fn best_turn(trace: &Trace, lead: f64, period: f64, level: bool) -> Option<f64> {
+fn best_cycle(trace: &Trace, lead: f64, period: f64, level: bool) -> Option<f64> {
     let end = trace.samples.last()?.time;
     let end = trace.fell_at.map_or(end, |fell| fell.min(end)) + 1e-9;
     if !(period > 0.0 && lead + period <= end) {
         return None;
     }
     let count = ((end - lead) / period).floor() as usize;
-    let starts = (usize::from(count > 1)..count).map(|turn| lead + turn as f64 * period);
-    let turns: Vec<Turn> = starts.filter_map(|start| turn(trace, start, period, level)).collect();
-    let mean = |axis: usize| turns.iter().map(|turn| turn.travel[axis]).sum::<f64>() / turns.len() as f64;
+    let starts = (usize::from(count > 1)..count).map(|cycle| lead + cycle as f64 * period);
+    let cycles: Vec<Cycle> = starts.filter_map(|start| cycle(trace, start, period, level)).collect();
+    let mean = |axis: usize| cycles.iter().map(|cycle| cycle.travel[axis]).sum::<f64>() / cycles.len() as f64;
     let means = [mean(0), mean(1), mean(2), mean(3)];
-    let off = |turn: &Turn| {
-        let odd = turn.travel.iter().zip(&means).map(|(value, mean)| (value - mean).powi(2)).sum::<f64>();
-        odd + turn.open
+    let off = |cycle: &Cycle| {
+        let odd = cycle.travel.iter().zip(&means).map(|(value, mean)| (value - mean).powi(2)).sum::<f64>();
+        odd + cycle.open
     };
-    turns.iter().min_by(|a, b| off(a).total_cmp(&off(b))).map(|turn| turn.start)
+    cycles.iter().min_by(|a, b| off(a).total_cmp(&off(b))).map(|cycle| cycle.start)
 }
 
-fn turn(trace: &Trace, start: f64, period: f64, level: bool) -> Option<Turn> {
+fn cycle(trace: &Trace, start: f64, period: f64, level: bool) -> Option<Cycle> {
     let [from, to] = [at(trace, start)?, at(trace, start + period)?].map(|sample| root_motion(&sample.root));
     let advance = travel(&from, &to, level);
     let (found, wanted) = (Root::from(&to), Root::from(&advance.apply(&from)));
     let open = (wanted.position - found.position).norm_squared()
         + wanted.orientation.angle_to(&found.orientation).powi(2);
     let [x, y, z] = advance.translation;
-    Some(Turn { start, travel: [x, y, z, advance.yaw], open })
+    Some(Cycle { start, travel: [x, y, z, advance.yaw], open })
 }
 
-/// The poses of one turn, as dense as the trace.
+/// The poses of one cycle, as dense as the trace.
 fn poses(
     trace: &Trace,
-    turn: f64,
+    cycle: f64,
     (moved, closing): (&Isometry3<f64>, &Bend),
     period: f64,
 ) -> Option<Vec<SampledPose>> {
@@ -184,7 +184,7 @@ fn poses(
     (0..=count)
         .map(|index| {
             let time = period * index as f64 / count as f64;
-            let sample = at(trace, turn + time)?;
+            let sample = at(trace, cycle + time)?;
             let root = closing.at(time, &transformed(moved, &sample.root));
             let root = RootPose { position: root.position, orientation: root.orientation };
             Some(SampledPose { time, angles: sample.angles, root })
@@ -238,8 +238,8 @@ fn root_motion(root: &Root) -> RootMotion {
 /// The frame on the ground below a root, with its heading.
 fn ground_frame(root: &RootMotion) -> Isometry3<f64> {
     let [x, y, _] = root.position;
-    let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), root.heading());
-    Isometry3::from_parts(Translation3::new(x, y, 0.0), UnitQuaternion::from_rotation_matrix(&turn))
+    let yaw = Rotation3::from_axis_angle(&Vector3::z_axis(), root.heading());
+    Isometry3::from_parts(Translation3::new(x, y, 0.0), UnitQuaternion::from_rotation_matrix(&yaw))
 }
 
 fn transformed(by: &Isometry3<f64>, root: &Root) -> RootMotion {

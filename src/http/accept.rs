@@ -3,21 +3,21 @@
 use axum::http::HeaderMap;
 use axum::http::header::ACCEPT;
 
-/// How much a form is liked, 0 to 1, and the place in the header that says so.
-type Liking = (f64, usize);
+/// The quality value of a form, 0 to 1, and the index of the range in the header that it comes from.
+type Quality = (f64, usize);
 
 /// Whether the header Accept prefers CSV to JSON: by weight, and of equal weights what it names first. JSON where
-/// it does not tell them apart.
+/// the two are equal.
 pub(super) fn prefers_csv(headers: &HeaderMap) -> bool {
     let values = headers.get_all(ACCEPT).iter().filter_map(|value| value.to_str().ok());
     let accepted: Vec<(String, f64)> = values.flat_map(|value| value.split(',')).map(read).collect();
-    let (csv, csv_place) = liking(&accepted, ["text/csv", "text/*", "*/*"]);
-    let (json, json_place) = liking(&accepted, ["application/json", "application/*", "*/*"]);
+    let (csv, csv_place) = quality(&accepted, ["text/csv", "text/*", "*/*"]);
+    let (json, json_place) = quality(&accepted, ["application/json", "application/*", "*/*"]);
     csv > json || (csv == json && csv > 0.0 && csv_place < json_place)
 }
 
-/// What the most specific of `ranges` that is named says.
-fn liking(accepted: &[(String, f64)], ranges: [&str; 3]) -> Liking {
+/// The quality of the most specific of `ranges` that the header names.
+fn quality(accepted: &[(String, f64)], ranges: [&str; 3]) -> Quality {
     let named = |range: &str| accepted.iter().position(|(name, _)| name == range);
     let place = ranges.into_iter().find_map(named);
     place.map_or((0.0, usize::MAX), |place| (accepted[place].1, place))

@@ -6,10 +6,11 @@ use axum::http::StatusCode;
 use axum::http::header::LOCATION;
 use axum::response::{IntoResponse, Response};
 
-use super::App;
+use super::app::App;
 use super::extract::JsonBody;
 use super::jobs::JobBody;
-use super::problem::Problem;
+use super::problem::ProblemDetails;
+use super::responses::NotQueued;
 
 /// Queues a study of what accuracy costs for a scenario.
 ///
@@ -22,11 +23,11 @@ use super::problem::Problem;
     responses(
         (status = 202, description = "Queued", body = ref("#/components/schemas/Job"),
             headers(("Location" = String, description = "Where the job is"))),
-        (status = "4XX", description = "Refused: 400, 413, 415, 422, or 429 when too many jobs wait",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem")),
-        (status = 503, description = "Shutting down",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
-pub(super) async fn submit(State(app): State<App>, JsonBody(body): JsonBody) -> Result<Response, Problem> {
+        NotQueued))]
+pub(super) async fn submit(
+    State(app): State<App>,
+    JsonBody(body): JsonBody,
+) -> Result<Response, ProblemDetails> {
     let body = JobBody::from(app.jobs.submit_study(body.into()).await?);
     Ok((StatusCode::ACCEPTED, [(LOCATION, body.place().to_owned())], Json(body)).into_response())
 }

@@ -9,9 +9,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use uuid::Uuid;
 
-use super::App;
-use super::extract::{Path, Upload};
-use super::problem::Problem;
+use super::app::App;
+use super::extract::{Upload, UrlPath};
+use super::problem::ProblemDetails;
+use super::responses::{NoSuchCharacter, NotKept};
 use crate::jobs::Findings;
 use gaitwright_physics::character::{Source, schema};
 use gaitwright_physics::fault::{Fault, InputError};
@@ -27,7 +28,7 @@ pub(super) struct CharacterBody {
     findings: Findings,
 }
 
-/// Keeps a character and tells what was understood of it.
+/// Keeps a character and reports what was understood of it.
 #[utoipa::path(
     post, path = "/v1/characters", operation_id = "add_character", tag = "characters",
     request_body(description = "A character document, a URDF, a zip of a URDF with its meshes, or a form with \
@@ -38,9 +39,8 @@ pub(super) struct CharacterBody {
     responses(
         (status = 201, description = "Kept", body = ref("#/components/schemas/Character"),
             headers(("Location" = String, description = "Where the character is"))),
-        (status = "4XX", description = "Refused: 400, 413, 415, 422, or 429 when too much is computed",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
-pub(super) async fn add(State(app): State<App>, upload: Upload) -> Result<Response, Problem> {
+        NotKept))]
+pub(super) async fn add(State(app): State<App>, upload: Upload) -> Result<Response, ProblemDetails> {
     let (bytes, source) = match upload {
         Upload::Json(body) => (body, Some(Source::Json)),
         Upload::Urdf(body) => (body, Some(Source::Urdf)),
@@ -63,12 +63,11 @@ pub(super) async fn add(State(app): State<App>, upload: Upload) -> Result<Respon
     params(("id" = String, Path, description = "The character's id")),
     responses(
         (status = 200, description = "The character", body = ref("#/components/schemas/Character")),
-        (status = 404, description = "No such character",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+        NoSuchCharacter))]
 pub(super) async fn show(
     State(app): State<App>,
-    Path(id): Path<Uuid>,
-) -> Result<Json<CharacterBody>, Problem> {
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Json<CharacterBody>, ProblemDetails> {
     Ok(Json(CharacterBody { id, findings: app.jobs.findings(id).await? }))
 }
 

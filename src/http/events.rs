@@ -11,11 +11,12 @@ use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use uuid::Uuid;
 
-use super::App;
-use super::extract::Path;
+use super::app::App;
+use super::extract::UrlPath;
 use super::jobs::JobBody;
-use super::problem::Problem;
-use crate::jobs::{Job, Jobs, Live, State as JobState};
+use super::problem::ProblemDetails;
+use super::responses::{JobId, NoSuchJob};
+use crate::jobs::{Job, JobState, Jobs, Live};
 use gaitwright_learning::learn::Generation;
 
 /// Every generation's figures from the first on, then the end.
@@ -26,56 +27,55 @@ use gaitwright_learning::learn::Generation;
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/events", tag = "jobs",
     params(
-        ("id" = String, Path, description = "The job's id"),
+        JobId,
         ("Last-Event-ID" = Option<u32>, Header, description = "Go on after this generation")),
     responses(
         (status = 200, description = "Events `state`, `generation` and `end`",
             content_type = "text/event-stream", body = String),
-        (status = 404, description = "No such job",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+        NoSuchJob))]
 pub(super) async fn events(
     State(app): State<App>,
-    Path(id): Path<Uuid>,
+    UrlPath(id): UrlPath<Uuid>,
     headers: HeaderMap,
-) -> Result<impl IntoResponse, Problem> {
+) -> Result<impl IntoResponse, ProblemDetails> {
     app.jobs.job(id).await?;
     let last = headers.get("last-event-id").and_then(|value| value.to_str().ok()?.parse::<u32>().ok());
     let (sender, receiver) = mpsc::channel(16);
-    let teller = Teller {
+    let events = EventSender {
         jobs: app.jobs,
         id,
         next: last.map_or(0, |last| last.saturating_add(1)),
-        told: None,
+        sent: None,
         sender,
     };
-    tokio::spawn(teller.tell());
+    tokio::spawn(events.run());
     Ok(Sse::new(ReceiverStream::new(receiver)).keep_alive(KeepAlive::default()))
 }
 
-/// Nobody listens any more, or there is nothing more to tell.
-struct Over;
+/// The stream has ended: its reader has left, or the end of the job has been sent.
+struct StreamEnded;
 
-struct Teller {
+struct EventSender {
     jobs: Jobs,
     id: Uuid,
-    /// The generation to be told next.
+    /// The generation to be sent next.
     next: u32,
-    /// The state told last.
-    told: Option<JobState>,
+    /// The state sent last.
+    sent: Option<JobState>,
     sender: mpsc::Sender<Result<Event, Infallible>>,
 }
 
-impl Teller {
-    async fn tell(mut self) {
+impl EventSender {
+    async fn run(mut self) {
         let mut changes = self.jobs.changes();
         loop {
             // Marked as seen before the job is looked at: a change after the look wakes the wait below.
             changes.borrow_and_update();
-            let told = match self.jobs.live(self.id).await {
+            let sent = match self.jobs.live(self.id).await {
                 Some(live) => self.follow(&live).await,
-                None => self.look().await,
+                None => self.idle().await,
             };
-            if told.is_err() {
+            if sent.is_err() {
                 return;
             }
             tokio::select! {
@@ -86,46 +86,46 @@ impl Teller {
         }
     }
 
-    /// Tells what there is to tell of a job that does not run.
-    async fn look(&mut self) -> Result<(), Over> {
-        let job = self.jobs.job(self.id).await.map_err(|_| Over)?;
+    /// Sends the state of a job that does not run, and if it has ended its curve and the end.
+    async fn idle(&mut self) -> Result<(), StreamEnded> {
+        let job = self.jobs.job(self.id).await.map_err(|_| StreamEnded)?;
         if !job.state.is_final() {
             return self.state(job).await;
         }
-        let curve = self.jobs.curve(self.id).await.map_err(|_| Over)?;
+        let curve = self.jobs.curve(self.id).await.map_err(|_| StreamEnded)?;
         self.figures(&curve).await?;
         self.send("end", &JobBody::from(job), None).await?;
-        Err(Over)
+        Err(StreamEnded)
     }
 
-    /// Tells what happens in a running job until it is over.
-    async fn follow(&mut self, live: &Live) -> Result<(), Over> {
-        let job = self.jobs.job(self.id).await.map_err(|_| Over)?;
+    /// Sends what happens in a running job until it is over.
+    async fn follow(&mut self, live: &Live) -> Result<(), StreamEnded> {
+        let job = self.jobs.job(self.id).await.map_err(|_| StreamEnded)?;
         self.state(job).await?;
         let mut moment = live.watch();
         loop {
             let over = moment.borrow_and_update().over;
             self.figures(&live.curve_from(self.next)).await?;
             if over {
-                return self.look().await;
+                return self.idle().await;
             }
             tokio::select! {
                 _ = moment.changed() => {}
-                () = self.sender.closed() => return Err(Over),
-                () = self.jobs.shutdown().cancelled() => return Err(Over),
+                () = self.sender.closed() => return Err(StreamEnded),
+                () = self.jobs.shutdown().cancelled() => return Err(StreamEnded),
             }
         }
     }
 
-    /// Tells a job's state when it is another than was told last.
-    async fn state(&mut self, job: Job) -> Result<(), Over> {
-        if self.told.replace(job.state) == Some(job.state) {
+    /// Sends a job's state when it is another than was sent last.
+    async fn state(&mut self, job: Job) -> Result<(), StreamEnded> {
+        if self.sent.replace(job.state) == Some(job.state) {
             return Ok(());
         }
         self.send("state", &JobBody::from(job), None).await
     }
 
-    async fn figures(&mut self, curve: &[Generation]) -> Result<(), Over> {
+    async fn figures(&mut self, curve: &[Generation]) -> Result<(), StreamEnded> {
         let next = self.next;
         for figures in curve.iter().filter(|figures| figures.generation >= next) {
             self.send("generation", figures, Some(figures.generation)).await?;
@@ -134,11 +134,11 @@ impl Teller {
         Ok(())
     }
 
-    async fn send<T: Serialize>(&self, kind: &str, data: &T, id: Option<u32>) -> Result<(), Over> {
-        let mut event = Event::default().event(kind).json_data(data).map_err(|_| Over)?;
+    async fn send<T: Serialize>(&self, kind: &str, data: &T, id: Option<u32>) -> Result<(), StreamEnded> {
+        let mut event = Event::default().event(kind).json_data(data).map_err(|_| StreamEnded)?;
         if let Some(id) = id {
             event = event.id(id.to_string());
         }
-        self.sender.send(Ok(event)).await.map_err(|_| Over)
+        self.sender.send(Ok(event)).await.map_err(|_| StreamEnded)
     }
 }

@@ -3,19 +3,19 @@
 use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Multipart, Request};
 
-use super::problem::{Problem, media_type};
+use super::problem::{ProblemDetails, media_type};
 use gaitwright_physics::character::Source;
 use gaitwright_physics::fault::{Fault, InputError};
 
 /// [`axum::extract::Path`] with problem documents.
 #[derive(Debug, FromRequestParts)]
-#[from_request(via(axum::extract::Path), rejection(Problem))]
-pub(super) struct Path<T>(pub(super) T);
+#[from_request(via(axum::extract::Path), rejection(ProblemDetails))]
+pub(super) struct UrlPath<T>(pub(super) T);
 
 /// [`axum::extract::Query`] with problem documents.
 #[derive(Debug, FromRequestParts)]
-#[from_request(via(axum::extract::Query), rejection(Problem))]
-pub(super) struct Query<T>(pub(super) T);
+#[from_request(via(axum::extract::Query), rejection(ProblemDetails))]
+pub(super) struct UrlQuery<T>(pub(super) T);
 
 /// A body that brings a character, by its media type.
 #[derive(Debug)]
@@ -40,9 +40,9 @@ pub(super) struct Form {
 }
 
 impl<S: Send + Sync> FromRequest<S> for Upload {
-    type Rejection = Problem;
+    type Rejection = ProblemDetails;
 
-    async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
+    async fn from_request(request: Request, state: &S) -> Result<Self, ProblemDetails> {
         match media_type(request.headers()).as_deref() {
             Some("application/json") => Ok(Self::Json(Bytes::from_request(request, state).await?)),
             Some("application/xml" | "text/xml") => {
@@ -54,7 +54,7 @@ impl<S: Send + Sync> FromRequest<S> for Upload {
             Some("multipart/form-data") => {
                 Ok(Self::Form(Form::read(Multipart::from_request(request, state).await?).await?))
             }
-            other => Err(Problem::unsupported(format!(
+            other => Err(ProblemDetails::unsupported(format!(
                 "the body is {}; application/json, application/xml, application/zip or \
                  multipart/form-data is expected",
                 other.unwrap_or("of no given type")
@@ -64,14 +64,14 @@ impl<S: Send + Sync> FromRequest<S> for Upload {
 }
 
 /// A body that was declared to be of a kind, unless it plainly is of another.
-fn declared(body: Bytes, kind: Source) -> Result<Bytes, Problem> {
+fn declared(body: Bytes, kind: Source) -> Result<Bytes, ProblemDetails> {
     let name = |kind| match kind {
         Source::Urdf => "XML",
         Source::Json => "JSON",
         Source::Zip => "a zip archive",
     };
     match Source::detect(&body) {
-        Some(found) if found != kind => Err(Problem::unsupported(format!(
+        Some(found) if found != kind => Err(ProblemDetails::unsupported(format!(
             "the body is {}, but the header Content-Type says that it is {}",
             name(found),
             name(kind)
@@ -85,12 +85,12 @@ fn declared(body: Bytes, kind: Source) -> Result<Bytes, Problem> {
 pub(super) struct JsonBody(pub(super) Bytes);
 
 impl<S: Send + Sync> FromRequest<S> for JsonBody {
-    type Rejection = Problem;
+    type Rejection = ProblemDetails;
 
-    async fn from_request(request: Request, state: &S) -> Result<Self, Problem> {
+    async fn from_request(request: Request, state: &S) -> Result<Self, ProblemDetails> {
         match media_type(request.headers()).as_deref() {
             Some("application/json") => Ok(Self(Bytes::from_request(request, state).await?)),
-            other => Err(Problem::unsupported(format!(
+            other => Err(ProblemDetails::unsupported(format!(
                 "the body is {}; application/json is expected",
                 other.unwrap_or("of no given type")
             ))),
@@ -99,7 +99,7 @@ impl<S: Send + Sync> FromRequest<S> for JsonBody {
 }
 
 impl Form {
-    async fn read(mut parts: Multipart) -> Result<Self, Problem> {
+    async fn read(mut parts: Multipart) -> Result<Self, ProblemDetails> {
         let (mut character, mut job) = (None, None);
         let mut faults = Vec::new();
         while let Some(part) = parts.next_field().await? {

@@ -9,10 +9,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
-use super::App;
-use super::extract::{Path, Query, Upload};
-use super::problem::Problem;
-use crate::jobs::{Job, JobRequest, ServiceError, Settings, State as JobState, Work};
+use super::app::App;
+use super::extract::{Upload, UrlPath, UrlQuery};
+use super::problem::ProblemDetails;
+use super::responses::{JobId, NoSuchJob, NotQueued, UnreadableQuery};
+use crate::jobs::{Job, JobRequest, JobState, ServiceError, Settings, Work};
 
 /// Jobs of a page unless the client asks for another number.
 const PAGE: u32 = 20;
@@ -137,11 +138,8 @@ pub(super) struct Selection {
     responses(
         (status = 202, description = "Queued", body = ref("#/components/schemas/Job"),
             headers(("Location" = String, description = "Where the job is"))),
-        (status = "4XX", description = "Refused: 400, 413, 415, 422, or 429 when too many jobs wait",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem")),
-        (status = 503, description = "Shutting down",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
-pub(super) async fn submit(State(app): State<App>, upload: Upload) -> Result<Response, Problem> {
+        NotQueued))]
+pub(super) async fn submit(State(app): State<App>, upload: Upload) -> Result<Response, ProblemDetails> {
     let job = match upload {
         Upload::Json(body) => {
             let request = app.jobs.compute(move |_| Ok(JobRequest::parse(&body)?)).await?;
@@ -172,18 +170,17 @@ async fn submit_bytes(app: &App, body: Bytes, settings: Settings) -> Result<Job,
             description = "Only jobs in this state: queued, running, succeeded, failed, cancelled")),
     responses(
         (status = 200, description = "A page of jobs", body = ref("#/components/schemas/Jobs")),
-        (status = 400, description = "A query that cannot be read",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+        UnreadableQuery))]
 pub(super) async fn list(
     State(app): State<App>,
-    Query(selection): Query<Selection>,
-) -> Result<Json<JobsBody>, Problem> {
+    UrlQuery(selection): UrlQuery<Selection>,
+) -> Result<Json<JobsBody>, ProblemDetails> {
     let limit = selection.limit.unwrap_or(PAGE);
     if !(1..=LONGEST_PAGE).contains(&limit) {
         let detail = format!("limit: must lie between 1 and {LONGEST_PAGE}");
-        return Err(Problem::new(StatusCode::BAD_REQUEST, detail));
+        return Err(ProblemDetails::new(StatusCode::BAD_REQUEST, detail));
     }
-    // One more than asked for tells whether there is a next page.
+    // One more than asked for shows whether there is a next page.
     let mut jobs = app.jobs.list(selection.state, selection.after, limit + 1).await?;
     let more = jobs.len() > limit as usize;
     jobs.truncate(limit as usize);
@@ -198,26 +195,30 @@ pub(super) async fn list(
 /// Shows a job.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}", operation_id = "show_job", tag = "jobs",
-    params(("id" = String, Path, description = "The job's id")),
+    params(JobId),
     responses(
         (status = 200, description = "The job", body = ref("#/components/schemas/Job")),
-        (status = 404, description = "No such job",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
-pub(super) async fn show(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Json<JobBody>, Problem> {
+        NoSuchJob))]
+pub(super) async fn show(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Json<JobBody>, ProblemDetails> {
     Ok(Json(app.jobs.job(id).await?.into()))
 }
 
 /// Cancels a job that waits or runs; deletes one that has ended.
 #[utoipa::path(
     delete, path = "/v1/jobs/{id}", operation_id = "remove_job", tag = "jobs",
-    params(("id" = String, Path, description = "The job's id")),
+    params(JobId),
     responses(
         (status = 202, description = "The job is cancelled, or will be within a second",
             body = ref("#/components/schemas/Job")),
         (status = 204, description = "The job and its files are deleted"),
-        (status = 404, description = "No such job",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
-pub(super) async fn remove(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, Problem> {
+        NoSuchJob))]
+pub(super) async fn remove(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
     Ok(match app.jobs.remove(id).await? {
         Some(job) => (StatusCode::ACCEPTED, Json(JobBody::from(job))).into_response(),
         None => StatusCode::NO_CONTENT.into_response(),

@@ -2,6 +2,7 @@
 
 mod accept;
 mod accuracy;
+mod app;
 mod characters;
 mod events;
 mod extract;
@@ -10,6 +11,7 @@ mod openapi;
 mod page;
 mod problem;
 mod ranges;
+mod responses;
 mod results;
 mod simulations;
 mod status;
@@ -24,8 +26,6 @@ use axum::http::StatusCode;
 use axum::http::header::{CACHE_CONTROL, HeaderName, HeaderValue, X_CONTENT_TYPE_OPTIONS};
 use axum::middleware::{from_fn, map_response};
 use axum::response::Response;
-use axum::routing::{get, post};
-use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 use tower_http::catch_panic::CatchPanicLayer;
@@ -33,8 +33,11 @@ use tower_http::csrf::CsrfLayer;
 use tower_http::request_id::{MakeRequestUuid, PropagateRequestIdLayer, SetRequestIdLayer};
 use tower_http::timeout::TimeoutLayer;
 use tower_http::trace::TraceLayer;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
 
 use crate::jobs::Jobs;
+use app::App;
 
 /// Greatest size of a request's body, bytes.
 const MAX_BODY: usize = 32 << 20;
@@ -43,17 +46,7 @@ const MAX_BODY: usize = 32 << 20;
 const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// How long open connections may take to end once the service shuts down.
-const FAREWELL: Duration = Duration::from_secs(3);
-
-/// What handlers share.
-#[derive(Clone)]
-struct App {
-    jobs: Jobs,
-    /// Simulations that may still be started.
-    simulations: Arc<Semaphore>,
-    figures: PrometheusHandle,
-    openapi: Arc<serde_json::Value>,
-}
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Serves `jobs` on `listener` until they shut down; then waits for open connections, but not for
 /// long.
@@ -64,56 +57,61 @@ struct App {
 pub async fn serve(listener: TcpListener, jobs: Jobs) -> io::Result<()> {
     let shutdown = jobs.shutdown().clone();
     let figures = status::collect().map_err(io::Error::other)?;
-    let openapi = Arc::new(openapi::description()?);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let simulations = Arc::new(Semaphore::new(cores));
-    let router = router(App { jobs, simulations, figures, openapi });
+    let (routes, description) = routes().split_for_parts();
+    let openapi = Arc::new(openapi::complete(description)?);
+    let router =
+        layered(routes.merge(page::router())).with_state(App { jobs, simulations, figures, openapi });
     let serving = axum::serve(listener, router).with_graceful_shutdown(shutdown.clone().cancelled_owned());
     tokio::select! {
         served = serving => served,
-        () = async { shutdown.cancelled().await; tokio::time::sleep(FAREWELL).await } => Ok(()),
+        () = async { shutdown.cancelled().await; tokio::time::sleep(CLOSE_TIMEOUT).await } => Ok(()),
     }
 }
 
-/// Every route of the service.
-fn router(app: App) -> Router {
-    Router::new()
-        .route("/v1/jobs", post(jobs::submit).get(jobs::list))
-        .route("/v1/jobs/{id}", get(jobs::show).delete(jobs::remove))
-        .route("/v1/jobs/{id}/events", get(events::events))
-        .route("/v1/jobs/{id}/recording.rrd", get(results::recording))
-        .route("/v1/jobs/{id}/motion", get(results::motion))
-        .route("/v1/jobs/{id}/gait", get(results::gait))
-        .route("/v1/jobs/{id}/gait.svg", get(results::diagram))
-        .route("/v1/jobs/{id}/curve", get(results::curve))
-        .route("/v1/jobs/{id}/report", get(results::report))
-        .route("/v1/jobs/{id}/table", get(results::table))
-        .route("/v1/jobs/{id}/front.svg", get(results::front))
-        .route("/v1/characters", post(characters::add))
-        .route("/v1/characters/{id}", get(characters::show))
-        .route("/v1/schemas/character", get(characters::character_schema))
-        .route("/v1/simulations", post(simulations::simulate))
-        .route("/v1/accuracy", post(accuracy::submit))
-        .route("/healthz", get(status::alive))
-        .route("/readyz", get(status::ready))
-        .route("/metrics", get(status::metrics))
-        .route("/openapi.json", get(status::openapi))
-        .merge(page::router())
+/// Every call of the interface. Its path, its method and its description stand at its handler.
+fn routes() -> OpenApiRouter<App> {
+    OpenApiRouter::with_openapi(openapi::introduction())
+        .routes(routes!(jobs::submit, jobs::list))
+        .routes(routes!(jobs::show, jobs::remove))
+        .routes(routes!(events::events))
+        .routes(routes!(results::recording))
+        .routes(routes!(results::motion))
+        .routes(routes!(results::gait))
+        .routes(routes!(results::diagram))
+        .routes(routes!(results::curve))
+        .routes(routes!(results::report))
+        .routes(routes!(results::table))
+        .routes(routes!(results::front))
+        .routes(routes!(characters::add))
+        .routes(routes!(characters::show))
+        .routes(routes!(characters::character_schema))
+        .routes(routes!(simulations::simulate))
+        .routes(routes!(accuracy::submit))
+        .routes(routes!(status::alive))
+        .routes(routes!(status::ready))
+        .routes(routes!(status::metrics))
+        .routes(routes!(status::openapi))
+}
+
+/// What every request and every answer goes through, the innermost first.
+fn layered(routes: Router<App>) -> Router<App> {
+    routes
         .layer(DefaultBodyLimit::max(MAX_BODY))
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, TIMEOUT))
         .layer(CsrfLayer::new())
         .layer(CatchPanicLayer::custom(problem::of_panic))
         .layer(from_fn(status::count))
-        .layer(from_fn(problem::everywhere))
-        .layer(map_response(harden))
+        .layer(from_fn(problem::describe_errors))
+        .layer(map_response(add_security_headers))
         .layer(PropagateRequestIdLayer::x_request_id())
         .layer(TraceLayer::new_for_http().make_span_with(span))
         .layer(SetRequestIdLayer::x_request_id(MakeRequestUuid))
-        .with_state(app)
 }
 
 /// Headers of every answer: no guessing of types, and no caching unless the handler allows it.
-async fn harden(mut response: Response) -> Response {
+async fn add_security_headers(mut response: Response) -> Response {
     let headers = response.headers_mut();
     headers.insert(X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     headers.entry(CACHE_CONTROL).or_insert(HeaderValue::from_static("no-store"));

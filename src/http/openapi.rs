@@ -1,15 +1,15 @@
 //! The description of the REST interface (OpenAPI 3.1).
 //!
-//! Paths stand at their handlers, schemas come from the types of the documents.
+//! The calls are described at their handlers and gathered by the router; schemas come from the types of the documents.
 
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, SchemaGenerator};
 use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
 
-use super::{accuracy, characters, events, jobs, problem, results, simulations, status};
+use super::{characters, jobs, problem};
 use crate::export::Curve;
-use crate::jobs::{JobRequest, Report, StudyRequest};
+use crate::jobs::{JobRequest, StudyRequest, TrainingReport};
 use gaitwright_learning::accuracy::Table;
 use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::scenario::{Line, Scenario};
@@ -22,14 +22,6 @@ use gaitwright_physics::motion::Motion;
         description = "Learns physically valid motion for any articulated character. JSON everywhere: SI units, \
             radians, seconds, quaternions [w, x, y, z], right-handed, z up. Errors are problem documents (RFC 9457)."
     ),
-    paths(
-        accuracy::submit, jobs::submit, jobs::list, jobs::show, jobs::remove, events::events,
-        results::recording, results::motion, results::gait, results::diagram, results::curve, results::report,
-        results::table, results::front,
-        characters::add, characters::show, characters::character_schema,
-        simulations::simulate,
-        status::alive, status::ready, status::metrics, status::openapi,
-    ),
     tags(
         (name = "jobs", description = "Learning, and the price of accuracy, as jobs"),
         (name = "results", description = "What a job leaves behind"),
@@ -37,15 +29,20 @@ use gaitwright_physics::motion::Motion;
         (name = "simulations", description = "One simulation"),
         (name = "service", description = "How the service itself is"),
     ))]
-struct Paths;
+struct Introduction;
 
-/// The description, with the schema of every document in it.
+/// The description without its calls.
+pub(super) fn introduction() -> utoipa::openapi::OpenApi {
+    Introduction::openapi()
+}
+
+/// The description as it is served: `description` with the schema of every document in it.
 ///
 /// # Errors
 ///
 /// When it cannot be put as JSON.
-pub(super) fn description() -> Result<Value, serde_json::Error> {
-    let mut description = serde_json::to_value(Paths::openapi())?;
+pub(super) fn complete(description: utoipa::openapi::OpenApi) -> Result<Value, serde_json::Error> {
+    let mut description = serde_json::to_value(description)?;
     description["jsonSchemaDialect"] = json!("https://json-schema.org/draft/2020-12/schema");
     description["components"] = json!({ "schemas": schemas() });
     Ok(description)
@@ -66,11 +63,11 @@ fn schemas() -> Map<String, Value> {
     add::<Curve>(&mut generator);
     add::<GaitReport>(&mut generator);
     add::<Motion>(&mut generator);
-    add::<Report>(&mut generator);
+    add::<TrainingReport>(&mut generator);
     add::<characters::CharacterBody>(&mut generator);
     add::<Scenario>(&mut generator);
     add::<Line>(&mut generator);
-    add::<problem::Problem>(&mut generator);
+    add::<problem::ProblemDetails>(&mut generator);
     let mut schemas = generator.take_definitions(true);
     let file = json!({ "type": "string", "contentMediaType": "application/octet-stream",
         "description": "A URDF, a character document, or a zip of a URDF with its meshes" });

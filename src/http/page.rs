@@ -10,8 +10,8 @@ use axum::routing::get;
 use re_web_viewer_server::WebViewerData;
 use sha2::{Digest, Sha256};
 
-use super::App;
-use super::problem::Problem;
+use super::app::App;
+use super::problem::ProblemDetails;
 use crate::jobs::ServiceError;
 
 /// A file of the program.
@@ -72,20 +72,20 @@ impl IntoResponse for Asset {
     }
 }
 
-async fn viewer_script(headers: HeaderMap) -> Result<Response, Problem> {
+async fn viewer_script(headers: HeaderMap) -> Result<Response, ProblemDetails> {
     let viewer = viewer().await?;
     Ok(tagged(&headers, "text/javascript", &viewer.script_tag, viewer.data.viewer_js()))
 }
 
-async fn viewer_program(headers: HeaderMap) -> Result<Response, Problem> {
+async fn viewer_program(headers: HeaderMap) -> Result<Response, ProblemDetails> {
     let viewer = viewer().await?;
     Ok(tagged(&headers, "application/wasm", &viewer.program_tag, viewer.data.viewer_wasm()))
 }
 
-async fn viewer() -> Result<&'static Viewer, Problem> {
+async fn viewer() -> Result<&'static Viewer, ProblemDetails> {
     // The tags of some 40 MB are computed the first time.
     let loaded = tokio::task::spawn_blocking(|| VIEWER.as_ref()).await.map_err(ServiceError::from)?;
-    loaded.map_err(|error| Problem::not_found(format!("the viewer is not in this program: {error}")))
+    loaded.map_err(|error| ProblemDetails::not_found(format!("the viewer is not in this program: {error}")))
 }
 
 /// A large file that a browser may keep as long as its tag stays the same.

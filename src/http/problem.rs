@@ -16,19 +16,20 @@ use crate::jobs::ServiceError;
 use gaitwright_physics::fault::{Fault, InputError};
 
 /// The media type of problem documents.
-const PROBLEM_JSON: &str = "application/problem+json";
+pub(super) const PROBLEM_JSON: &str = "application/problem+json";
 
-/// When a client may try again that met a full queue, s.
-const QUEUE_PAUSE: u32 = 10;
+/// Retry-After of an answer from a full queue, s.
+const FULL_QUEUE_RETRY: u32 = 10;
 
-/// When a client may try again that met a service about to end, s.
-const RESTART_PAUSE: u32 = 5;
+/// Retry-After of an answer from a service that shuts down, s.
+const SHUTDOWN_RETRY: u32 = 5;
 
 /// A problem document.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
-pub struct Problem {
+#[schemars(rename = "Problem")]
+pub struct ProblemDetails {
     /// Kind of the problem: `urn:gaitwright:input` for a faulty input, `about:blank` when the status
-    /// says it all.
+    /// is all there is to it.
     #[serde(rename = "type")]
     kind: &'static str,
     /// The kind in words.
@@ -58,8 +59,8 @@ struct FaultBody {
     detail: String,
 }
 
-impl Problem {
-    /// A problem of which the status says everything but the detail.
+impl ProblemDetails {
+    /// A problem whose kind is its status.
     pub(super) fn new(status: StatusCode, detail: impl Into<String>) -> Self {
         Self {
             kind: "about:blank",
@@ -87,12 +88,12 @@ impl Problem {
         Self::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, detail)
     }
 
-    /// As much is going on as may go on at once.
+    /// The limit on simultaneous work is reached.
     pub(super) fn busy(detail: impl Into<String>) -> Self {
-        Self::new(StatusCode::TOO_MANY_REQUESTS, detail).retry_after(QUEUE_PAUSE)
+        Self::new(StatusCode::TOO_MANY_REQUESTS, detail).retry_after(FULL_QUEUE_RETRY)
     }
 
-    /// Something went wrong that is not the client's doing. What, goes to the log alone.
+    /// A failure of the service itself; what failed goes to the log and not to the client.
     fn internal(error: &dyn std::fmt::Display) -> Self {
         tracing::error!(%error, "a request could not be answered");
         Self::new(StatusCode::INTERNAL_SERVER_ERROR, "the request could not be answered; the log says why")
@@ -108,7 +109,7 @@ impl Problem {
     }
 }
 
-impl IntoResponse for Problem {
+impl IntoResponse for ProblemDetails {
     fn into_response(self) -> Response {
         let body = serde_json::to_vec(&self).unwrap_or_default();
         let mut response = (self.status(), [(CONTENT_TYPE, PROBLEM_JSON)], body).into_response();
@@ -119,7 +120,7 @@ impl IntoResponse for Problem {
     }
 }
 
-impl From<InputError> for Problem {
+impl From<InputError> for ProblemDetails {
     fn from(error: InputError) -> Self {
         let (status, title) = match &error {
             InputError::Malformed(_) => (StatusCode::BAD_REQUEST, "The input cannot be parsed"),
@@ -140,15 +141,17 @@ impl From<InputError> for Problem {
     }
 }
 
-impl From<ServiceError> for Problem {
+impl From<ServiceError> for ProblemDetails {
     fn from(error: ServiceError) -> Self {
         match error {
             ServiceError::Input(error) => error.into(),
-            ServiceError::Unknown(_) => Self::not_found(error.to_string()),
+            ServiceError::UnknownJob(_) | ServiceError::UnknownCharacter(_) => {
+                Self::not_found(error.to_string())
+            }
             ServiceError::Full(_) | ServiceError::Busy => Self::busy(error.to_string()),
             ServiceError::GivenUp => Self::new(StatusCode::REQUEST_TIMEOUT, error.to_string()),
             ServiceError::ShuttingDown => {
-                Self::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string()).retry_after(RESTART_PAUSE)
+                Self::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string()).retry_after(SHUTDOWN_RETRY)
             }
             ServiceError::Store(_) | ServiceError::File(_) | ServiceError::Broken(_) => {
                 Self::internal(&error)
@@ -157,32 +160,32 @@ impl From<ServiceError> for Problem {
     }
 }
 
-impl From<PathRejection> for Problem {
+impl From<PathRejection> for ProblemDetails {
     fn from(rejection: PathRejection) -> Self {
         // A path that does not parse names nothing.
         Self::not_found(rejection.body_text())
     }
 }
 
-impl From<QueryRejection> for Problem {
+impl From<QueryRejection> for ProblemDetails {
     fn from(rejection: QueryRejection) -> Self {
         Self::new(rejection.status(), rejection.body_text())
     }
 }
 
-impl From<BytesRejection> for Problem {
+impl From<BytesRejection> for ProblemDetails {
     fn from(rejection: BytesRejection) -> Self {
         Self::new(rejection.status(), rejection.body_text())
     }
 }
 
-impl From<MultipartRejection> for Problem {
+impl From<MultipartRejection> for ProblemDetails {
     fn from(rejection: MultipartRejection) -> Self {
         Self::new(rejection.status(), rejection.body_text())
     }
 }
 
-impl From<MultipartError> for Problem {
+impl From<MultipartError> for ProblemDetails {
     fn from(error: MultipartError) -> Self {
         Self::new(error.status(), error.body_text())
     }
@@ -190,7 +193,7 @@ impl From<MultipartError> for Problem {
 
 /// Turns errors that are no problem documents yet (unknown routes and methods, requests that took too
 /// long, ranges that cannot be served) into such.
-pub(super) async fn everywhere(request: Request, next: Next) -> Response {
+pub(super) async fn describe_errors(request: Request, next: Next) -> Response {
     let place = format!("{} {}", request.method(), request.uri().path());
     let response = next.run(request).await;
     let status = response.status();
@@ -205,7 +208,7 @@ pub(super) async fn everywhere(request: Request, next: Next) -> Response {
         _ => format!("{place} could not be answered"),
     };
     let (old, _) = response.into_parts();
-    let mut problem = Problem::new(status, detail).into_response();
+    let mut problem = ProblemDetails::new(status, detail).into_response();
     for (name, value) in &old.headers {
         if name != CONTENT_TYPE && name != axum::http::header::CONTENT_LENGTH {
             problem.headers_mut().insert(name, value.clone());
@@ -218,7 +221,7 @@ pub(super) async fn everywhere(request: Request, next: Next) -> Response {
 pub(super) fn of_panic(panic: Box<dyn std::any::Any + Send>) -> Response<Body> {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no reason given");
-    Problem::internal(&text).into_response()
+    ProblemDetails::internal(&text).into_response()
 }
 
 /// The media type of a message in lower case, without its parameters.

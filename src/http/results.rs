@@ -18,16 +18,17 @@ use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 
-use super::App;
 use super::accept::prefers_csv;
-use super::extract::Path;
-use super::problem::Problem;
+use super::app::App;
+use super::extract::UrlPath;
+use super::problem::ProblemDetails;
 use super::ranges;
+use super::responses::{JobId, NoDiagram, NoMotion, NoRecording, NoReport, NoSuchJob, NoTable};
 use crate::export::Curve;
-use crate::jobs::{Artefact, Job, Live, State as JobState};
+use crate::jobs::{Artefact, Job, JobState, Live};
 
 /// How often a growing recording is looked at for more.
-const LOOK_EVERY: Duration = Duration::from_millis(200);
+const POLL_EVERY: Duration = Duration::from_millis(200);
 
 /// Bytes of a growing recording sent at once.
 const CHUNK: usize = 64 << 10;
@@ -35,21 +36,19 @@ const CHUNK: usize = 64 << 10;
 /// The recording; while the job runs, a stream that follows it.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/recording.rrd", tag = "results",
-    params(("id" = String, Path, description = "The job's id")),
+    params(JobId),
     responses(
         (status = 200, description = "The recording, for the Rerun viewer; while the job runs, everything \
             recorded so far and then what is added, until the job ends",
             content_type = "application/octet-stream", body = Vec<u8>),
         (status = 206, description = "A range of a finished recording",
             content_type = "application/octet-stream", body = Vec<u8>),
-        (status = "4XX", description = "404 for no such job, 409 for one that has recorded nothing, 416 for a \
-            range beyond the end",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+        NoRecording))]
 pub(super) async fn recording(
     State(app): State<App>,
-    Path(id): Path<Uuid>,
+    UrlPath(id): UrlPath<Uuid>,
     request: Request,
-) -> Result<Response, Problem> {
+) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
     let path = app.jobs.artefact(id, Artefact::Recording);
     if job.state == JobState::Running
@@ -68,65 +67,72 @@ pub(super) async fn recording(
 /// The motion document.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/motion", tag = "results",
-    params(("id" = String, Path, description = "The job's id")),
+    params(JobId),
     responses(
         (status = 200, description = "The motion", body = ref("#/components/schemas/Motion")),
-        (status = "4XX", description = "404 for no such job, 409 for one without a motion (yet)",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
-pub(super) async fn motion(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, Problem> {
+        NoMotion))]
+pub(super) async fn motion(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
     published(&app, id, Artefact::Motion, "application/json").await
 }
 
 /// The gait report.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/gait", tag = "results",
-    params(("id" = String, Path, description = "The job's id")),
+    params(JobId),
     responses(
         (status = 200, description = "The gait report", body = ref("#/components/schemas/GaitReport")),
-        (status = "4XX", description = "404 for no such job, 409 for one without a motion (yet)",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
-pub(super) async fn gait(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, Problem> {
+        NoMotion))]
+pub(super) async fn gait(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
     published(&app, id, Artefact::Gait, "application/json").await
 }
 
 /// The gait diagram.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/gait.svg", tag = "results",
-    params(("id" = String, Path, description = "The job's id")),
+    params(JobId),
     responses(
         (status = 200, description = "The gait diagram", content_type = "image/svg+xml", body = String),
-        (status = "4XX", description = "404 for no such job, 409 for one without a motion (yet)",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
-pub(super) async fn diagram(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, Problem> {
+        NoMotion))]
+pub(super) async fn diagram(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
     published(&app, id, Artefact::Diagram, "image/svg+xml").await
 }
 
 /// Everything about a job and what came of it.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/report", tag = "results",
-    params(("id" = String, Path, description = "The job's id")),
+    params(JobId),
     responses(
         (status = 200, description = "The report", body = ref("#/components/schemas/Report")),
-        (status = "4XX", description = "404 for no such job, 409 for one without results (yet)",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
-pub(super) async fn report(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, Problem> {
+        NoReport))]
+pub(super) async fn report(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
     published(&app, id, Artefact::Report, "application/json").await
 }
 
 /// The learning curve so far.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/curve", tag = "results",
-    params(("id" = String, Path, description = "The job's id")),
+    params(JobId),
     responses(
         (status = 200, description = "The curve, as JSON or CSV by the header Accept", content(
             (ref("#/components/schemas/Curve") = "application/json"), (String = "text/csv"))),
-        (status = 404, description = "No such job",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+        NoSuchJob))]
 pub(super) async fn curve(
     State(app): State<App>,
-    Path(id): Path<Uuid>,
+    UrlPath(id): UrlPath<Uuid>,
     headers: HeaderMap,
-) -> Result<Response, Problem> {
+) -> Result<Response, ProblemDetails> {
     app.jobs.job(id).await?;
     let curve = Curve::new(&app.jobs.curve(id).await?);
     Ok(if prefers_csv(&headers) {
@@ -139,17 +145,16 @@ pub(super) async fn curve(
 /// What every setting of a study costs and how exact it is.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/table", tag = "results",
-    params(("id" = String, Path, description = "The job's id")),
+    params(JobId),
     responses(
         (status = 200, description = "The table, as JSON or CSV by the header Accept", content(
             (ref("#/components/schemas/Table") = "application/json"), (String = "text/csv"))),
-        (status = "4XX", description = "404 for no such job, 409 for one without a table (yet)",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
+        NoTable))]
 pub(super) async fn table(
     State(app): State<App>,
-    Path(id): Path<Uuid>,
+    UrlPath(id): UrlPath<Uuid>,
     headers: HeaderMap,
-) -> Result<Response, Problem> {
+) -> Result<Response, ProblemDetails> {
     if prefers_csv(&headers) {
         published(&app, id, Artefact::TableCsv, "text/csv; charset=utf-8").await
     } else {
@@ -160,12 +165,14 @@ pub(super) async fn table(
 /// The work-precision diagram of a study.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/front.svg", tag = "results",
-    params(("id" = String, Path, description = "The job's id")),
+    params(JobId),
     responses(
         (status = 200, description = "The diagram", content_type = "image/svg+xml", body = String),
-        (status = "4XX", description = "404 for no such job, 409 for one without a diagram (yet)",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
-pub(super) async fn front(State(app): State<App>, Path(id): Path<Uuid>) -> Result<Response, Problem> {
+        NoDiagram))]
+pub(super) async fn front(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
     published(&app, id, Artefact::Front, "image/svg+xml").await
 }
 
@@ -175,7 +182,7 @@ async fn published(
     id: Uuid,
     artefact: Artefact,
     media_type: &'static str,
-) -> Result<Response, Problem> {
+) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
     match tokio::fs::read(app.jobs.artefact(id, artefact)).await {
         Ok(contents) => Ok(([(CONTENT_TYPE, media_type)], contents).into_response()),
@@ -186,23 +193,23 @@ async fn published(
     }
 }
 
-fn not_ready(job: &Job, what: &str) -> Problem {
+fn not_ready(job: &Job, what: &str) -> ProblemDetails {
     let why = match &job.error {
         Some(error) => format!(": {error}"),
         None => String::new(),
     };
-    Problem::conflict(format!("the job is {}{why}; there is no {what}", job.state.name()))
+    ProblemDetails::conflict(format!("the job is {}{why}; there is no {what}", job.state.name()))
 }
 
 /// Answers with a file that grows until its job is over.
 fn growing(request: &Request, path: PathBuf, live: Arc<Live>, shutdown: CancellationToken) -> Response {
     let body = if request.method() == Method::HEAD {
-        // An empty body would say that there is nothing; how much there will be is not known.
+        // A body of length 0 would be wrong: the length of what there will be is not known.
         Body::from_stream(tokio_stream::empty::<std::io::Result<Bytes>>())
     } else {
         let (sender, receiver) = mpsc::channel(4);
         tokio::spawn(async move {
-            // The status has been sent; an end before the job's is all that can still be told.
+            // The status has been sent: breaking the stream off is all that can still be done.
             if let Err(error) = follow(path, live, shutdown, &sender).await {
                 let _ = sender.send(Err(error)).await;
             }
@@ -248,7 +255,7 @@ async fn follow(
             return Ok(());
         }
         tokio::select! {
-            () = tokio::time::sleep(LOOK_EVERY) => {}
+            () = tokio::time::sleep(POLL_EVERY) => {}
             () = sender.closed() => return Ok(()),
             () = shutdown.cancelled() => return Ok(()),
         }

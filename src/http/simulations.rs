@@ -12,9 +12,10 @@ use tokio::runtime::Handle;
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 
-use super::App;
+use super::app::App;
 use super::extract::JsonBody;
-use super::problem::Problem;
+use super::problem::ProblemDetails;
+use super::responses::NotSimulated;
 use gaitwright_learning::accuracy::{self, StudyError};
 use gaitwright_learning::scenario::{Line, NoFiles, PreparedScenario, Scenario};
 use gaitwright_physics::fault::InputError;
@@ -23,14 +24,14 @@ use gaitwright_physics::fault::InputError;
 const MOST_STEPS: u64 = 1_000_000;
 
 /// Lines that may wait for their reader.
-const WAITING: usize = 64;
+const BUFFERED_LINES: usize = 64;
 
-/// How long a reader may leave the lines waiting before the simulation is given up.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// How long a reader may leave the buffer full before the simulation is stopped.
+const READER_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// Runs one simulation.
 ///
-/// Answers with JSON lines, one a sample, the last a summary that says how it ended.
+/// Answers with JSON lines, one a sample, the last a summary of how it ended.
 #[utoipa::path(
     post, path = "/v1/simulations", tag = "simulations",
     request_body(description = "A scenario whose character and motion are inline",
@@ -38,17 +39,19 @@ const PATIENCE: Duration = Duration::from_secs(30);
     responses(
         (status = 200, description = "One line a sample, then a summary", content_type = "application/jsonl",
             body = ref("#/components/schemas/Line")),
-        (status = "4XX", description = "Refused: 400, 413, 415, 422 also for more than 1,000,000 steps, or 429 when too many run",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
-pub(super) async fn simulate(State(app): State<App>, JsonBody(body): JsonBody) -> Result<Response, Problem> {
+        NotSimulated))]
+pub(super) async fn simulate(
+    State(app): State<App>,
+    JsonBody(body): JsonBody,
+) -> Result<Response, ProblemDetails> {
     let permit = Arc::clone(&app.simulations).try_acquire_owned();
-    let permit = permit.map_err(|_| Problem::busy("as many simulations run as may run at once"))?;
+    let permit = permit.map_err(|_| ProblemDetails::busy("as many simulations run as may run at once"))?;
     let prepared = app.jobs.compute(move |given_up| Ok(prepare(&body, given_up)?)).await?;
-    let (sender, receiver) = mpsc::channel(WAITING);
+    let (sender, receiver) = mpsc::channel(BUFFERED_LINES);
     let (shutdown, runtime) = (app.jobs.shutdown().clone(), Handle::current());
     tokio::task::spawn_blocking(move || {
         let _permit = permit;
-        // Between two samples nothing is sent, and so nothing would tell that the reader has left.
+        // Between two samples nothing is sent, so that only asking shows whether the reader has left.
         let wanted = || !sender.is_closed() && !shutdown.is_cancelled();
         prepared.run_while(wanted, |line| send(&runtime, &sender, &line))
     });
@@ -78,7 +81,7 @@ fn send(runtime: &Handle, sender: &mpsc::Sender<Result<Bytes, Infallible>>, line
     match sender.try_send(text) {
         Ok(()) => true,
         Err(mpsc::error::TrySendError::Full(text)) => {
-            runtime.block_on(sender.send_timeout(text, PATIENCE)).is_ok()
+            runtime.block_on(sender.send_timeout(text, READER_TIMEOUT)).is_ok()
         }
         Err(mpsc::error::TrySendError::Closed(_)) => false,
     }

@@ -9,9 +9,10 @@ use axum::response::{IntoResponse, Response};
 use metrics_exporter_prometheus::{BuildError, PrometheusBuilder, PrometheusHandle};
 use std::time::Instant;
 
-use super::App;
-use super::problem::Problem;
-use crate::jobs::State as JobState;
+use super::app::App;
+use super::problem::ProblemDetails;
+use super::responses::NotReady;
+use crate::jobs::JobState;
 
 /// Collects figures from here on, to be shown by [`metrics()`].
 ///
@@ -49,12 +50,11 @@ pub(super) async fn alive() -> &'static str {
     get, path = "/readyz", tag = "service",
     responses(
         (status = 200, description = "Ready", content_type = "text/plain", body = String),
-        (status = 503, description = "Not ready, and why",
-            content_type = "application/problem+json", body = ref("#/components/schemas/Problem"))))]
-pub(super) async fn ready(State(app): State<App>) -> Result<&'static str, Problem> {
+        NotReady))]
+pub(super) async fn ready(State(app): State<App>) -> Result<&'static str, ProblemDetails> {
     match app.jobs.ready().await {
         Ok(()) => Ok("ready\n"),
-        Err(error) => Err(Problem::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string())),
+        Err(error) => Err(ProblemDetails::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string())),
     }
 }
 
@@ -62,7 +62,7 @@ pub(super) async fn ready(State(app): State<App>) -> Result<&'static str, Proble
 #[utoipa::path(
     get, path = "/metrics", tag = "service",
     responses((status = 200, description = "Prometheus text format", content_type = "text/plain", body = String)))]
-pub(super) async fn metrics(State(app): State<App>) -> Result<Response, Problem> {
+pub(super) async fn metrics(State(app): State<App>) -> Result<Response, ProblemDetails> {
     for state in JobState::ALL {
         let jobs = app.jobs.count(state).await?;
         metrics::gauge!("gaitwright_jobs", "state" => state.name()).set(jobs as f64);

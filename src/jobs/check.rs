@@ -98,12 +98,12 @@ pub struct Standing {
     pub given: bool,
 }
 
-/// Finds how the character stands on the ground of `scene`, and tells what was understood of it.
+/// Finds how the character stands on the ground of `scene`, and reports what was understood of it.
 pub fn check(reading: &Reading, scene: &Scene) -> Findings {
     check_until(reading, scene, &|| false)
 }
 
-/// The same until `stop` says so: what is found by then does not stand.
+/// The same until `stop` returns true: the pose found by then counts as not standing.
 pub(super) fn check_until(reading: &Reading, scene: &Scene, stop: &dyn Fn() -> bool) -> Findings {
     let character = &reading.character;
     let model = Arc::new(Model::new(Arc::new(character.clone()), Base::Floating));

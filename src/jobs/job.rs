@@ -7,12 +7,13 @@ use uuid::Uuid;
 
 use super::request::FORMAT;
 use super::work::Work;
-use gaitwright_learning::learn::{Generation, Learning};
+use gaitwright_learning::learn::Generation;
 
 /// Where a job stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum State {
+#[schemars(rename = "State")]
+pub enum JobState {
     /// Waits for a worker.
     Queued,
     /// Is being worked at.
@@ -25,7 +26,7 @@ pub enum State {
     Cancelled,
 }
 
-impl State {
+impl JobState {
     /// Every state, in the order of a job's life.
     pub const ALL: [Self; 5] = [Self::Queued, Self::Running, Self::Succeeded, Self::Failed, Self::Cancelled];
 
@@ -69,7 +70,7 @@ pub struct Job {
     #[schemars(with = "String")]
     pub id: Uuid,
     /// Where it stands.
-    pub state: State,
+    pub state: JobState,
     /// What a running job is doing.
     pub stage: Option<Stage>,
     /// Name and digest of the character.
@@ -133,7 +134,7 @@ impl Job {
         Self {
             format: FORMAT.to_owned(),
             id: Uuid::now_v7(),
-            state: State::Queued,
+            state: JobState::Queued,
             stage: None,
             character,
             work: work.into(),
@@ -154,7 +155,7 @@ impl Job {
     pub fn advance(&mut self, figures: &Generation) {
         let Work::Learning(learned) = &mut self.work else { return };
         self.progress = Progress {
-            fraction: fraction(&learned.settings.learning, figures),
+            fraction: learned.settings.learning.budget().fraction(figures.generation + 1, figures.elapsed),
             generations: figures.generation + 1,
             simulated_seconds: figures.simulated_seconds,
             saved_seconds: figures.saved_seconds,
@@ -165,19 +166,12 @@ impl Job {
     }
 
     /// Ends the job.
-    pub fn end(&mut self, state: State) {
+    pub fn end(&mut self, state: JobState) {
         self.state = state;
         self.stage = None;
         self.timings.ended = Some(Timestamp::now());
-        if state == State::Succeeded {
+        if state == JobState::Succeeded {
             self.progress.fraction = 1.0;
         }
     }
-}
-
-/// Share of a learner's budget, of generations or of time, that is used up after a generation, 0 to 1.
-pub fn fraction(budget: &Learning, figures: &Generation) -> f64 {
-    let generations = budget.generations.map(|all| f64::from(figures.generation + 1) / f64::from(all.max(1)));
-    let seconds = budget.seconds.map(|all| figures.elapsed / all);
-    generations.into_iter().chain(seconds).fold(0.0, f64::max).clamp(0.0, 1.0)
 }

@@ -12,7 +12,7 @@ use gaitwright_learning::learn::{Cancel, Generation};
 pub struct Moment {
     /// Points of the curve so far.
     pub generations: usize,
-    /// The job no longer runs, and its record says so.
+    /// The job no longer runs, and its record shows it.
     pub over: bool,
 }
 
@@ -57,7 +57,7 @@ impl Live {
         self.moment.send_modify(|moment| moment.generations = generations);
     }
 
-    /// Tells everyone that the job is over.
+    /// Marks the job as over.
     pub fn finish(&self) {
         self.moment.send_modify(|moment| moment.over = true);
     }

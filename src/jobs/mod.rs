@@ -7,6 +7,7 @@ mod check;
 mod files;
 mod job;
 mod live;
+mod order;
 mod request;
 mod run;
 mod service;
@@ -17,14 +18,15 @@ mod worker;
 
 pub use check::{Findings, JointFinding, ShapeFinding, Standing, check};
 pub use files::Artefact;
-pub use job::{CharacterName, Job, Progress, Stage, State, Timings, fraction};
+pub use job::{CharacterName, Job, JobState, Progress, Stage, Timings};
 pub use live::{Live, Moment};
+pub use order::{Order, read_character};
 pub use request::{CharacterChoice, JobRequest, Settings};
 pub use run::{
-    Order, Outcome, Prepared, ReplayError, Report, RunError, Watcher, read_character, replay, run,
+    PreparedRun, ReplayError, RunError, RunOutcome, RunWatcher, TrainingReport, Unsuccessful, replay, run,
 };
-pub use service::{Jobs, ServiceError, Setting};
+pub use service::{Jobs, ServiceError, ServiceOptions};
 pub use store::{Store, StoreError};
 pub use study::StudyRequest;
-pub use work::{Learned, Studied, Work};
+pub use work::{LearningRecord, StudyRecord, Work};
 pub use worker::start;

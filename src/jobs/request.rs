@@ -4,9 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
-use gaitwright_learning::learn::{Learning, Task, Trunk};
+use gaitwright_learning::learn::{Learning, Task};
 use gaitwright_physics::fault::{Fault, InputError, Parts};
-use gaitwright_physics::scene::{AskedAccuracy, Effect, Scene, Switch};
+use gaitwright_physics::scene::{AskedAccuracy, Scene};
 
 /// The format of a job document.
 pub const FORMAT: &str = "gaitwright/job@1";
@@ -99,24 +99,6 @@ impl Settings {
         let under = |(name, faults): (&'static str, Vec<Fault>)| {
             faults.into_iter().map(move |fault| fault.under(name))
         };
-        parts.into_iter().flat_map(under).chain(self.contradictions()).collect()
-    }
-
-    /// What one part asks for and another forbids, named at both places.
-    fn contradictions(&self) -> Vec<Fault> {
-        let lock = self.scene.effects.get(&Effect::TrunkRotationLock);
-        if self.learning.trunk != Trunk::Locked || lock != Some(&Switch::Off) {
-            return Vec::new();
-        }
-        vec![
-            Fault::new(
-                "/scene/effects/trunk_rotation_lock",
-                "the effect is switched off, but /learning/trunk is locked, which is this effect",
-            ),
-            Fault::new(
-                "/learning/trunk",
-                "the trunk is to be locked, but /scene/effects/trunk_rotation_lock is off",
-            ),
-        ]
+        parts.into_iter().flat_map(under).chain(self.learning.trunk.contradictions(&self.scene)).collect()
     }
 }

@@ -13,10 +13,10 @@ use uuid::Uuid;
 
 use super::check::{Findings, check_until};
 use super::files::{self, Artefact};
-use super::job::{CharacterName, Job, State};
+use super::job::{CharacterName, Job, JobState};
 use super::live::Live;
+use super::order::{Order, read_character};
 use super::request::{CharacterChoice, Settings};
-use super::run::{Order, read_character};
 use super::store::{Store, StoreError};
 use super::study::StudyRequest;
 use gaitwright_learning::learn::Generation;
@@ -25,7 +25,7 @@ use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::Scene;
 
 /// How long a short computation may wait for its turn.
-const PATIENCE: Duration = Duration::from_secs(5);
+const TURN_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Why a question could not be answered.
 #[derive(Debug, thiserror::Error)]
@@ -33,9 +33,12 @@ pub enum ServiceError {
     /// The input cannot be used.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// There is no such thing.
-    #[error("there is no {0}")]
-    Unknown(String),
+    /// There is no job of this id.
+    #[error("there is no job {0}")]
+    UnknownJob(Uuid),
+    /// There is no character of this id.
+    #[error("there is no character {0}")]
+    UnknownCharacter(Uuid),
     /// As many jobs wait as may wait.
     #[error("{0} jobs are waiting already")]
     Full(u64),
@@ -61,7 +64,7 @@ pub enum ServiceError {
 
 /// How a service is set up.
 #[derive(Debug, Clone)]
-pub struct Setting {
+pub struct ServiceOptions {
     /// Folder of the store and of the jobs' files.
     pub data: PathBuf,
     /// Jobs worked at side by side.
@@ -102,31 +105,31 @@ impl Jobs {
     /// # Errors
     ///
     /// When the folder cannot be used, or another process uses it.
-    pub async fn open(setting: Setting, shutdown: CancellationToken) -> Result<Self, ServiceError> {
-        std::fs::create_dir_all(setting.data.join("jobs"))?;
-        let lock = File::create(setting.data.join("lock"))?;
+    pub async fn open(options: ServiceOptions, shutdown: CancellationToken) -> Result<Self, ServiceError> {
+        std::fs::create_dir_all(options.data.join("jobs"))?;
+        let lock = File::create(options.data.join("lock"))?;
         lock.try_lock().map_err(|error| {
             io::Error::new(
                 io::ErrorKind::ResourceBusy,
-                format!("{} is in use: {error}", setting.data.display()),
+                format!("{} is in use: {error}", options.data.display()),
             )
         })?;
-        let store = Store::open(&setting.data).await?;
-        for mut job in store.jobs(Some(State::Running), None, u32::MAX).await? {
+        let store = Store::open(&options.data).await?;
+        for mut job in store.jobs(Some(JobState::Running), None, u32::MAX).await? {
             if store.is_abandoned(job.id).await? {
-                job.end(State::Cancelled);
+                job.end(JobState::Cancelled);
             } else {
-                job.state = State::Queued;
+                job.state = JobState::Queued;
                 job.stage = None;
             }
             store.update(&job, &[]).await?;
         }
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let shared = Shared {
-            data: setting.data,
-            workers: setting.workers.max(1),
+            data: options.data,
+            workers: options.workers.max(1),
             store,
-            queue: setting.queue,
+            queue: options.queue,
             running: Mutex::default(),
             posted: Notify::new(),
             changes: watch::Sender::default(),
@@ -162,7 +165,7 @@ impl Jobs {
     ///
     /// When not, and why.
     pub async fn ready(&self) -> Result<(), ServiceError> {
-        self.open_for_business()?;
+        self.check_not_shutting_down()?;
         Ok(self.shared.store.ping().await?)
     }
 
@@ -202,7 +205,7 @@ impl Jobs {
         place: &'static str,
         settings: Settings,
     ) -> Result<Job, ServiceError> {
-        self.open_for_business()?;
+        self.check_not_shutting_down()?;
         let bytes = Arc::new(bytes);
         let name = {
             let (bytes, settings) = (Arc::clone(&bytes), settings.clone());
@@ -223,7 +226,7 @@ impl Jobs {
     /// [`ServiceError::Input`] with every fault of the request; [`ServiceError::Full`];
     /// [`ServiceError::ShuttingDown`].
     pub async fn submit_study(&self, bytes: Vec<u8>) -> Result<Job, ServiceError> {
-        self.open_for_business()?;
+        self.check_not_shutting_down()?;
         let bytes = Arc::new(bytes);
         let (name, request) = {
             let bytes = Arc::clone(&bytes);
@@ -241,7 +244,7 @@ impl Jobs {
     /// Puts a job that works on `input` into the queue.
     async fn queue(&self, job: Job, input: &[u8]) -> Result<Job, ServiceError> {
         let running = self.shared.running.lock().await;
-        let waiting = self.shared.store.count(State::Queued).await?;
+        let waiting = self.shared.store.count(JobState::Queued).await?;
         if waiting >= self.shared.queue {
             return Err(ServiceError::Full(waiting));
         }
@@ -256,9 +259,9 @@ impl Jobs {
     ///
     /// # Errors
     ///
-    /// [`ServiceError::Unknown`].
+    /// [`ServiceError::UnknownJob`].
     pub async fn job(&self, id: Uuid) -> Result<Job, ServiceError> {
-        self.shared.store.job(id).await?.ok_or_else(|| ServiceError::Unknown(format!("job {id}")))
+        self.shared.store.job(id).await?.ok_or_else(|| ServiceError::UnknownJob(id))
     }
 
     /// At most `limit` jobs, the newest first: those older than `after`, in the given state.
@@ -268,7 +271,7 @@ impl Jobs {
     /// When the store fails.
     pub async fn list(
         &self,
-        state: Option<State>,
+        state: Option<JobState>,
         after: Option<Uuid>,
         limit: u32,
     ) -> Result<Vec<Job>, ServiceError> {
@@ -280,7 +283,7 @@ impl Jobs {
     /// # Errors
     ///
     /// When the store fails.
-    pub async fn count(&self, state: State) -> Result<u64, ServiceError> {
+    pub async fn count(&self, state: JobState) -> Result<u64, ServiceError> {
         Ok(self.shared.store.count(state).await?)
     }
 
@@ -290,23 +293,23 @@ impl Jobs {
     ///
     /// # Errors
     ///
-    /// [`ServiceError::Unknown`].
+    /// [`ServiceError::UnknownJob`].
     pub async fn remove(&self, id: Uuid) -> Result<Option<Job>, ServiceError> {
         let running = self.shared.running.lock().await;
         let mut job = self.job(id).await?;
         match job.state {
-            State::Queued => {
-                job.end(State::Cancelled);
+            JobState::Queued => {
+                job.end(JobState::Cancelled);
                 self.shared.store.update(&job, &[]).await?;
                 self.shared.changes.send_replace(());
             }
-            State::Running => {
+            JobState::Running => {
                 if let Some(live) = running.get(&id) {
                     self.shared.store.abandon(id).await?;
                     live.abandon();
                 }
             }
-            State::Succeeded | State::Failed | State::Cancelled => {
+            JobState::Succeeded | JobState::Failed | JobState::Cancelled => {
                 self.shared.store.delete(id).await?;
                 match std::fs::remove_dir_all(self.folder(id)) {
                     Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error.into()),
@@ -349,7 +352,7 @@ impl Jobs {
         bytes: Vec<u8>,
         source: Option<Source>,
     ) -> Result<(Uuid, Findings), ServiceError> {
-        self.open_for_business()?;
+        self.check_not_shutting_down()?;
         let bytes = Arc::new(bytes);
         let findings = {
             let bytes = Arc::clone(&bytes);
@@ -368,9 +371,9 @@ impl Jobs {
     ///
     /// # Errors
     ///
-    /// [`ServiceError::Unknown`].
+    /// [`ServiceError::UnknownCharacter`].
     pub async fn findings(&self, id: Uuid) -> Result<Findings, ServiceError> {
-        self.shared.store.findings(id).await?.ok_or_else(|| ServiceError::Unknown(format!("character {id}")))
+        self.shared.store.findings(id).await?.ok_or_else(|| ServiceError::UnknownCharacter(id))
     }
 
     /// Runs a short computation off the asynchronous threads, as many at once as there are cores. It can
@@ -385,7 +388,7 @@ impl Jobs {
         computation: impl FnOnce(&dyn Fn() -> bool) -> Result<T, ServiceError> + Send + 'static,
     ) -> Result<T, ServiceError> {
         let turn = Arc::clone(&self.shared.computations).acquire_owned();
-        let permit = tokio::time::timeout(PATIENCE, turn)
+        let permit = tokio::time::timeout(TURN_TIMEOUT, turn)
             .await
             .map_err(|_| ServiceError::Busy)?
             .map_err(|_| ServiceError::ShuttingDown)?;
@@ -403,7 +406,7 @@ impl Jobs {
         files::folder(&self.shared.data, id)
     }
 
-    fn open_for_business(&self) -> Result<(), ServiceError> {
+    fn check_not_shutting_down(&self) -> Result<(), ServiceError> {
         if self.shared.shutdown.is_cancelled() { Err(ServiceError::ShuttingDown) } else { Ok(()) }
     }
 }

@@ -13,7 +13,7 @@ use sqlx::sqlite::{
 use uuid::Uuid;
 
 use super::check::Findings;
-use super::job::{Job, State};
+use super::job::{Job, JobState};
 use gaitwright_learning::learn::Generation;
 
 static MIGRATIONS: Migrator = sqlx::migrate!("src/jobs/migrations");
@@ -143,7 +143,7 @@ impl Store {
     /// When the database refuses.
     pub async fn jobs(
         &self,
-        state: Option<State>,
+        state: Option<JobState>,
         after: Option<Uuid>,
         limit: u32,
     ) -> Result<Vec<Job>, StoreError> {
@@ -151,7 +151,7 @@ impl Store {
             "SELECT record FROM jobs WHERE (?1 IS NULL OR state = ?1) AND (?2 IS NULL OR id < ?2)
              ORDER BY id DESC LIMIT ?3",
         )
-        .bind(state.map(State::name))
+        .bind(state.map(JobState::name))
         .bind(after.map(|id| id.to_string()))
         .bind(limit)
         .fetch_all(&self.pool)
@@ -176,7 +176,7 @@ impl Store {
     /// # Errors
     ///
     /// When the database refuses.
-    pub async fn count(&self, state: State) -> Result<u64, StoreError> {
+    pub async fn count(&self, state: JobState) -> Result<u64, StoreError> {
         let row = sqlx::query("SELECT count(*) AS jobs FROM jobs WHERE state = ?")
             .bind(state.name())
             .fetch_one(&self.pool)

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::files::Artefact;
 use super::run::RunError;
-use super::work::{Studied, Work};
+use super::work::{StudyRecord, Work};
 use crate::export::front_diagram;
 use gaitwright_learning::accuracy::{Pieces, StudyObserver, Sweep, Table, study};
 use gaitwright_learning::scenario::{NoFiles, Scenario, ScenarioSetup};
@@ -80,7 +80,7 @@ impl StudyRequest {
 impl From<StudyRequest> for Work {
     fn from(request: StudyRequest) -> Self {
         let StudyRequest { tolerances, .. } = request;
-        Self::Accuracy(Box::new(Studied { tolerances, subject: None, recommendations: Vec::new() }))
+        Self::Accuracy(Box::new(StudyRecord { tolerances, subject: None, recommendations: Vec::new() }))
     }
 }
 
@@ -93,14 +93,14 @@ pub(super) fn run(
     bytes: &[u8],
     folder: &Path,
     watcher: &mut dyn StudyObserver,
-) -> Result<Option<Studied>, RunError> {
+) -> Result<Option<StudyRecord>, RunError> {
     let (request, setup) = StudyRequest::parse(bytes)?;
     let name = setup.model.character.name.clone();
     let studied = study(&name, &setup, &Pieces::default(), &Sweep::default(), watcher);
     let Some(table) = studied? else { return Ok(None) };
     leave(&table, folder)?;
     let recommendations = request.tolerances.iter().map(|tolerance| table.recommend(*tolerance)).collect();
-    Ok(Some(Studied { tolerances: request.tolerances, subject: Some(table.subject), recommendations }))
+    Ok(Some(StudyRecord { tolerances: request.tolerances, subject: Some(table.subject), recommendations }))
 }
 
 /// Writes a study's table and diagram into `folder`.

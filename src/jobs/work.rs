@@ -16,14 +16,15 @@ use gaitwright_physics::scene::{AccuracyChoice, AskedAccuracy, Decision, Effect}
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Work {
     /// Learns a motion.
-    Learning(Box<Learned>),
+    Learning(Box<LearningRecord>),
     /// Studies what accuracy costs.
-    Accuracy(Box<Studied>),
+    Accuracy(Box<StudyRecord>),
 }
 
 /// A job that learns: what is wanted, and what came of it so far.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Learned {
+#[schemars(rename = "Learned")]
+pub struct LearningRecord {
     /// What was asked for; once the job runs, with the values used in place of those left open.
     #[serde(flatten)]
     pub settings: Settings,
@@ -44,7 +45,8 @@ pub struct Learned {
 
 /// A job that studies what accuracy costs: what is wanted, and what came of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Studied {
+#[schemars(rename = "Studied")]
+pub struct StudyRecord {
     /// Errors for which a setting is to be recommended, m.
     pub tolerances: Vec<f64>,
     /// What the settings were tried on; known once the study is done.
@@ -53,7 +55,7 @@ pub struct Studied {
     pub recommendations: Vec<Recommendation>,
 }
 
-impl Learned {
+impl LearningRecord {
     /// What is wanted, as it was asked for before an accuracy was chosen for its tolerance: the choice is made
     /// again by whoever takes the job up again, and comes out the same.
     pub(super) fn wanted(&self) -> Settings {
@@ -67,7 +69,7 @@ impl Learned {
 
 impl From<Settings> for Work {
     fn from(settings: Settings) -> Self {
-        Self::Learning(Box::new(Learned {
+        Self::Learning(Box::new(LearningRecord {
             settings,
             accuracy_choice: None,
             best_fitness: None,

@@ -15,15 +15,16 @@ use jiff::Timestamp;
 use tokio::runtime::Handle;
 
 use super::files::{self, Artefact};
-use super::job::{Job, Stage, State};
+use super::job::{Job, JobState, Stage};
 use super::live::Live;
+use super::order::Order;
 use super::request::Settings;
-use super::run::{Order, Outcome, Prepared, RunError, Watcher, run};
+use super::run::{PreparedRun, RunError, RunOutcome, RunWatcher, run};
 use super::service::{Jobs, ServiceError, Shared};
 use super::study;
 use super::work::Work;
 use gaitwright_learning::accuracy;
-use gaitwright_learning::learn::{Checkpoint, Generation, StopReason};
+use gaitwright_learning::learn::{Checkpoint, Generation, Learning, StopReason};
 
 /// Shortest time between two writings of a running job's record and curve.
 const RECORD_EVERY: Duration = Duration::from_millis(500);
@@ -32,7 +33,7 @@ const RECORD_EVERY: Duration = Duration::from_millis(500);
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(2);
 
 /// How long a run that was called off may go on checking what it found.
-const FAREWELL: Duration = Duration::from_millis(400);
+const CANCELLED_CHECK: Duration = Duration::from_millis(400);
 
 /// How long a worker waits after the store failed before it asks again.
 const STORE_PAUSE: Duration = Duration::from_secs(1);
@@ -93,7 +94,7 @@ impl Worker {
     async fn take(&self) -> Result<Option<(Job, Arc<Live>)>, ServiceError> {
         let mut running = self.shared.running.lock().await;
         let Some(mut job) = self.shared.store.next().await? else { return Ok(None) };
-        job.state = State::Running;
+        job.state = JobState::Running;
         job.timings.started = Some(Timestamp::now());
         self.shared.store.update(&job, &[]).await?;
         let live = Arc::new(Live::default());
@@ -131,10 +132,10 @@ impl Worker {
         }
         self.runtime.block_on(async {
             let mut running = self.shared.running.lock().await;
-            // Whoever asked for the end was told that it would come, however far the job was.
-            if live.is_abandoned() && job.state != State::Cancelled {
+            // The request to cancel was accepted, and holds however far the job was.
+            if live.is_abandoned() && job.state != JobState::Cancelled {
                 job.error = None;
-                job.end(State::Cancelled);
+                job.end(JobState::Cancelled);
             }
             if let Err(error) = self.shared.store.update(&job, &[]).await {
                 tracing::error!(%error, "the end of the job could not be recorded");
@@ -163,7 +164,8 @@ impl Worker {
         let order = Order::read(&bytes, None, "", settings)?;
         let cancel = live.cancel().clone();
         let mut reporter = Reporter::new(self, job, live, folder.clone());
-        let outcome = run(&order, self.threads, &folder, (&cancel, FAREWELL), checkpoint, &mut reporter);
+        let outcome =
+            run(&order, self.threads, &folder, (&cancel, CANCELLED_CHECK), checkpoint, &mut reporter);
         reporter.flush();
         conclude(job, live, outcome?);
         Ok(())
@@ -178,7 +180,7 @@ impl Worker {
         match study::run(&bytes, &folder, &mut reporter)? {
             Some(studied) => {
                 job.work = Work::Accuracy(Box::new(studied));
-                job.end(State::Succeeded);
+                job.end(JobState::Succeeded);
             }
             None => call_off(job, live),
         }
@@ -243,15 +245,15 @@ impl<'a> Reporter<'a> {
     }
 }
 
-impl Watcher for Reporter<'_> {
+impl RunWatcher for Reporter<'_> {
     fn stage(&mut self, stage: Stage) {
         self.job.stage = Some(stage);
         self.record();
     }
 
-    fn prepared(&mut self, prepared: &Prepared) {
+    fn prepared(&mut self, prepared: &PreparedRun) {
         if let Work::Learning(learned) = &mut self.job.work {
-            learned.settings.learning = prepared.setup.learning.clone();
+            learned.settings.learning = Learning::from(&prepared.setup.parameters);
             learned.settings.accuracy = prepared.setup.accuracy.into();
             learned.accuracy_choice = prepared.accuracy_choice.clone();
             learned.effects = prepared.plan.decisions.clone();
@@ -291,26 +293,26 @@ impl accuracy::StudyObserver for Reporter<'_> {
 }
 
 /// Writes what came of a job that learns into its record.
-fn conclude(job: &mut Job, live: &Live, outcome: Outcome) {
+fn conclude(job: &mut Job, live: &Live, outcome: RunOutcome) {
     let cancelled = outcome.ended == StopReason::Cancelled;
     job.timings.checking_seconds = Some(outcome.checking_seconds);
     if let Work::Learning(learned) = &mut job.work {
         learned.ended_by = (!cancelled || live.is_abandoned()).then_some(outcome.ended);
-        learned.metrics = outcome.metrics;
+        learned.metrics = outcome.motion.as_ref().ok().cloned();
     }
-    match outcome.unsuccessful {
+    match outcome.motion {
         _ if cancelled => call_off(job, live),
-        None => job.end(State::Succeeded),
-        Some(reason) => fail(job, reason),
+        Ok(_) => job.end(JobState::Succeeded),
+        Err(reason) => fail(job, reason.to_string()),
     }
 }
 
 /// Ends a job that was stopped for good; one that was stopped with the service waits for the next start.
 fn call_off(job: &mut Job, live: &Live) {
     if live.is_abandoned() {
-        job.end(State::Cancelled);
+        job.end(JobState::Cancelled);
     } else {
-        job.state = State::Queued;
+        job.state = JobState::Queued;
         job.stage = None;
     }
 }
@@ -325,10 +327,10 @@ fn read_checkpoint(folder: &Path) -> Option<Checkpoint> {
 
 fn fail(job: &mut Job, reason: String) {
     job.error = Some(reason);
-    job.end(State::Failed);
+    job.end(JobState::Failed);
 }
 
-/// What a panic said.
+/// The message of a panic.
 fn message(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("no reason given")

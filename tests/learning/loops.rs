@@ -40,7 +40,8 @@ fn setup() -> LearningSetup {
         ..Learning::default()
     };
     let accuracy = Accuracy::default();
-    LearningSetup { model, stance, scene, accuracy, task: Task::default(), learning, seed: 5, threads: 2 }
+    let parameters = learning.resolve(&stance, accuracy.step).unwrap();
+    LearningSetup { model, stance, scene, accuracy, task: Task::default(), parameters, seed: 5, threads: 2 }
 }
 
 #[test]
@@ -62,8 +63,7 @@ fn the_pantograph_stands_with_closed_loops() {
 #[test]
 fn only_driven_joints_are_learned() {
     let setup = setup();
-    let parameters = setup.learning.resolve(&setup.stance, setup.accuracy.step).unwrap();
-    let grid = Grid::new(&setup.model, &setup.stance, &parameters);
+    let grid = Grid::new(&setup.model, &setup.stance, &setup.parameters);
     for (joint, levels) in grid.joints.iter().enumerate() {
         let still = levels.lowest == 0 && levels.velocities == [[0, 0]];
         assert_eq!(still, !setup.model.driven[joint], "{}", setup.model.joint_names[joint]);
@@ -77,7 +77,8 @@ fn only_driven_joints_are_learned() {
     }
     // Played for two seconds, it keeps its legs together.
     let mut world =
-        SimulatedWorld::new(&setup.model, &setup.stance, &setup.scene, &setup.accuracy, &parameters).unwrap();
+        SimulatedWorld::new(&setup.model, &setup.stance, &setup.scene, &setup.accuracy, &setup.parameters)
+            .unwrap();
     let player = Player::from_postures(
         &setup.stance.angles,
         best.entry.iter().map(Posture::parts),

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
 
-use gaitwright::export::{Recording, RecordingError, Subject};
+use gaitwright::export::{Recording, RecordingError, RecordingSubject};
 use gaitwright_learning::learn::Generation;
 use gaitwright_physics::playback::Trace;
 use gaitwright_physics::scene::Scene;
@@ -39,7 +39,7 @@ fn create(path: &Path) -> Result<Recording, RecordingError> {
     let scene = Scene { obstacles: vec![serde_json::from_str(step).unwrap()], ..Scene::default() };
     let character = synthetic::quadruped();
     let joints = synthetic::joint_names();
-    let subject = Subject {
+    let subject = RecordingSubject {
         id: "test",
         title: "synthetic quadruped",
         character: &character,

@@ -1,6 +1,6 @@
 //! The layout a viewer opens the recording with.
 //!
-//! The SDK's own layout types cannot say where a view's eye stands or what it follows, so the
+//! The SDK's own layout types have no place for a view's eye and what it follows, so the
 //! layout's entities are written here as a viewer reads them: `container/<id>`, `view/<id>`,
 //! `view/<id>/<property>`, `viewport` and the panels.
 
@@ -17,14 +17,16 @@ use re_sdk_types::blueprint::components::{
 use re_sdk_types::components::Plane3D;
 use uuid::Uuid;
 
-use super::{APPLICATION, Cast, paths, scenery};
+use super::appearance::Appearance;
+use super::paths::APPLICATION;
+use super::{paths, scenery};
 use gaitwright_physics::scene::Scene;
 
-/// Sends the layout for a character of this cast through `stream`.
+/// Sends the layout for a character of this appearance through `stream`.
 pub(super) fn send(
     stream: &RecordingStream,
     id: &str,
-    cast: &Cast,
+    appearance: &Appearance,
     scene: &Scene,
 ) -> Result<(), RecordingStreamError> {
     let (layout, messages) = RecordingStreamBuilder::new(APPLICATION)
@@ -37,7 +39,7 @@ pub(super) fn send(
     layout.set_time_sequence("blueprint", 0);
 
     let mut sheet = Sheet { stream: &layout, used: 0 };
-    let root = sheet.everything(cast, scene)?;
+    let root = sheet.everything(appearance, scene)?;
     layout.log("viewport", &ViewportBlueprint::new().with_root_container(root.id))?;
     for panel in ["blueprint_panel", "selection_panel"] {
         layout.log(panel, &PanelBlueprint::new().with_state(PanelState::Hidden))?;
@@ -70,8 +72,8 @@ struct Sheet<'a> {
 }
 
 impl Sheet<'_> {
-    fn everything(&mut self, cast: &Cast, scene: &Scene) -> Result<Part, RecordingStreamError> {
-        let world = self.world(cast, scene)?;
+    fn everything(&mut self, appearance: &Appearance, scene: &Scene) -> Result<Part, RecordingStreamError> {
+        let world = self.world(appearance, scene)?;
         let gait = self.view("StateTimeline", "Gait: who stands when", &["+ /gait/**"])?;
         let stage = self.container(ContainerKind::Vertical, "Motion", &[world, gait], &[3.0, 1.0])?;
 
@@ -85,8 +87,8 @@ impl Sheet<'_> {
         self.legend(&cache)?;
         let curves = self.container(ContainerKind::Tabs, "Learning", &[fitness, cache], &[])?;
 
-        let angles = self.joints(cast, "Angles and targets, rad", &["angle", "target"])?;
-        let torques = self.joints(cast, "Torques, N m", &["torque"])?;
+        let angles = self.joints(appearance, "Angles and targets, rad", &["angle", "target"])?;
+        let torques = self.joints(appearance, "Torques, N m", &["torque"])?;
         let joints = self.container(ContainerKind::Tabs, "Joints", &[angles, torques], &[])?;
 
         let job = self.view("TextDocument", "Job", &["+ /job"])?;
@@ -96,9 +98,9 @@ impl Sheet<'_> {
     }
 
     /// The character on its ground, seen from behind its right shoulder; the eye goes with it.
-    fn world(&mut self, cast: &Cast, scene: &Scene) -> Result<Part, RecordingStreamError> {
+    fn world(&mut self, appearance: &Appearance, scene: &Scene) -> Result<Part, RecordingStreamError> {
         let view = self.view("3D", "Character", &["+ /world/**"])?;
-        let size = cast.size;
+        let size = appearance.size;
         let height = scenery::ground_height(scene);
         let eye = EyeControls3D::new()
             .with_kind(Eye3DKind::Orbital)
@@ -119,8 +121,13 @@ impl Sheet<'_> {
         Ok(view)
     }
 
-    fn joints(&mut self, cast: &Cast, name: &str, quantities: &[&str]) -> Result<Part, RecordingStreamError> {
-        let contents: Vec<String> = cast
+    fn joints(
+        &mut self,
+        appearance: &Appearance,
+        name: &str,
+        quantities: &[&str],
+    ) -> Result<Part, RecordingStreamError> {
+        let contents: Vec<String> = appearance
             .joints
             .iter()
             .flat_map(|joint| {

@@ -23,6 +23,7 @@
 //! The file is written while the job runs: rows reach it within about a second, and what is there
 //! can be read at any time, whether the writer goes on, has ended or was killed.
 
+mod appearance;
 mod layout;
 mod motion;
 mod paths;
@@ -38,59 +39,27 @@ use re_sdk::sink::SinkFlushError;
 use re_sdk::{RecordingStream, RecordingStreamBuilder, RecordingStreamError};
 use re_sdk_types::archetypes::{Scalars, TextDocument};
 
+use appearance::Appearance;
+pub use appearance::RecordingSubject;
 use gaitwright_learning::learn::Generation;
-use gaitwright_physics::character::Character;
 use gaitwright_physics::playback::Trace;
-use gaitwright_physics::scene::Scene;
-use paths::{GENERATION, SIM_TIME};
-
-/// The application that a viewer files the recordings under.
-const APPLICATION: &str = "gaitwright";
+use paths::{APPLICATION, GENERATION, SIM_TIME};
 
 /// How long rows that come one by one are gathered before they are written.
 const GATHER: Duration = Duration::from_secs(1);
 
-/// What a recording is of.
-#[derive(Debug, Clone, Copy)]
-pub struct Subject<'a> {
-    /// Unique among recordings: a viewer merges files of the same id.
-    pub id: &'a str,
-    /// Name of the recording in a viewer.
-    pub title: &'a str,
-    /// The character; its links are those of every trace.
-    pub character: &'a Character,
-    /// Names of the joints in the order of every trace.
-    pub joints: &'a [String],
-    /// Where it is: ground and obstacles are shown.
-    pub scene: &'a Scene,
-}
-
 /// A recording in the making.
 ///
-/// Dropping it ends the file as [`Recording::finish`] does, but tells no errors.
+/// Dropping it ends the file as [`Recording::finish`] does, but reports no errors.
 pub struct Recording {
     stream: RecordingStream,
-    cast: Cast,
+    appearance: Appearance,
     /// Where the next motion starts on `sim_time`, s.
     clock: f64,
-    /// The generation last told of.
+    /// The generation recorded last.
     generation: u32,
     /// Links that have carried force so far, by index.
     touched: BTreeSet<usize>,
-}
-
-/// What a recording needs to know of its character.
-struct Cast {
-    links: Vec<String>,
-    joints: Vec<String>,
-    /// Colour of each link that has none of its own.
-    colors: Vec<[u8; 4]>,
-    /// Weight under standard gravity, N.
-    weight: f64,
-    /// Diagonal of the box around all link frames at zero angles, m; at least 10 cm.
-    size: f64,
-    /// Height of that box, m.
-    tall: f64,
 }
 
 /// A recording that cannot be written.
@@ -119,7 +88,7 @@ impl Recording {
     /// # Errors
     ///
     /// [`RecordingError`] when the file cannot be created or written.
-    pub fn create(path: &Path, subject: Subject<'_>) -> Result<Self, RecordingError> {
+    pub fn create(path: &Path, subject: RecordingSubject<'_>) -> Result<Self, RecordingError> {
         let gather = ChunkBatcherConfig { flush_tick: GATHER, ..ChunkBatcherConfig::DEFAULT };
         let stream = RecordingStreamBuilder::new(APPLICATION)
             .recording_id(subject.id)
@@ -132,14 +101,14 @@ impl Recording {
         stream.set_log_tick_enabled(false);
         stream.send_recording_name(subject.title)?;
 
-        let cast = Cast::new(&subject);
-        layout::send(&stream, subject.id, &cast, subject.scene)?;
-        scenery::log(&stream, &cast, subject.scene)?;
-        shapes::log(&stream, subject.character, &cast)?;
-        motion::log_styles(&stream, &cast)?;
+        let appearance = Appearance::new(&subject);
+        layout::send(&stream, subject.id, &appearance, subject.scene)?;
+        scenery::log(&stream, &appearance, subject.scene)?;
+        shapes::log(&stream, subject.character, &appearance)?;
+        motion::log_styles(&stream, &appearance)?;
         log_curve_styles(&stream)?;
         stream.flush_blocking()?;
-        Ok(Self { stream, cast, clock: 0.0, generation: 0, touched: BTreeSet::new() })
+        Ok(Self { stream, appearance, clock: 0.0, generation: 0, touched: BTreeSet::new() })
     }
 
     /// Adds a point to the learning curve.
@@ -175,14 +144,14 @@ impl Recording {
     pub fn motion(&mut self, generation: u32, trace: &Trace) -> Result<(), RecordingError> {
         let (Some(first), Some(last)) = (trace.samples.first(), trace.samples.last()) else { return Ok(()) };
         let duration = last.time - first.time;
-        motion::send(self, generation, trace)?;
+        motion::send(&self.stream, &self.appearance, &mut self.touched, (generation, self.clock), trace)?;
         let interval = duration / (trace.samples.len().max(2) - 1) as f64;
         self.clock += duration + interval;
         self.stream.flush_blocking()?;
         Ok(())
     }
 
-    /// Sets the text that says what the job is, in Markdown, for all times.
+    /// Sets the text about the job, in Markdown, for all times.
     ///
     /// # Errors
     ///

@@ -1,5 +1,7 @@
 //! One motion: everything that is recorded sample by sample.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{Isometry3, Vector3};
 use re_sdk::log::TimeColumn;
 use re_sdk::{
@@ -9,9 +11,9 @@ use re_sdk_types::archetypes::{
     Arrows3D, LineStrips3D, Scalars, SeriesLines, StateChange, StateConfiguration, Transform3D,
 };
 
+use super::appearance::Appearance;
 use super::paths::{self, GENERATION, SIM_TIME};
 use super::shapes::{float, quaternion};
-use super::{Cast, Recording};
 use gaitwright_learning::gait::{Detection, Footing};
 use gaitwright_physics::playback::{Sample, Trace};
 
@@ -26,8 +28,11 @@ const SWING_COLOR: [u8; 4] = [48, 52, 58, 255];
 type Columns<I> = SerializationResult<I>;
 
 /// Logs what the curves of the joints are called, for all times.
-pub(super) fn log_styles(stream: &RecordingStream, cast: &Cast) -> Result<(), RecordingStreamError> {
-    for name in &cast.joints {
+pub(super) fn log_styles(
+    stream: &RecordingStream,
+    appearance: &Appearance,
+) -> Result<(), RecordingStreamError> {
+    for name in &appearance.joints {
         for (quantity, width) in [("angle", 1.5), ("target", 0.7), ("torque", 1.2)] {
             let label = if quantity == "torque" { name.clone() } else { format!("{name} {quantity}") };
             let style = SeriesLines::new().with_names([label]).with_widths([width]);
@@ -40,55 +45,59 @@ pub(super) fn log_styles(stream: &RecordingStream, cast: &Cast) -> Result<(), Re
 /// Logs what the forces on a link and its stances look like, for all times.
 fn log_contact_styles(
     stream: &RecordingStream,
-    cast: &Cast,
+    appearance: &Appearance,
     link: usize,
 ) -> Result<(), RecordingStreamError> {
-    let name = &cast.links[link];
-    let arrows =
-        Arrows3D::update_fields().with_colors([FORCE_COLOR]).with_radii([FORCE_RADIUS * cast.size as f32]);
+    let name = &appearance.links[link];
+    let arrows = Arrows3D::update_fields()
+        .with_colors([FORCE_COLOR])
+        .with_radii([FORCE_RADIUS * appearance.size as f32]);
     stream.log_static(paths::contact(name), &arrows)?;
     let states = StateConfiguration::new()
         .with_values(["stance", "swing"])
         .with_labels([" ", " "])
-        .with_colors([cast.colors[link], SWING_COLOR]);
+        .with_colors([appearance.colors[link], SWING_COLOR]);
     stream.log_static(paths::gait(name), &states)
 }
 
-/// Sends every sample of `trace`, a column for each quantity.
+/// Sends every sample of `trace`, a column for each quantity: the motion of a generation that starts when `sim_time`
+/// is at `clock` (s). Adds the links that carry force in it to `touched`.
 pub(super) fn send(
-    recording: &mut Recording,
-    generation: u32,
+    stream: &RecordingStream,
+    appearance: &Appearance,
+    touched: &mut BTreeSet<usize>,
+    (generation, clock): (u32, f64),
     trace: &Trace,
 ) -> Result<(), RecordingStreamError> {
     let Some(first) = trace.samples.first() else { return Ok(()) };
-    let offset = recording.clock - first.time;
+    let offset = clock - first.time;
     for contact in trace.samples.iter().flat_map(|sample| &sample.contacts) {
-        if contact.link < recording.cast.links.len() && recording.touched.insert(contact.link) {
-            log_contact_styles(&recording.stream, &recording.cast, contact.link)?;
+        if contact.link < appearance.links.len() && touched.insert(contact.link) {
+            log_contact_styles(stream, appearance, contact.link)?;
         }
     }
     let sheet = Sheet {
-        stream: &recording.stream,
+        stream: stream,
         generation: i64::from(generation),
         times: trace.samples.iter().map(|sample| offset + sample.time).collect(),
         samples: &trace.samples,
     };
-    for (index, name) in recording.cast.links.iter().enumerate() {
+    for (index, name) in appearance.links.iter().enumerate() {
         sheet.link(index, name)?;
     }
-    let meters_per_newton = recording.cast.size / recording.cast.weight.max(f64::MIN_POSITIVE);
-    let detection = Detection::for_weight(recording.cast.weight);
-    for &link in &recording.touched {
-        let name = &recording.cast.links[link];
+    let meters_per_newton = appearance.size / appearance.weight.max(f64::MIN_POSITIVE);
+    let detection = Detection::for_weight(appearance.weight);
+    for &link in &*touched {
+        let name = &appearance.links[link];
         sheet.contact(link, name, meters_per_newton)?;
         sheet.gait(name, &Footing::detect(trace, link, detection))?;
     }
-    for (joint, name) in recording.cast.joints.iter().enumerate() {
+    for (joint, name) in appearance.joints.iter().enumerate() {
         sheet.scalars(&paths::joint(name, "angle"), |sample| sample.angles.get(joint))?;
         sheet.scalars(&paths::joint(name, "target"), |sample| sample.targets.get(joint))?;
         sheet.scalars(&paths::joint(name, "torque"), |sample| sample.torques.get(joint))?;
     }
-    sheet.center_of_mass(recording.cast.size)
+    sheet.center_of_mass(appearance.size)
 }
 
 /// The rows of one motion, on both timelines.

@@ -2,6 +2,9 @@
 
 use re_sdk::EntityPath;
 
+/// The application that a viewer files the recordings under.
+pub const APPLICATION: &str = "gaitwright";
+
 /// The learner's generation.
 pub const GENERATION: &str = "generation";
 

@@ -6,8 +6,9 @@ use nalgebra::Vector3;
 use re_sdk::{RecordingStream, RecordingStreamError};
 use re_sdk_types::archetypes::{LineStrips3D, Mesh3D, Points3D, ViewCoordinates};
 
+use super::appearance::Appearance;
+use super::paths;
 use super::shapes::{float, log_shapes};
-use super::{Cast, paths};
 use gaitwright_physics::scene::{HeightField, Scene, Terrain};
 
 /// Half of the edge of the ground that is shown, m.
@@ -24,13 +25,17 @@ const GROUND_COLOR: [u8; 4] = [58, 64, 72, 255];
 const OBSTACLE_COLOR: [u8; 4] = [112, 116, 124, 255];
 
 /// Logs the ground, the obstacles and the ring that the eye follows, for all times.
-pub(super) fn log(stream: &RecordingStream, cast: &Cast, scene: &Scene) -> Result<(), RecordingStreamError> {
+pub(super) fn log(
+    stream: &RecordingStream,
+    appearance: &Appearance,
+    scene: &Scene,
+) -> Result<(), RecordingStreamError> {
     stream.log_static(paths::world(), &ViewCoordinates::RIGHT_HAND_Z_UP())?;
     let mesh = scene.ground.as_ref().map(|ground| match Terrain::new(ground) {
         Terrain::Plane { height } => {
             // A thousandth of the character's size lower: the view's grid lies at the height itself, and
             // the two would flicker.
-            let (r, z) = (GROUND_REACH, (height - 1e-3 * cast.size) as f32);
+            let (r, z) = (GROUND_REACH, (height - 1e-3 * appearance.size) as f32);
             Mesh3D::new([[-r, -r, z], [r, -r, z], [r, r, z], [-r, r, z]])
                 .with_triangle_indices([[0, 1, 2], [0, 2, 3]])
                 .with_vertex_normals([[0.0, 0.0, 1.0]; 4])
@@ -45,23 +50,27 @@ pub(super) fn log(stream: &RecordingStream, cast: &Cast, scene: &Scene) -> Resul
         let Ok(placed) = obstacle.placed() else { continue };
         log_shapes(stream, &paths::obstacle(&obstacle.name(index)), &[placed], OBSTACLE_COLOR)?;
     }
-    log_ring(stream, cast, scene)
+    log_ring(stream, appearance, scene)
 }
 
 /// Logs the ring on the ground below the centre of mass. The view's eye follows it, and a viewer
 /// stands off from what it follows in proportion to its extent, so the ring is as large as what is
 /// to be seen.
-fn log_ring(stream: &RecordingStream, cast: &Cast, scene: &Scene) -> Result<(), RecordingStreamError> {
-    let (radius, z) = (RING_RADIUS * cast.size, ground_height(scene) + 2e-3 * cast.size);
+fn log_ring(
+    stream: &RecordingStream,
+    appearance: &Appearance,
+    scene: &Scene,
+) -> Result<(), RecordingStreamError> {
+    let (radius, z) = (RING_RADIUS * appearance.size, ground_height(scene) + 2e-3 * appearance.size);
     let points = (0..=RING_POINTS).map(|point| {
         let (y, x) = (TAU * f64::from(point) / f64::from(RING_POINTS)).sin_cos();
         float(&Vector3::new(radius * x, radius * y, z))
     });
     let ring = LineStrips3D::new([points.collect::<Vec<_>>()])
         .with_colors([RING_COLOR])
-        .with_radii([4e-3 * cast.size as f32]);
+        .with_radii([4e-3 * appearance.size as f32]);
     // A point too small to be seen above the ring lifts the middle of the extent to the character's.
-    let above = Points3D::new([[0.0, 0.0, (z + 2.0 * cast.tall) as f32]]).with_radii([1e-6]);
+    let above = Points3D::new([[0.0, 0.0, (z + 2.0 * appearance.height) as f32]]).with_radii([1e-6]);
     stream.log_static(paths::ring(), &above)?;
     stream.log_static(paths::ring(), &ring)
 }

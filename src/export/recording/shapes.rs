@@ -6,51 +6,17 @@ use re_sdk_types::archetypes::{Boxes3D, Capsules3D, Cylinders3D, Ellipsoids3D, M
 use re_sdk_types::components::FillMode;
 use re_sdk_types::datatypes::Quaternion;
 
-use super::{Cast, Subject, paths};
+use super::appearance::Appearance;
+use super::paths;
 use gaitwright_physics::character::{Character, Placed, Shape};
-
-/// Colour of the trunk, and of each limb in turn: a limb is what hangs on one joint of the root.
-const TRUNK: [u8; 4] = [214, 219, 226, 255];
-const LIMBS: [[u8; 4]; 8] = [
-    [86, 180, 233, 255],
-    [230, 159, 0, 255],
-    [0, 190, 140, 255],
-    [240, 120, 90, 255],
-    [204, 121, 167, 255],
-    [240, 228, 66, 255],
-    [120, 150, 255, 255],
-    [170, 200, 120, 255],
-];
-
-impl Cast {
-    /// Of a recording's subject.
-    pub(super) fn new(subject: &Subject<'_>) -> Self {
-        let character = subject.character;
-        let mass: f64 = character
-            .links
-            .iter()
-            .filter_map(|link| link.inertial.as_ref())
-            .map(|inertial| inertial.mass)
-            .sum();
-        let extent = extent(character);
-        Self {
-            links: character.links.iter().map(|link| link.name.clone()).collect(),
-            joints: subject.joints.to_vec(),
-            colors: limb_colors(character),
-            weight: 9.81 * mass,
-            size: extent.norm().max(0.1),
-            tall: extent.z,
-        }
-    }
-}
 
 /// Logs every link's shapes, for all times.
 pub(super) fn log(
     stream: &RecordingStream,
     character: &Character,
-    cast: &Cast,
+    appearance: &Appearance,
 ) -> Result<(), RecordingStreamError> {
-    for (link, &color) in character.links.iter().zip(&cast.colors) {
+    for (link, &color) in character.links.iter().zip(&appearance.colors) {
         let shapes = if link.visuals.is_empty() { &link.collisions } else { &link.visuals };
         log_shapes(stream, &paths::link(&link.name), shapes, color)?;
     }
@@ -176,40 +142,6 @@ impl Faces {
             }
         }
     }
-}
-
-/// Colour of each link by the limb it belongs to.
-fn limb_colors(character: &Character) -> Vec<[u8; 4]> {
-    let mut limbs: Vec<Option<usize>> = Vec::with_capacity(character.links.len());
-    let mut count = 0;
-    for link in &character.links {
-        let limb = match &link.joint {
-            None => None,
-            Some(joint) if joint.parent == 0 => {
-                count += 1;
-                Some(count - 1)
-            }
-            Some(joint) => limbs.get(joint.parent).copied().flatten(),
-        };
-        limbs.push(limb);
-    }
-    limbs.iter().map(|limb| limb.map_or(TRUNK, |limb| LIMBS[limb % LIMBS.len()])).collect()
-}
-
-/// Edges of the box around all link frames at zero angles, m.
-fn extent(character: &Character) -> Vector3<f64> {
-    let mut frames: Vec<Isometry3<f64>> = Vec::with_capacity(character.links.len());
-    let (mut low, mut high) = (Vector3::zeros(), Vector3::zeros());
-    for link in &character.links {
-        let frame = match &link.joint {
-            None => Isometry3::identity(),
-            Some(joint) => frames.get(joint.parent).copied().unwrap_or_default() * joint.origin,
-        };
-        low = low.inf(&frame.translation.vector);
-        high = high.sup(&frame.translation.vector);
-        frames.push(frame);
-    }
-    high - low
 }
 
 /// Single precision, as the viewer draws.

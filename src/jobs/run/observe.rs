@@ -4,12 +4,15 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
+use super::error::RunError;
+use super::prepared::PreparedRun;
 use super::publish::{RECORDED, describe};
-use super::{Order, Prepared, RunError, Watcher};
-use crate::export::{Recording, Subject};
+use super::watcher::RunWatcher;
+use crate::export::{Recording, RecordingSubject};
 use crate::jobs::files::Artefact;
+use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
-use gaitwright_learning::learn::{Behaviour, Cancel, Checkpoint, Generation, Observer};
+use gaitwright_learning::learn::{Behaviour, Cancel, Checkpoint, Generation, Learning, Observer};
 
 /// How long each new best behaviour is recorded after it has entered its loop, s.
 const SHOWN: f64 = 3.0;
@@ -17,10 +20,10 @@ const SHOWN: f64 = 3.0;
 /// Writes what a learner does into the recording, and passes it on.
 pub(super) struct Recorder<'a> {
     recording: Recording,
-    prepared: &'a Prepared,
+    prepared: &'a PreparedRun,
     cancel: &'a Cancel,
-    watcher: &'a mut dyn Watcher,
-    /// The first thing that could not be recorded; the learning is called off then.
+    watcher: &'a mut dyn RunWatcher,
+    /// The first thing that could not be recorded; the learning is cancelled then.
     failure: Option<RunError>,
 }
 
@@ -30,14 +33,14 @@ impl<'a> Recorder<'a> {
     pub(super) fn create(
         folder: &Path,
         order: &Order,
-        prepared: &'a Prepared,
+        prepared: &'a PreparedRun,
         checkpoint: Option<&Checkpoint>,
         cancel: &'a Cancel,
-        watcher: &'a mut dyn Watcher,
+        watcher: &'a mut dyn RunWatcher,
     ) -> Result<Self, RunError> {
         let character = &order.reading.character;
         let id = identity(order, prepared)?;
-        let subject = Subject {
+        let subject = RecordingSubject {
             id: &id,
             title: &character.name,
             character,
@@ -48,14 +51,14 @@ impl<'a> Recorder<'a> {
         recording.job(&describe(order, prepared, None))?;
         let mut recorder = Self { recording, prepared, cancel, watcher, failure: None };
         if let Some(checkpoint) = checkpoint {
-            recorder.relive(checkpoint)?;
+            recorder.replay(checkpoint)?;
         }
         Ok(recorder)
     }
 
     /// Records every point of the learning curve up to `checkpoint`, and every best behaviour anew: a motion is
     /// the same whenever it is played.
-    fn relive(&mut self, checkpoint: &Checkpoint) -> Result<(), RunError> {
+    fn replay(&mut self, checkpoint: &Checkpoint) -> Result<(), RunError> {
         let mut improved = checkpoint.improved.iter().peekable();
         for figures in &checkpoint.curve {
             while let Some(best) = improved.next_if(|best| best.generation <= figures.generation) {
@@ -70,7 +73,8 @@ impl<'a> Recorder<'a> {
     fn play(&mut self, behaviour: &Behaviour) -> Result<(), RunError> {
         let player = self.prepared.player(behaviour);
         let seconds = player.lead() + SHOWN;
-        let trace = self.prepared.act(&player).play(seconds, RECORDED, &|| self.cancel.is_cancelled())?;
+        let trace =
+            self.prepared.motion_check(&player).play(seconds, RECORDED, &|| self.cancel.is_cancelled())?;
         Ok(self.recording.motion(behaviour.generation, &trace)?)
     }
 
@@ -109,12 +113,12 @@ impl Observer for Recorder<'_> {
 
 /// A name for the recording that no other job's has: made of the character and of everything that was decided
 /// about the job, it is the same whenever the same job runs.
-fn identity(order: &Order, prepared: &Prepared) -> Result<String, RunError> {
+fn identity(order: &Order, prepared: &PreparedRun) -> Result<String, RunError> {
     let setup = &prepared.setup;
     let decided = Settings {
-        scene: setup.scene.clone(),
+        scene: order.settings.scene.clone(),
         task: setup.task.clone(),
-        learning: setup.learning.clone(),
+        learning: Learning::from(&setup.parameters),
         accuracy: setup.accuracy.into(),
         seed: setup.seed,
     };

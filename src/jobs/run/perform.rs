@@ -27,7 +27,7 @@ const FRICTION_TRIALS: [f64; 2] = [0.5, 1.5];
 const PUSH: f64 = 0.2;
 
 /// A motion and everything it takes to play it.
-pub(super) struct Act<'a> {
+pub(super) struct MotionCheck<'a> {
     /// Who plays.
     pub(super) model: &'a Arc<Model>,
     /// Where it starts.
@@ -45,7 +45,7 @@ pub(super) struct Act<'a> {
 }
 
 /// What a check has shown.
-pub(super) struct Checked {
+pub(super) struct CheckedMotion {
     /// Everything from the standing pose on.
     pub(super) trace: Trace,
     /// The gait of the looping part.
@@ -54,7 +54,7 @@ pub(super) struct Checked {
     pub(super) validity: Validity,
 }
 
-impl Act<'_> {
+impl MotionCheck<'_> {
     /// Plays for `seconds`, sampled every `sample_every` seconds, or until `stop` says so.
     ///
     /// # Errors
@@ -75,7 +75,7 @@ impl Act<'_> {
     /// # Errors
     ///
     /// Every fault of scene, accuracy and gains.
-    pub(super) fn check(&self, stop: &dyn Fn() -> bool) -> Result<Checked, InputError> {
+    pub(super) fn run(&self, stop: &dyn Fn() -> bool) -> Result<CheckedMotion, InputError> {
         let every = self.sample_every();
         let trace = self.play(CHECKED, every, stop)?;
         // The same once more up to the loop, for the work that is not the loop's.
@@ -112,7 +112,7 @@ impl Act<'_> {
         );
         let period = self.player.period();
         let validity = validity(&looping, &self.model.limits, &self.gains.max_torque, period);
-        Ok(Checked { trace, gait, validity })
+        Ok(CheckedMotion { trace, gait, validity })
     }
 
     /// Plays with less and more friction, and after a push to the left; without what `stop` cuts short.

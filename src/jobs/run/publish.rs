@@ -8,15 +8,17 @@ use std::time::{Duration, Instant};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::perform::Checked;
-use super::{Order, Outcome, Prepared, RunError};
+use super::error::RunError;
+use super::perform::CheckedMotion;
+use super::prepared::PreparedRun;
 use crate::export::{Curve, Performance, Recording, gait_diagram, motion};
 use crate::jobs::check::{Standing, standing};
 use crate::jobs::files::Artefact;
 use crate::jobs::job::CharacterName;
+use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
 use gaitwright_learning::gait::GaitReport;
-use gaitwright_learning::learn::{Behaviour, Cancel, Learned, StopReason};
+use gaitwright_learning::learn::{Behaviour, Cancel, Learned, Learning, StopReason};
 use gaitwright_physics::character::Note;
 use gaitwright_physics::motion::{Metrics, Motion, Provenance};
 use gaitwright_physics::playback::Trace;
@@ -30,7 +32,8 @@ pub(super) const RECORDED: f64 = 0.02;
 
 /// Everything about a job and what came of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Report {
+#[schemars(rename = "Report")]
+pub struct TrainingReport {
     /// `gaitwright/report@1`.
     pub format: String,
     /// Version of the program.
@@ -71,61 +74,86 @@ pub struct Report {
     pub unsuccessful: Option<String>,
 }
 
-/// The end of a run that is called off: what it found is still checked, but not for ever.
-pub(super) struct Farewell<'a> {
+/// What came of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunOutcome {
+    /// Why the learning stopped.
+    pub ended: StopReason,
+    /// Figures of the motion found, or why there is none.
+    pub motion: Result<Metrics, Unsuccessful>,
+    /// s of the wall clock spent checking and writing.
+    pub checking_seconds: f64,
+}
+
+/// Why a run that came to its end has no motion to show.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Unsuccessful {
+    /// It was cancelled while the standing pose or an accuracy was looked for.
+    #[error("called off before the learning began")]
+    NotBegun,
+    /// No behaviour passed the learner's acceptance test.
+    #[error("nothing was learned that keeps the character upright; more time or generations may help")]
+    NothingLearned,
+    /// It was cancelled, and the check took longer than it may then take.
+    #[error("called off before it was checked what was learned")]
+    NotChecked,
+    /// The character fell in the check.
+    #[error("the character fell before it had gone round its loop once")]
+    Fell,
+}
+
+/// How long a run that is cancelled may still take to check what it found.
+pub(super) struct CancelLimit<'a> {
     cancel: &'a Cancel,
     longest: Duration,
-    /// When the call was first noticed.
+    /// When the cancellation was first noticed.
     since: OnceCell<Instant>,
 }
 
-impl<'a> Farewell<'a> {
+impl<'a> CancelLimit<'a> {
     /// On `cancel`, and at most `longest`.
     pub(super) fn new(cancel: &'a Cancel, longest: Duration) -> Self {
         Self { cancel, longest, since: OnceCell::new() }
     }
 
-    /// Whether the run was called off.
-    fn has_begun(&self) -> bool {
+    /// Whether the run was cancelled.
+    fn is_cancelled(&self) -> bool {
         self.cancel.is_cancelled()
     }
 
     /// Whether that was too long ago.
     fn is_over(&self) -> bool {
-        self.has_begun() && self.since.get_or_init(Instant::now).elapsed() >= self.longest
+        self.is_cancelled() && self.since.get_or_init(Instant::now).elapsed() >= self.longest
     }
 }
 
 /// Checks what was learned, and writes everything that is to be left in `folder`.
 pub(super) fn publish(
     order: &Order,
-    prepared: &Prepared,
+    prepared: &PreparedRun,
     learned: &Learned,
     mut recording: Recording,
     folder: &Path,
-    farewell: &Farewell<'_>,
-) -> Result<Outcome, RunError> {
+    limit: &CancelLimit<'_>,
+) -> Result<RunOutcome, RunError> {
     let start = Instant::now();
     Artefact::Curve.publish(folder, Curve::new(&learned.curve).to_csv().as_bytes())?;
     let found = match &learned.best {
-        None => {
-            Err("nothing was learned that keeps the character upright; more time or generations may help")
-        }
+        None => Err(Unsuccessful::NothingLearned),
         Some(behaviour) => {
             let player = prepared.player(behaviour);
-            let act = prepared.act(&player);
-            let mut checked = act.check(&|| farewell.is_over())?;
-            if farewell.is_over() {
-                Err("called off before it was checked what was learned")
+            let check = prepared.motion_check(&player);
+            let mut checked = check.run(&|| limit.is_over())?;
+            if limit.is_over() {
+                Err(Unsuccessful::NotChecked)
             } else {
-                if !farewell.has_begun() {
-                    checked.validity.trials = act.trials(&|| farewell.has_begun())?;
+                if !limit.is_cancelled() {
+                    checked.validity.trials = check.trials(&|| limit.is_cancelled())?;
                 }
                 recording.motion(behaviour.generation, &thinned(&checked.trace))?;
                 let motion = document(order, prepared, behaviour, &checked);
-                motion
-                    .map(|motion| (motion, checked.gait))
-                    .ok_or("the character fell before it had gone round its loop once")
+                motion.map(|motion| (motion, checked.gait)).ok_or(Unsuccessful::Fell)
             }
         }
     };
@@ -134,27 +162,31 @@ pub(super) fn publish(
         Artefact::Gait.publish(folder, &json(gait)?)?;
         Artefact::Diagram.publish(folder, gait_diagram(gait)?.as_bytes())?;
     }
-    let (found, unsuccessful) = match found {
-        Ok(found) => (Some(found), None),
-        Err(reason) => (None, Some(reason.to_owned())),
+    let (motion, gait) = match found {
+        Ok((motion, gait)) => (Ok(motion.metrics), Some(gait)),
+        Err(reason) => (Err(reason), None),
     };
-    let (metrics, gait) = found.map(|(motion, gait)| (motion.metrics, gait)).unzip();
-    let report = report(order, prepared, learned, metrics.clone(), gait, unsuccessful.clone());
+    let report = report(order, prepared, learned, &motion, gait);
     Artefact::Report.publish(folder, &json(&report)?)?;
     recording.job(&describe(order, prepared, Some(&report)))?;
     recording.finish()?;
     let checking_seconds = start.elapsed().as_secs_f64();
-    Ok(Outcome { ended: learned.ended, metrics, unsuccessful, checking_seconds })
+    Ok(RunOutcome { ended: learned.ended, motion, checking_seconds })
 }
 
-fn document(order: &Order, prepared: &Prepared, behaviour: &Behaviour, checked: &Checked) -> Option<Motion> {
+fn document(
+    order: &Order,
+    prepared: &PreparedRun,
+    behaviour: &Behaviour,
+    checked: &CheckedMotion,
+) -> Option<Motion> {
     let setup = &prepared.setup;
     let value = |value: Result<serde_json::Value, serde_json::Error>| value.unwrap_or_default();
     let provenance = Provenance {
         program: env!("CARGO_PKG_NAME").to_owned(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         seed: Some(setup.seed),
-        learning: value(serde_json::to_value(&setup.learning)),
+        learning: value(serde_json::to_value(Learning::from(&setup.parameters))),
         task: value(serde_json::to_value(&setup.task)),
         accuracy: setup.accuracy,
         effects: prepared.plan.decisions.clone(),
@@ -167,7 +199,7 @@ fn document(order: &Order, prepared: &Prepared, behaviour: &Behaviour, checked: 
         trace: &checked.trace,
         gait: &checked.gait,
         validity: &checked.validity,
-        scene: &prepared.scene,
+        scene: &setup.scene,
         drive: &setup.stance.gains,
         provenance: &provenance,
     })
@@ -175,22 +207,21 @@ fn document(order: &Order, prepared: &Prepared, behaviour: &Behaviour, checked: 
 
 fn report(
     order: &Order,
-    prepared: &Prepared,
+    prepared: &PreparedRun,
     learned: &Learned,
-    metrics: Option<Metrics>,
+    motion: &Result<Metrics, Unsuccessful>,
     gait: Option<GaitReport>,
-    unsuccessful: Option<String>,
-) -> Report {
+) -> TrainingReport {
     let (character, setup) = (&order.reading.character, &prepared.setup);
     let last = learned.curve.last();
-    Report {
+    TrainingReport {
         format: FORMAT.to_owned(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         character: CharacterName { name: character.name.clone(), digest: character.digest.clone() },
         notes: order.reading.notes.clone(),
         standing: standing(&setup.model, &setup.stance),
         settings: Settings {
-            learning: setup.learning.clone(),
+            learning: Learning::from(&setup.parameters),
             accuracy: setup.accuracy.into(),
             ..order.settings.clone()
         },
@@ -203,9 +234,9 @@ fn report(
         simulated_seconds: last.map_or(0.0, |figures| figures.simulated_seconds),
         saved_seconds: last.map_or(0.0, |figures| figures.saved_seconds),
         cache_hit_rate: last.map_or(0.0, |figures| figures.cache_hit_rate),
-        metrics,
+        metrics: motion.as_ref().ok().cloned(),
         gait,
-        unsuccessful,
+        unsuccessful: motion.as_ref().err().map(Unsuccessful::to_string),
     }
 }
 
@@ -220,13 +251,13 @@ fn thinned(trace: &Trace) -> Trace {
 }
 
 /// What a job is about, and what came of it once there is a report, as Markdown.
-pub(super) fn describe(order: &Order, prepared: &Prepared, report: Option<&Report>) -> String {
+pub(super) fn describe(order: &Order, prepared: &PreparedRun, report: Option<&TrainingReport>) -> String {
     let (character, setup) = (&order.reading.character, &prepared.setup);
     let mut text = format!("# {}\n\n", character.name);
     if let Some(report) = report {
         text += &outcome(report);
     }
-    let time = 1000.0 * setup.learning.transition_time.unwrap_or_default();
+    let time = 1000.0 * setup.parameters.transition_time;
     text += &format!(
         "{:.2} kg, {} joints, seed {}, transitions of {time:.0} ms\n\n| effect | | because |\n|---|---|---|\n",
         setup.model.mass,
@@ -240,7 +271,7 @@ pub(super) fn describe(order: &Order, prepared: &Prepared, report: Option<&Repor
     text
 }
 
-fn outcome(report: &Report) -> String {
+fn outcome(report: &TrainingReport) -> String {
     match (&report.metrics, &report.unsuccessful) {
         (Some(metrics), _) => format!(
             "**{:.2} m/s**, upright for {:.1} s, gait {}, after {} generations\n\n",

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
-use super::parameters::{Parameters, Trunk};
+use super::parameters::Parameters;
 use super::stop::{Interrupted, Stop};
 use super::task::{STANDARD_GRAVITY, Terms};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
-use gaitwright_physics::scene::{Accuracy, Effect, Scene, StepPlan, Switch};
+use gaitwright_physics::scene::{Accuracy, Scene, StepPlan};
 use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::{Stance, Upright};
 
@@ -78,7 +78,7 @@ pub struct SimulatedWorld {
 }
 
 impl SimulatedWorld {
-    /// `model` in `scene`, driven with the stance's gains, its trunk locked if the parameters say so.
+    /// `model` in `scene`, driven with the stance's gains.
     ///
     /// # Errors
     /// Every fault of scene and accuracy ([`StepPlan::compile`]).
@@ -89,18 +89,14 @@ impl SimulatedWorld {
         accuracy: &Accuracy,
         parameters: &Parameters,
     ) -> Result<Self, InputError> {
-        let mut scene = scene.clone();
-        if parameters.learning.trunk == Trunk::Locked {
-            scene.effects.insert(Effect::TrunkRotationLock, Switch::On);
-        }
-        let plan = StepPlan::compile(&scene, accuracy, Some(&stance.gains), model)?;
+        let plan = StepPlan::compile(scene, accuracy, Some(&stance.gains), model)?;
         Ok(Self {
-            upright: Upright::new(model, stance, &scene),
+            upright: Upright::new(model, stance, scene),
             simulator: Simulator::new(model.clone(), Arc::new(plan), stance.state.clone()),
             up: Unit::new_normalize(stance.state.root.orientation.inverse() * Vector3::z()),
             standing: Arc::new(stance.state.clone()),
             disturbed: pushes(model, stance).into(),
-            cell_levels: parameters.learning.trunk_cells,
+            cell_levels: parameters.trunk_cells,
             now: vec![0.0; model.joint_count()],
             next: vec![0.0; model.joint_count()],
         })

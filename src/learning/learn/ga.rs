@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::chance::{Purpose, stream};
 use super::genome::Genome;
 use super::grid::Grid;
-use super::parameters::{Crossover, Learning};
+use super::parameters::{Crossover, Parameters};
 
 /// Mates drawn for a crossover with a neighbour; the closest of them is taken.
 const NEIGHBOURS: usize = 5;
@@ -43,13 +43,16 @@ impl Island {
     pub fn ask(
         &self,
         grid: &Grid,
-        learning: &Learning,
+        parameters: &Parameters,
         seed: u64,
         generation: u32,
         island: usize,
     ) -> Vec<Genome> {
-        let places =
-            if self.members.is_empty() { learning.population } else { learning.population - learning.elite };
+        let places = if self.members.is_empty() {
+            parameters.population
+        } else {
+            parameters.population - parameters.elite
+        };
         let mut asked: Vec<Genome> = Vec::with_capacity(places);
         for place in 0..places {
             let mut rng = stream(seed, Purpose::Breeding, generation, island, place);
@@ -58,16 +61,16 @@ impl Island {
             };
             let attempts = if self.members.is_empty() { 0 } else { ATTEMPTS };
             let child =
-                (0..attempts).map(|_| self.breed(grid, learning, &mut rng)).find(|genome| !known(genome));
-            let child = child.unwrap_or_else(|| Genome::random(grid, learning.states, &mut rng));
+                (0..attempts).map(|_| self.breed(grid, parameters, &mut rng)).find(|genome| !known(genome));
+            let child = child.unwrap_or_else(|| Genome::random(grid, parameters.states, &mut rng));
             asked.push(child);
         }
         asked
     }
 
     /// Replaces all members but the elite by the evaluated children.
-    pub fn tell(&mut self, children: Vec<Individual>, learning: &Learning) {
-        self.members.truncate(learning.elite);
+    pub fn tell(&mut self, children: Vec<Individual>, parameters: &Parameters) {
+        self.members.truncate(parameters.elite);
         self.members.extend(children);
         self.rank();
         self.stale += 1;
@@ -97,27 +100,27 @@ impl Island {
         self.members.sort_by(|a, b| b.fitness.total_cmp(&a.fitness));
     }
 
-    fn breed(&self, grid: &Grid, learning: &Learning, rng: &mut impl Rng) -> Genome {
-        let parent = &self.select(learning, rng).genome;
-        let mut child = if rng.random_bool(learning.crossover_rate) {
-            self.cross(parent, grid, learning, rng)
+    fn breed(&self, grid: &Grid, parameters: &Parameters, rng: &mut impl Rng) -> Genome {
+        let parent = &self.select(parameters, rng).genome;
+        let mut child = if rng.random_bool(parameters.crossover_rate) {
+            self.cross(parent, grid, parameters, rng)
         } else {
             parent.clone()
         };
-        child.mutate(grid, &learning.mutation, rng);
+        child.mutate(grid, &parameters.mutation, rng);
         child.repair(grid, rng);
         child
     }
 
-    fn cross(&self, parent: &Genome, grid: &Grid, learning: &Learning, rng: &mut impl Rng) -> Genome {
-        let Crossover { uniform, limb, neighbouring } = learning.crossover;
+    fn cross(&self, parent: &Genome, grid: &Grid, parameters: &Parameters, rng: &mut impl Rng) -> Genome {
+        let Crossover { uniform, limb, neighbouring } = parameters.crossover;
         let draw = rng.random_range(0.0..uniform + limb + neighbouring);
         if draw < uniform {
-            parent.cross_uniform(&self.select(learning, rng).genome, rng)
+            parent.cross_uniform(&self.select(parameters, rng).genome, rng)
         } else if draw < uniform + limb {
-            parent.cross_by_limb(&self.select(learning, rng).genome, grid, rng)
+            parent.cross_by_limb(&self.select(parameters, rng).genome, grid, rng)
         } else {
-            let mates = (0..NEIGHBOURS).map(|_| &self.select(learning, rng).genome);
+            let mates = (0..NEIGHBOURS).map(|_| &self.select(parameters, rng).genome);
             let others: Vec<&Genome> = mates.filter(|mate| *mate != parent).collect();
             let apart = |mate: &&Genome| parent.distance(mate);
             match others.into_iter().min_by(|a, b| apart(a).total_cmp(&apart(b))) {
@@ -128,8 +131,8 @@ impl Island {
     }
 
     /// The fittest of a few drawn at random.
-    fn select(&self, learning: &Learning, rng: &mut impl Rng) -> &Individual {
-        let draws = (0..learning.tournament).map(|_| rng.random_range(0..self.members.len()));
+    fn select(&self, parameters: &Parameters, rng: &mut impl Rng) -> &Individual {
+        let draws = (0..parameters.tournament).map(|_| rng.random_range(0..self.members.len()));
         // Members are ranked: the smallest index is the fittest.
         &self.members[draws.min().unwrap_or(0)]
     }

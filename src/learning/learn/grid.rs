@@ -124,14 +124,14 @@ impl Grid {
     pub fn new(model: &Model, stance: &Stance, parameters: &Parameters) -> Self {
         let joints = (0..model.joint_count()).map(|joint| {
             let reach = match model.bodies[joint + 1].dof {
-                DofKind::Revolute => parameters.learning.reach,
+                DofKind::Revolute => parameters.reach,
                 // The arc of the same angle at a radius of half the standing height.
-                DofKind::Prismatic => parameters.learning.reach * 0.5 * stance.root_height.max(0.01),
+                DofKind::Prismatic => parameters.reach * 0.5 * stance.root_height.max(0.01),
             };
-            let crossing = parameters.learning.swing * reach / parameters.transition_time;
+            let crossing = parameters.swing * reach / parameters.transition_time;
             // A joint without an actuator has no targets to choose from.
             let levels = match model.driven[joint] {
-                true => (parameters.learning.angle_levels, parameters.learning.velocity_levels),
+                true => (parameters.angle_levels, parameters.velocity_levels),
                 false => (1, 1),
             };
             let speed = model.speed[joint].map_or(crossing, |limit| limit.min(crossing));

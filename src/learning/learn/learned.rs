@@ -2,7 +2,7 @@
 
 use super::behaviour::Behaviour;
 use super::generation::Generation;
-use super::parameters::Learning;
+use super::parameters::Parameters;
 use super::stop::StopReason;
 
 /// The result of learning.
@@ -15,5 +15,5 @@ pub struct Learned {
     /// The learning curve: one point a generation, in order.
     pub curve: Vec<Generation>,
     /// The parameters that were used, defaults filled in.
-    pub learning: Learning,
+    pub parameters: Parameters,
 }

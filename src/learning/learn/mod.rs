@@ -8,7 +8,7 @@
 //!
 //! | in the order of use | |
 //! |---|---|
-//! | [`Task`], [`Learning`] | what to learn, and the learner's parameters |
+//! | [`Task`], [`Learning`], [`Parameters`] | what is asked for, and what is decided |
 //! | [`grid`], [`genome`] | all states, and subsets of them |
 //! | [`transition`], [`evaluation`], [`cache`] | from one state to the next in the simulator |
 //! | [`subset`], [`qlearning`], [`policy`] | the best behaviour in a subset |
@@ -51,7 +51,7 @@ pub use checkpoint::Checkpoint;
 pub use generation::Generation;
 pub use learned::Learned;
 pub use observer::Observer;
-pub use parameters::{Coding, Crossover, Learning, Mutation, Parameters, Trunk};
+pub use parameters::{Budget, Coding, Crossover, Learning, Mutation, Parameters, Trunk};
 pub use stop::{Cancel, Interrupted, Stop, StopReason};
 pub use task::{Objective, Task, Terms, Weights};
 
@@ -62,14 +62,14 @@ pub struct LearningSetup {
     pub model: Arc<Model>,
     /// Its standing pose, from which every episode starts, and the gains of its drives.
     pub stance: Arc<Stance>,
-    /// The world around it.
+    /// The world around it, with the effects that the parameters ask for ([`Trunk::in_scene`]).
     pub scene: Scene,
     /// How finely that is simulated.
     pub accuracy: Accuracy,
     /// What its motion is rewarded for.
     pub task: Task,
     /// Parameters of the learner.
-    pub learning: Learning,
+    pub parameters: Parameters,
     /// Seed of all randomness.
     pub seed: u64,
     /// Worker threads, at least 1; the result does not depend on it.
@@ -80,7 +80,7 @@ pub struct LearningSetup {
 #[derive(Debug, thiserror::Error)]
 pub enum LearnError {
     /// The setup or the checkpoint is impossible; JSON pointers below `/scene`, `/accuracy`, `/drive`,
-    /// `/task`, `/learning` and `/checkpoint`.
+    /// `/task` and `/checkpoint`.
     #[error(transparent)]
     Input(#[from] InputError),
     /// The worker threads could not be started.
@@ -88,7 +88,7 @@ pub enum LearnError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// Learns: searches until the budget of [`Learning`] is used up or `cancel` asks to stop, from
+/// Learns: searches until the budget of the parameters is used up or `cancel` asks to stop, from
 /// `resume` if given.
 ///
 /// # Errors
@@ -99,18 +99,24 @@ pub fn learn(
     cancel: &Cancel,
     resume: Option<Checkpoint>,
 ) -> Result<Learned, LearnError> {
-    let LearningSetup { model, stance, scene, accuracy, task, learning, seed, threads } = setup;
-    let parameters = learning.resolve(stance, accuracy.step).map_err(|error| error.under("/learning"))?;
+    let LearningSetup { model, stance, scene, accuracy, task, parameters, seed, threads } = setup;
     let objective = Objective::new(task, model, stance).map_err(|error| error.under("/task"))?;
-    let world = evaluation::SimulatedWorld::new(model, stance, scene, accuracy, &parameters)?;
-    let grid = grid::Grid::new(model, stance, &parameters);
+    let world = evaluation::SimulatedWorld::new(model, stance, scene, accuracy, parameters)?;
+    let grid = grid::Grid::new(model, stance, parameters);
     if let Some(checkpoint) = &resume {
-        let fits = checkpoint.fits(*seed, &parameters.learning, task, model.joint_count());
+        let fits = checkpoint.fits(*seed, &Learning::from(parameters), task, model.joint_count());
         fits.map_err(|error| error.under("/checkpoint"))?;
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads((*threads).max(1)).build()?;
     let spent = resume.as_ref().map_or(0.0, |checkpoint| checkpoint.elapsed);
-    let stop = Stop::new(cancel, parameters.learning.seconds.map(|seconds| seconds - spent));
-    let search = search::Search { world, grid, task: task.clone(), objective, parameters, seed: *seed };
+    let stop = Stop::new(cancel, parameters.budget.seconds().map(|seconds| seconds - spent));
+    let search = search::Search {
+        world,
+        grid,
+        task: task.clone(),
+        objective,
+        parameters: parameters.clone(),
+        seed: *seed,
+    };
     Ok(search.run(&pool, observer, &stop, resume))
 }

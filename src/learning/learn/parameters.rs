@@ -1,10 +1,14 @@
 //! The parameters of the learner, their defaults and their limits.
+//!
+//! [`Learning`] is the document that is posted, in which some are left open; [`Learning::resolve`] decides those
+//! for one character, once, and everything after it works with [`Parameters`].
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::task::STANDARD_GRAVITY;
 use gaitwright_physics::fault::{Fault, InputError};
+use gaitwright_physics::scene::{Effect, Scene, Switch};
 use gaitwright_physics::stance::Stance;
 
 /// Training time when neither generations nor seconds are given, s.
@@ -19,6 +23,36 @@ pub enum Trunk {
     Free,
     /// The root link keeps its orientation (Tokizaki & Hasegawa section 3.4).
     Locked,
+}
+
+impl Trunk {
+    /// `scene` with the effect that a locked trunk is: the rotation lock of the root link.
+    pub fn in_scene(self, scene: &Scene) -> Scene {
+        let mut scene = scene.clone();
+        if self == Self::Locked {
+            scene.effects.insert(Effect::TrunkRotationLock, Switch::On);
+        }
+        scene
+    }
+
+    /// The faults of a trunk that is to be locked in a scene that switches the effect off, one at each of the two
+    /// places: JSON pointers into a document with `scene` and `learning`.
+    pub fn contradictions(self, scene: &Scene) -> Vec<Fault> {
+        let lock = scene.effects.get(&Effect::TrunkRotationLock);
+        if self != Self::Locked || lock != Some(&Switch::Off) {
+            return Vec::new();
+        }
+        vec![
+            Fault::new(
+                "/scene/effects/trunk_rotation_lock",
+                "the effect is switched off, but /learning/trunk is locked, which is this effect",
+            ),
+            Fault::new(
+                "/learning/trunk",
+                "the trunk is to be locked, but /scene/effects/trunk_rotation_lock is off",
+            ),
+        ]
+    }
 }
 
 /// What an individual of the genetic algorithm stands for.
@@ -39,7 +73,7 @@ pub enum Coding {
 pub struct Crossover {
     /// Every state whole from one parent or the other.
     pub uniform: f64,
-    /// Every limb's part of a state from one parent or the other.
+    /// Every limb's angles and velocities in a state from one parent or the other.
     pub limb: f64,
     /// Uniform, with the mate that is closest in state space among several drawn.
     pub neighbouring: f64,
@@ -72,124 +106,186 @@ impl Default for Mutation {
     }
 }
 
-/// Parameters of QDSEGA as asked for. What is `null` is chosen to suit the character; the other
-/// defaults were found by measurement, since the sources give no numbers.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Learning {
-    /// Greatest number of generations; unlimited where only `seconds` is given.
-    pub generations: Option<u32>,
-    /// Greatest training time, s of the wall clock; unlimited where only `generations` is given, 120
-    /// where neither is. A result limited by it is not reproducible and says so.
-    pub seconds: Option<f64>,
-    /// Individuals of each island.
-    pub population: usize,
-    /// States of a subset.
-    pub states: usize,
-    /// T, s: from one state to the next; rounded to whole steps of the simulation. Where `null`, the
-    /// half of √(h/g), the time scale of a pendulum as long as the root stands high.
-    pub transition_time: Option<f64>,
-    /// Episodes of Q-learning an individual is given.
-    pub episodes: u32,
-    /// Whether the trunk may rotate.
-    pub trunk: Trunk,
-    /// Levels into which roll and pitch of a free trunk are divided each, as part of the Q-learner's
-    /// state; 1 for none, otherwise odd.
-    pub trunk_cells: u8,
-    /// What an individual stands for.
-    pub coding: Coding,
-    /// Populations side by side.
-    pub islands: usize,
-    /// Generations from one migration (of each island's best to the next island) to another.
-    pub migration: u32,
-    /// Generations without progress after which an island is given up and drawn afresh, unless it is the
-    /// one with the best behaviour.
-    pub patience: u32,
-    /// Best individuals of an island that are kept as they are.
-    pub elite: usize,
-    /// Individuals drawn for each selection of a parent; the fittest is taken.
-    pub tournament: usize,
-    /// Probability that a child has two parents and not one.
-    pub crossover_rate: f64,
-    /// Kinds of crossover.
-    pub crossover: Crossover,
-    /// Kinds of mutation.
-    pub mutation: Mutation,
-    /// Transitions after which an episode of Q-learning ends.
-    pub episode_length: u32,
-    /// α of Q-learning.
-    pub learning_rate: f64,
-    /// γ of Q-learning, a transition.
-    pub discount: f64,
-    /// ε of Q-learning: probability of an action drawn at random.
-    pub exploration: f64,
-    /// Angles are divided within this distance of the standing pose, rad (of prismatic joints, times
-    /// half the standing height, m).
-    pub reach: f64,
-    /// Levels of angle over twice the reach; odd.
-    pub angle_levels: u8,
-    /// Levels of velocity in the middle of the range; odd.
-    pub velocity_levels: u8,
-    /// Greatest velocity on the grid, in reaches a transition time (and never above the joint's own
-    /// limit).
-    pub swing: f64,
-    /// Continuous simulation by which every individual is judged, s.
-    pub trial_seconds: f64,
-    /// Continuous simulation that a behaviour has to pass, upright, to become the best of its island, s:
-    /// from the standing pose, and after a small push to either side.
-    pub check_seconds: f64,
-    /// Generations after which the transition cache starts afresh. A checkpoint is handed out then, so
-    /// that it need not hold the cache to be resumed to the same result.
-    pub cache_generations: u32,
-    /// Most transitions the cache holds; when it is full, new ones are not kept.
-    pub cache_transitions: usize,
+/// When the learning ends, unless it is cancelled before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Budget {
+    /// After this many generations.
+    Generations(u32),
+    /// After this time of the wall clock, s.
+    Seconds(f64),
+    /// Whichever of the two comes first.
+    Either {
+        /// Most generations.
+        generations: u32,
+        /// Most time of the wall clock, s.
+        seconds: f64,
+    },
 }
 
-impl Default for Learning {
-    fn default() -> Self {
-        Self {
-            generations: None,
-            seconds: None,
-            population: 12,
-            states: 6,
-            transition_time: None,
-            episodes: 12,
-            trunk: Trunk::default(),
-            trunk_cells: 1,
-            coding: Coding::default(),
-            islands: 4,
-            migration: 10,
-            patience: 20,
-            elite: 2,
-            tournament: 3,
-            crossover_rate: 0.6,
-            crossover: Crossover::default(),
-            mutation: Mutation::default(),
-            episode_length: 24,
-            learning_rate: 0.5,
-            discount: 0.9,
-            exploration: 0.3,
-            reach: 0.6,
-            angle_levels: 9,
-            velocity_levels: 5,
-            swing: 1.0,
-            trial_seconds: 1.5,
-            check_seconds: 20.0,
-            cache_generations: 5,
-            cache_transitions: 100_000,
+impl Budget {
+    /// Most generations, where they are limited.
+    pub fn generations(self) -> Option<u32> {
+        match self {
+            Self::Generations(generations) | Self::Either { generations, .. } => Some(generations),
+            Self::Seconds(_) => None,
         }
+    }
+
+    /// Most time of the wall clock, where it is limited, s.
+    pub fn seconds(self) -> Option<f64> {
+        match self {
+            Self::Seconds(seconds) | Self::Either { seconds, .. } => Some(seconds),
+            Self::Generations(_) => None,
+        }
+    }
+
+    /// Share that is used up after so many generations and seconds, 0 to 1.
+    pub fn fraction(self, generations: u32, seconds: f64) -> f64 {
+        let generations = self.generations().map(|all| f64::from(generations) / f64::from(all.max(1)));
+        let seconds = self.seconds().map(|all| seconds / all);
+        generations.into_iter().chain(seconds).fold(0.0, f64::max).clamp(0.0, 1.0)
     }
 }
 
-/// The parameters as used on one character.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Parameters {
-    /// All of them, decided.
-    pub learning: Learning,
-    /// T, s.
-    pub transition_time: f64,
-    /// Steps of the simulation in one transition.
-    pub transition_steps: u64,
+/// Declares both forms of the parameters with each parameter written once. Documents show them in this order,
+/// with the transition time between the two groups.
+macro_rules! parameters {
+    (
+        $($(#[$about:meta])* $name:ident: $type:ty = $default:expr;)*
+        [transition_time]
+        $($(#[$more_about:meta])* $more:ident: $more_type:ty = $more_default:expr;)*
+    ) => {
+        /// Parameters of QDSEGA as asked for. What is `null` is chosen to suit the character; the other
+        /// defaults were found by measurement, since the sources give no numbers.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct Learning {
+            /// Greatest number of generations; unlimited where only `seconds` is given.
+            pub generations: Option<u32>,
+            /// Greatest training time, s of the wall clock; unlimited where only `generations` is given, 120
+            /// where neither is. A result limited by it is not reproducible and is marked so.
+            pub seconds: Option<f64>,
+            $($(#[$about])* pub $name: $type,)*
+            /// T, s: from one state to the next; rounded to whole steps of the simulation. Where `null`, the
+            /// half of √(h/g), the time scale of a pendulum as long as the root stands high.
+            pub transition_time: Option<f64>,
+            $($(#[$more_about])* pub $more: $more_type,)*
+        }
+
+        impl Default for Learning {
+            fn default() -> Self {
+                Self {
+                    generations: None,
+                    seconds: None,
+                    $($name: $default,)*
+                    transition_time: None,
+                    $($more: $more_default,)*
+                }
+            }
+        }
+
+        /// The parameters as used on one character: nothing is left open.
+        #[derive(Debug, Clone, PartialEq)]
+        pub struct Parameters {
+            /// When the learning ends.
+            pub budget: Budget,
+            $($(#[$about])* pub $name: $type,)*
+            /// T, s: from one state to the next, a whole number of steps of the simulation.
+            pub transition_time: f64,
+            /// Steps of the simulation in one transition.
+            pub transition_steps: u64,
+            $($(#[$more_about])* pub $more: $more_type,)*
+        }
+
+        impl Parameters {
+            fn decided(learning: &Learning, transition_time: f64, transition_steps: u64) -> Self {
+                Self {
+                    budget: learning.budget(),
+                    $($name: learning.$name,)*
+                    transition_time,
+                    transition_steps,
+                    $($more: learning.$more,)*
+                }
+            }
+        }
+
+        /// The document that asks for exactly these parameters.
+        impl From<&Parameters> for Learning {
+            fn from(parameters: &Parameters) -> Self {
+                Self {
+                    generations: parameters.budget.generations(),
+                    seconds: parameters.budget.seconds(),
+                    $($name: parameters.$name,)*
+                    transition_time: Some(parameters.transition_time),
+                    $($more: parameters.$more,)*
+                }
+            }
+        }
+    };
+}
+
+parameters! {
+    /// Individuals of each island.
+    population: usize = 12;
+    /// States of a subset.
+    states: usize = 6;
+
+    [transition_time]
+
+    /// Episodes of Q-learning an individual is given.
+    episodes: u32 = 12;
+    /// Whether the trunk may rotate.
+    trunk: Trunk = Trunk::default();
+    /// Levels into which roll and pitch of a free trunk are divided each, as part of the Q-learner's
+    /// state; 1 for none, otherwise odd.
+    trunk_cells: u8 = 1;
+    /// What an individual stands for.
+    coding: Coding = Coding::default();
+    /// Populations side by side.
+    islands: usize = 4;
+    /// Generations from one migration (of each island's best to the next island) to another.
+    migration: u32 = 10;
+    /// Generations without progress after which an island is given up and drawn afresh, unless it is the
+    /// one with the best behaviour.
+    patience: u32 = 20;
+    /// Best individuals of an island that are kept as they are.
+    elite: usize = 2;
+    /// Individuals drawn for each selection of a parent; the fittest is taken.
+    tournament: usize = 3;
+    /// Probability that a child has two parents and not one.
+    crossover_rate: f64 = 0.6;
+    /// Kinds of crossover.
+    crossover: Crossover = Crossover::default();
+    /// Kinds of mutation.
+    mutation: Mutation = Mutation::default();
+    /// Transitions after which an episode of Q-learning ends.
+    episode_length: u32 = 24;
+    /// α of Q-learning.
+    learning_rate: f64 = 0.5;
+    /// γ of Q-learning, a transition.
+    discount: f64 = 0.9;
+    /// ε of Q-learning: probability of an action drawn at random.
+    exploration: f64 = 0.3;
+    /// Angles are divided within this distance of the standing pose, rad (of prismatic joints, times
+    /// half the standing height, m).
+    reach: f64 = 0.6;
+    /// Levels of angle over twice the reach; odd.
+    angle_levels: u8 = 9;
+    /// Levels of velocity in the middle of the range; odd.
+    velocity_levels: u8 = 5;
+    /// Greatest velocity on the grid, in reaches a transition time (and never above the joint's own
+    /// limit).
+    swing: f64 = 1.0;
+    /// Continuous simulation by which every individual is judged, s.
+    trial_seconds: f64 = 1.5;
+    /// Continuous simulation that a behaviour has to pass, upright, to become the best of its island, s:
+    /// from the standing pose, and after a small push to either side.
+    check_seconds: f64 = 20.0;
+    /// Generations after which the transition cache starts afresh. A checkpoint is handed out then, so
+    /// that it need not hold the cache to be resumed to the same result.
+    cache_generations: u32 = 5;
+    /// Most transitions the cache holds; when it is full, new ones are not kept.
+    cache_transitions: usize = 100_000;
 }
 
 impl Learning {
@@ -199,19 +295,31 @@ impl Learning {
     /// # Errors
     /// Every parameter that makes no sense, with JSON pointers into this document.
     pub fn resolve(&self, stance: &Stance, step: f64) -> Result<Parameters, InputError> {
-        let mut learning = self.clone();
-        if learning.generations.is_none() && learning.seconds.is_none() {
-            learning.seconds = Some(DEFAULT_SECONDS);
-        }
-        let wanted = self.transition_time.unwrap_or_else(|| default_time(stance.root_height));
-        let steps = (wanted / step).round().max(1.0);
-        let transition_time = step * steps;
-        learning.transition_time = Some(transition_time);
+        self.resolve_with(default_time(stance.root_height), step)
+    }
+
+    /// As [`Learning::resolve`], with `default_time` (s) for a transition time that was left open.
+    ///
+    /// # Errors
+    /// As [`Learning::resolve`].
+    pub fn resolve_with(&self, default_time: f64, step: f64) -> Result<Parameters, InputError> {
         let faults = self.faults();
         if !faults.is_empty() {
             return Err(InputError::Impossible(faults));
         }
-        Ok(Parameters { learning, transition_time, transition_steps: steps as u64 })
+        let wanted = self.transition_time.unwrap_or(default_time);
+        let steps = (wanted / step).round().max(1.0);
+        Ok(Parameters::decided(self, step * steps, steps as u64))
+    }
+
+    /// When the learning is to end.
+    pub fn budget(&self) -> Budget {
+        match (self.generations, self.seconds) {
+            (None, None) => Budget::Seconds(DEFAULT_SECONDS),
+            (None, Some(seconds)) => Budget::Seconds(seconds),
+            (Some(generations), None) => Budget::Generations(generations),
+            (Some(generations), Some(seconds)) => Budget::Either { generations, seconds },
+        }
     }
 
     /// Everything impossible in the parameters, with JSON pointers into this document.

@@ -2,7 +2,7 @@
 
 use rand::{Rng, RngExt};
 
-use super::parameters::Learning;
+use super::parameters::Parameters;
 
 /// What a Q-learner acts in.
 pub trait Environment {
@@ -47,14 +47,14 @@ pub struct Rates {
     pub exploration: f64,
 }
 
-impl From<&Learning> for Rates {
-    fn from(learning: &Learning) -> Self {
+impl From<&Parameters> for Rates {
+    fn from(parameters: &Parameters) -> Self {
         Self {
-            episodes: learning.episodes,
-            episode_length: learning.episode_length,
-            learning_rate: learning.learning_rate,
-            discount: learning.discount,
-            exploration: learning.exploration,
+            episodes: parameters.episodes,
+            episode_length: parameters.episode_length,
+            learning_rate: parameters.learning_rate,
+            discount: parameters.discount,
+            exploration: parameters.exploration,
         }
     }
 }

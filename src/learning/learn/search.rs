@@ -70,7 +70,7 @@ impl<W: World> Search<W> {
     ) -> Learned {
         let mut progress = self.begin(resume);
         let ended = loop {
-            if self.parameters.learning.generations.is_some_and(|most| progress.generations >= most) {
+            if self.parameters.budget.generations().is_some_and(|most| progress.generations >= most) {
                 break StopReason::Generations;
             }
             let judged = self.ask(&progress, stop).and_then(|candidates| {
@@ -81,18 +81,18 @@ impl<W: World> Search<W> {
                 Ok((candidates, verdicts)) => self.tell(&mut progress, candidates, verdicts, observer),
                 Err(Interrupted(reason)) => break reason,
             }
-            if progress.generations.is_multiple_of(self.parameters.learning.cache_generations) {
+            if progress.generations.is_multiple_of(self.parameters.cache_generations) {
                 progress.cache.clear();
                 observer.checkpoint(&self.checkpoint(&progress));
             }
         };
         let Progress { best, curve, .. } = progress;
-        Learned { ended, best, curve, learning: self.parameters.learning.clone() }
+        Learned { ended, best, curve, parameters: self.parameters.clone() }
     }
 
     fn begin(&self, resume: Option<Checkpoint>) -> Progress<W::State> {
-        let learning = &self.parameters.learning;
-        let islands = vec![Island::default(); learning.islands];
+        let parameters = &self.parameters;
+        let islands = vec![Island::default(); parameters.islands];
         let mut progress = Progress {
             generations: 0,
             islands,
@@ -100,7 +100,7 @@ impl<W: World> Search<W> {
             improved: Vec::new(),
             curve: Vec::new(),
             totals: SimulationTotals::default(),
-            cache: Cache::new(learning.cache_transitions),
+            cache: Cache::new(parameters.cache_transitions),
             started: Instant::now(),
             spent: 0.0,
         };
@@ -118,11 +118,11 @@ impl<W: World> Search<W> {
 
     /// The genomes of the next generation.
     fn ask(&self, progress: &Progress<W::State>, stop: &Stop) -> Result<Vec<Candidate>, Interrupted> {
-        let (learning, generation) = (&self.parameters.learning, progress.generations);
+        let (parameters, generation) = (&self.parameters, progress.generations);
         let mut asked = Vec::new();
         for (index, island) in progress.islands.iter().enumerate() {
             stop.check()?;
-            let genomes = island.ask(&self.grid, learning, self.seed, generation, index);
+            let genomes = island.ask(&self.grid, parameters, self.seed, generation, index);
             asked.extend(genomes.into_iter().enumerate().map(|(place, genome)| (index, place, genome)));
         }
         Ok(asked)
@@ -164,7 +164,7 @@ impl<W: World> Search<W> {
         verdicts: Vec<IndividualVerdict<W::State>>,
         observer: &mut dyn Observer,
     ) {
-        let learning = &self.parameters.learning;
+        let parameters = &self.parameters;
         let mut children: Vec<Vec<Individual>> = vec![Vec::new(); progress.islands.len()];
         let mut champion: Option<Behaviour> = None;
         for ((island, _, genome), verdict) in candidates.into_iter().zip(verdicts) {
@@ -180,9 +180,9 @@ impl<W: World> Search<W> {
             children[island].push(Individual { genome, fitness: verdict.fitness });
         }
         for (island, children) in progress.islands.iter_mut().zip(children) {
-            island.tell(children, learning);
+            island.tell(children, parameters);
         }
-        if (progress.generations + 1).is_multiple_of(learning.migration) {
+        if (progress.generations + 1).is_multiple_of(parameters.migration) {
             migrate(&mut progress.islands);
         }
         if let Some(champion) = champion {
@@ -191,7 +191,7 @@ impl<W: World> Search<W> {
             progress.best = Some(champion);
         }
         let figures = self.figures(progress);
-        restart_stale(&mut progress.islands, learning.patience);
+        restart_stale(&mut progress.islands, parameters.patience);
         progress.curve.push(figures);
         progress.generations += 1;
         observer.generation(&figures);
@@ -219,7 +219,7 @@ impl<W: World> Search<W> {
     fn checkpoint(&self, progress: &Progress<W::State>) -> Checkpoint {
         Checkpoint {
             seed: self.seed,
-            learning: self.parameters.learning.clone(),
+            learning: (&self.parameters).into(),
             task: self.task.clone(),
             generations: progress.generations,
             islands: progress.islands.clone(),

@@ -43,7 +43,7 @@ impl Task {
         let mut faults = Vec::new();
         let [x, y, _] = self.direction;
         let length = x.hypot(y);
-        if !self.direction.iter().all(|part| part.abs() <= GREATEST_COMPONENT) {
+        if !self.direction.iter().all(|component| component.abs() <= GREATEST_COMPONENT) {
             let reason =
                 format!("the direction must be three numbers of at most {GREATEST_COMPONENT:e} either way");
             faults.push(Fault::new("/direction", reason));
@@ -74,9 +74,9 @@ pub struct Weights {
     pub energy: f64,
     /// Per metre of displacement across the direction.
     pub drift: f64,
-    /// Per standing root height of arc: a turn of one radian costs this many standing heights.
+    /// Per standing root height of arc: a yaw of one radian costs this many standing heights.
     pub turn: f64,
-    /// Per metre that a touching contact slides.
+    /// Per metre that a contact slides.
     pub slip: f64,
 }
 
@@ -95,7 +95,7 @@ pub struct Terms {
     pub turn: f64,
     /// ∫ Σ |τ q̇| dt over the joints, J.
     pub work: f64,
-    /// Distance slid by touching contacts: ∫ Σ |v_tangential| dt, divided by the contacts that touch, m.
+    /// Distance slid by contacts: ∫ Σ |v_tangential| dt, divided by the number of contacts, m.
     pub slip: f64,
 }
 

@@ -52,7 +52,7 @@ pub fn judge<W: World>(
 ) -> Result<IndividualVerdict<W::State>, Interrupted> {
     let mut subset = Subset::new(context, world, shared, genome);
     let mut table = QTable::new(&subset);
-    learn(&mut subset, &mut table, &Rates::from(&context.parameters.learning), rng)?;
+    learn(&mut subset, &mut table, &Rates::from(context.parameters), rng)?;
     let greedy = greedy_path(&mut subset, &table)?;
     let exact = best_path(subset.situations(), &subset.edges(), subset.start_situation());
     let postures = subset.postures().to_vec();
@@ -60,7 +60,7 @@ pub fn judge<W: World>(
 
     let transition_time = context.parameters.transition_time;
     let stood = greedy.entry.len() as f64 * transition_time;
-    let check_seconds = context.parameters.learning.check_seconds;
+    let check_seconds = context.parameters.check_seconds;
     let mut fitness = context.objective.fallen(&Terms::default(), stood, check_seconds);
     let mut accepted = None;
     let exact = exact.filter(|path| !path.same_cycle(&greedy));
@@ -140,13 +140,13 @@ fn play<W: World>(
     start: W::State,
     incumbent: Option<&[f64]>,
 ) -> Result<CheckResult, Interrupted> {
-    let learning = &context.parameters.learning;
+    let parameters = &context.parameters;
     let targets = |t: f64, angles: &mut [f64]| player.targets(t, angles);
     let (length, duration) = (context.parameters.transition_steps, context.parameters.transition_time);
     // Whole transitions are counted, so that rounding of times cannot shift an inspection.
     let transitions = |seconds: f64| (seconds / duration - 1e-9).ceil() as u64;
-    let last = transitions(learning.check_seconds);
-    let mut next_inspection = transitions(learning.trial_seconds);
+    let last = transitions(parameters.check_seconds);
+    let mut next_inspection = transitions(parameters.trial_seconds);
     let (mut state, mut terms, mut inspections) = (start, Terms::default(), Vec::new());
     let mut done = 0;
     loop {
@@ -155,7 +155,7 @@ fn play<W: World>(
         terms += outcome.terms;
         let Some(after) = outcome.after else {
             let seconds = done as f64 * duration + outcome.seconds;
-            let fitness = context.objective.fallen(&terms, seconds, learning.check_seconds);
+            let fitness = context.objective.fallen(&terms, seconds, parameters.check_seconds);
             return Ok(CheckResult { fitness, seconds, inspections: None });
         };
         state = after;

@@ -33,10 +33,11 @@ fn brief() -> Learning {
 
 fn setup(learning: Learning, threads: usize) -> LearningSetup {
     let model = bundled("quadruped.urdf");
-    let scene = Scene::default();
+    let scene = learning.trunk.in_scene(&Scene::default());
     let stance = Arc::new(Stance::find(&model, &scene));
+    let parameters = parameters(&learning, &stance);
     let accuracy = Accuracy::default();
-    LearningSetup { model, stance, scene, accuracy, task: Task::default(), learning, seed: 42, threads }
+    LearningSetup { model, stance, scene, accuracy, task: Task::default(), parameters, seed: 42, threads }
 }
 
 fn player(setup: &LearningSetup, behaviour: &Behaviour) -> Player {
@@ -75,7 +76,7 @@ fn the_learned_behaviour_is_what_playback_plays() {
     let setup = LearningSetup { task: plain_task(), ..setup(brief(), 2) };
     let learned = learn(&setup, &mut Notes::default(), &Cancel::default(), None).unwrap();
     let best = learned.best.expect("something in 30 individuals stands for two seconds");
-    let grid = Grid::new(&setup.model, &setup.stance, &parameters(&setup.learning, &setup.stance));
+    let grid = Grid::new(&setup.model, &setup.stance, &setup.parameters);
 
     // No spline of it leaves a range of motion.
     let standing = Posture::resting(&setup.stance.angles);
@@ -96,9 +97,9 @@ fn the_learned_behaviour_is_what_playback_plays() {
 
     // Playing it gives the very displacements that its fitness was measured by: from the standing pose
     // and from the disturbed ones, the least counts.
-    let resolved = parameters(&setup.learning, &setup.stance);
     let world =
-        SimulatedWorld::new(&setup.model, &setup.stance, &setup.scene, &setup.accuracy, &resolved).unwrap();
+        SimulatedWorld::new(&setup.model, &setup.stance, &setup.scene, &setup.accuracy, &setup.parameters)
+            .unwrap();
     let plan = StepPlan::compile(&setup.scene, &setup.accuracy, Some(&setup.stance.gains), &setup.model);
     let plan = Arc::new(plan.unwrap());
     let player = player(&setup, &best);

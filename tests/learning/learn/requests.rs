@@ -1,7 +1,7 @@
 //! Tasks and parameters.
 
 use super::bundled;
-use gaitwright_learning::learn::{Coding, Learning, Mutation, Objective, Task, Terms, Weights};
+use gaitwright_learning::learn::{Budget, Coding, Learning, Mutation, Objective, Task, Terms, Weights};
 use gaitwright_physics::scene::Scene;
 use gaitwright_physics::stance::Stance;
 
@@ -57,7 +57,7 @@ fn impossible_parameters_are_named() {
     assert_eq!(pointers(&Learning { generations: Some(0), ..Learning::default() }), ["/generations"]);
     let resolved = Learning { transition_time: Some(0.1013), ..Learning::default() }.resolve(&stance, 0.002);
     let resolved = resolved.unwrap();
-    assert_eq!((resolved.transition_steps, resolved.learning.seconds), (51, Some(120.0)));
+    assert_eq!((resolved.transition_steps, resolved.budget), (51, Budget::Seconds(120.0)));
     assert!((resolved.transition_time - 0.102).abs() < 1e-12, "a whole number of steps");
 
     let task = Task { direction: [0.0, 0.0, 1.0], speed: Some(0.0), ..Task::default() };

@@ -186,8 +186,9 @@ fn left_legs_are_the_mirror_image_of_right_legs() {
 fn islands_keep_their_elite_and_breed_no_duplicates() {
     let grid = plain_grid();
     let learning = Learning { population: 12, states: 3, elite: 2, ..Learning::default() };
+    let parameters = learning.resolve_with(0.1, 0.01).unwrap();
     let mut island = Island::default();
-    let first = island.ask(&grid, &learning, 5, 0, 0);
+    let first = island.ask(&grid, &parameters, 5, 0, 0);
     assert_eq!(first.len(), 12);
     let score = |genomes: Vec<Genome>| -> Vec<Individual> {
         // The closer to a corner of the grid, the better.
@@ -196,17 +197,17 @@ fn islands_keep_their_elite_and_breed_no_duplicates() {
         };
         genomes.into_iter().map(|genome| Individual { fitness: fitness(&genome), genome }).collect()
     };
-    island.tell(score(first.clone()), &learning);
+    island.tell(score(first.clone()), &parameters);
     for generation in 1..40 {
         let best = island.members[..2].to_vec();
-        let children = island.ask(&grid, &learning, 5, generation, 0);
-        assert_eq!(children, island.ask(&grid, &learning, 5, generation, 0), "same seed, same children");
+        let children = island.ask(&grid, &parameters, 5, generation, 0);
+        assert_eq!(children, island.ask(&grid, &parameters, 5, generation, 0), "same seed, same children");
         assert_eq!(children.len(), 10);
         for (i, child) in children.iter().enumerate() {
             assert!(!children[..i].contains(child) && all_different(child) && is_on(&grid, child));
             assert!(island.members.iter().all(|member| member.genome != *child));
         }
-        island.tell(score(children), &learning);
+        island.tell(score(children), &parameters);
         assert_eq!(island.members.len(), 12);
         assert!(best.iter().all(|individual| island.members.contains(individual)));
         assert!(island.members.windows(2).all(|pair| pair[0].fitness >= pair[1].fitness));
@@ -222,7 +223,7 @@ fn islands_keep_their_elite_and_breed_no_duplicates() {
     assert_eq!(tried, [Island::default(), proven(2.0, 30), proven(1.0, 19), Island::default()]);
 
     let mut ring = vec![island.clone(), Island::default(), island];
-    ring[1].tell(score(first), &learning);
+    ring[1].tell(score(first), &parameters);
     migrate(&mut ring);
     assert_eq!(ring[1].members[0].fitness, best, "the best moved on");
     assert!(ring.iter().all(|island| island.members.len() == 12));

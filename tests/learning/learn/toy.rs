@@ -92,7 +92,7 @@ fn toy_learning() -> Learning {
 }
 
 fn toy_parameters(learning: Learning) -> Parameters {
-    Parameters { learning, transition_time: 0.1, transition_steps: 10 }
+    learning.resolve_with(0.1, 0.01).unwrap()
 }
 
 fn toy_search(world: Sledge, learning: Learning, seed: u64) -> Search<Sledge> {
@@ -173,7 +173,7 @@ fn the_cache_counts_what_it_saves_and_changes_no_deterministic_world() {
     let stop = Stop::new(&Cancel::default(), None);
     let context = SearchContext { grid: &grid, objective: &objective, parameters: &parameters, stop: &stop };
     let genome = Genome::random(&grid, 4, &mut ChaCha8Rng::seed_from_u64(1));
-    let rates = Rates::from(&parameters.learning);
+    let rates = Rates::from(&parameters);
     let learn_in = |shared: &Cache<f64>| {
         let mut world = Sledge { calls: Arc::default(), ..world.clone() };
         let mut subset = Subset::new(context, &mut world, shared, &genome);

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use gaitwright::jobs::{Jobs, ServiceError, Setting};
+use gaitwright::jobs::{Jobs, ServiceError, ServiceOptions};
 use serde_json::json;
 use tempfile::TempDir;
 use tokio_util::sync::CancellationToken;
@@ -16,8 +16,8 @@ fn cores() -> usize {
 #[tokio::test]
 async fn a_computation_that_nobody_waits_for_makes_room() {
     let data = TempDir::new().unwrap();
-    let setting = Setting { data: data.path().to_owned(), workers: 1, queue: 1 };
-    let jobs = Jobs::open(setting, CancellationToken::new()).await.unwrap();
+    let options = ServiceOptions { data: data.path().to_owned(), workers: 1, queue: 1 };
+    let jobs = Jobs::open(options, CancellationToken::new()).await.unwrap();
     let endless = |jobs: Jobs| async move {
         let wait = |given_up: &dyn Fn() -> bool| {
             while !given_up() {

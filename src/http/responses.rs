@@ -1,0 +1,82 @@
+//! What many calls share in the description of the interface: the problems that they may be answered with, and the
+//! parameter that names a job.
+
+use std::collections::BTreeMap;
+
+use utoipa::openapi::path::{Parameter, ParameterBuilder, ParameterIn};
+use utoipa::openapi::schema::{ObjectBuilder, Type};
+use utoipa::openapi::{ContentBuilder, Ref, RefOr, Required, Response, ResponseBuilder};
+use utoipa::{IntoParams, IntoResponses};
+
+use super::problem::PROBLEM_JSON;
+
+/// Declares sets of problem responses: a name, and for each HTTP status (or class of statuses) when it is sent.
+macro_rules! problems {
+    ($($(#[$about:meta])* $name:ident { $($status:literal: $when:literal),+ })+) => {$(
+        $(#[$about])*
+        pub(super) struct $name;
+
+        impl IntoResponses for $name {
+            fn responses() -> BTreeMap<String, RefOr<Response>> {
+                BTreeMap::from([$(problem($status, $when)),+])
+            }
+        }
+    )+};
+}
+
+problems! {
+    /// A job could not be queued.
+    NotQueued {
+        "4XX": "Refused: 400, 413, 415, 422, or 429 when too many jobs wait",
+        "503": "Shutting down"
+    }
+    /// A character was not kept.
+    NotKept { "4XX": "Refused: 400, 413, 415, 422, or 429 when too much is computed" }
+    /// A simulation was not started.
+    NotSimulated {
+        "4XX": "Refused: 400, 413, 415, 422 also for more than 1,000,000 steps, or 429 when too many run"
+    }
+    /// The query of a list.
+    UnreadableQuery { "400": "A query that cannot be read" }
+    /// The id names no character.
+    NoSuchCharacter { "404": "No such character" }
+    /// The id names no job.
+    NoSuchJob { "404": "No such job" }
+    /// The job has no motion.
+    NoMotion { "4XX": "404 for no such job, 409 for one without a motion (yet)" }
+    /// The job has no report.
+    NoReport { "4XX": "404 for no such job, 409 for one without results (yet)" }
+    /// The job has no table.
+    NoTable { "4XX": "404 for no such job, 409 for one without a table (yet)" }
+    /// The job has no diagram.
+    NoDiagram { "4XX": "404 for no such job, 409 for one without a diagram (yet)" }
+    /// The job has no recording, or not at the range asked for.
+    NoRecording {
+        "4XX": "404 for no such job, 409 for one that has recorded nothing, 416 for a range beyond the end"
+    }
+    /// The service takes no requests.
+    NotReady { "503": "Not ready, and why" }
+}
+
+/// The response with a problem document for `status`.
+fn problem(status: &str, when: &str) -> (String, RefOr<Response>) {
+    let schema = Ref::from_schema_name("Problem");
+    let content = ContentBuilder::new().schema(Some(schema)).build();
+    let response = ResponseBuilder::new().description(when).content(PROBLEM_JSON, content).build();
+    (status.to_owned(), RefOr::T(response))
+}
+
+/// The id of a job, in the path.
+pub(super) struct JobId;
+
+impl IntoParams for JobId {
+    fn into_params(_: impl Fn() -> Option<ParameterIn>) -> Vec<Parameter> {
+        let id = ParameterBuilder::new()
+            .name("id")
+            .parameter_in(ParameterIn::Path)
+            .required(Required::True)
+            .description(Some("The job's id"))
+            .schema(Some(ObjectBuilder::new().schema_type(Type::String).build()));
+        vec![id.build()]
+    }
+}

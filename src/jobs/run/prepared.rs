@@ -1,0 +1,73 @@
+//! A run about to learn: nothing is left open any more.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::error::RunError;
+use super::perform::MotionCheck;
+use crate::jobs::order::Order;
+use crate::jobs::request::Settings;
+use gaitwright_learning::accuracy::{settle, swaying};
+use gaitwright_learning::learn::{Behaviour, Cancel, LearningSetup, Posture};
+use gaitwright_physics::model::{Base, Model};
+use gaitwright_physics::motion::Player;
+use gaitwright_physics::scene::{AccuracyChoice, StepPlan};
+use gaitwright_physics::stance::Stance;
+
+/// A run about to learn.
+#[derive(Debug, Clone)]
+pub struct PreparedRun {
+    /// What the learner is given: nothing in it is left open.
+    pub setup: LearningSetup,
+    /// What a simulated step computes.
+    pub plan: Arc<StepPlan>,
+    /// Why the accuracy was chosen, where a tolerance was asked for.
+    pub accuracy_choice: Option<AccuracyChoice>,
+    /// s of the wall clock spent finding the standing pose.
+    pub standing_seconds: f64,
+}
+
+impl PreparedRun {
+    /// Finds how the character stands, and decides what was left open; `None` when it is called off.
+    pub(super) fn new(order: &Order, threads: usize, cancel: &Cancel) -> Result<Option<Self>, RunError> {
+        let start = Instant::now();
+        let Settings { scene, task, learning, accuracy, seed } = order.settings.clone();
+        let model = Arc::new(Model::new(Arc::new(order.reading.character.clone()), Base::Floating));
+        let stance = Arc::new(Stance::find_until(&model, &scene, &|| cancel.is_cancelled()));
+        if cancel.is_cancelled() {
+            return Ok(None);
+        }
+        let scene = learning.trunk.in_scene(&scene);
+        let swaying = swaying(&model, &stance, &scene);
+        let settled = settle(&swaying, &accuracy, &|| cancel.is_cancelled())?;
+        let Some((accuracy, accuracy_choice)) = settled else { return Ok(None) };
+        let parameters =
+            learning.resolve(&stance, accuracy.step).map_err(|error| error.under("/learning"))?;
+        let plan = Arc::new(StepPlan::compile(&scene, &accuracy, Some(&stance.gains), &model)?);
+        let setup = LearningSetup { model, stance, scene, accuracy, task, parameters, seed, threads };
+        let standing_seconds = start.elapsed().as_secs_f64();
+        Ok(Some(Self { setup, plan, accuracy_choice, standing_seconds }))
+    }
+
+    /// The targets of a behaviour.
+    pub(super) fn player(&self, behaviour: &Behaviour) -> Player {
+        fn view(posture: &Posture) -> (&[f64], &[f64]) {
+            (&posture.angles, &posture.velocities)
+        }
+        let (entry, cycle) = (behaviour.entry.iter().map(view), behaviour.cycle.iter().map(view));
+        Player::from_postures(&self.setup.stance.angles, entry, cycle, behaviour.transition_time)
+    }
+
+    /// A motion about to be played as it was learned.
+    pub(super) fn motion_check<'a>(&'a self, player: &'a Player) -> MotionCheck<'a> {
+        MotionCheck {
+            model: &self.setup.model,
+            stance: &self.setup.stance,
+            gains: &self.setup.stance.gains,
+            scene: &self.setup.scene,
+            accuracy: &self.setup.accuracy,
+            player,
+            direction: self.setup.task.direction,
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! Who watches a run.
+
+use super::prepared::PreparedRun;
+use crate::jobs::job::Stage;
+use gaitwright_learning::learn::{Checkpoint, Generation};
+
+/// Watches a run.
+pub trait RunWatcher {
+    /// A stage of the run begins.
+    fn stage(&mut self, stage: Stage);
+    /// The learning is about to begin.
+    fn prepared(&mut self, prepared: &PreparedRun);
+    /// A generation has been evaluated.
+    fn generation(&mut self, figures: &Generation);
+    /// The run can be resumed from here.
+    fn checkpoint(&mut self, checkpoint: &Checkpoint);
+}
