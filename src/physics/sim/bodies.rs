@@ -4,21 +4,21 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::spatial::{RigidInertia, SpatialMotion};
 
-/// Pose, motion and inertia of a body, along the world axes about the common point (the origin of
+/// Pose, velocity and inertia of a body, along the world axes about the common point (the origin of
 /// the root link).
 #[derive(Debug, Clone, Copy)]
 pub struct BodyMotion {
-    /// Orientation in the world.
+    /// Orientation: from the body's to the world's axes.
     pub rotation: Matrix3<f64>,
     /// Origin of the body frame relative to the common point, m.
     pub origin: Vector3<f64>,
-    /// Velocity per unit of joint rate; zero for the root.
-    pub freedom: SpatialMotion,
-    /// Velocity.
+    /// S of the body's joint: velocity per unit of joint rate, about the common point; zero for the root.
+    pub motion_subspace: SpatialMotion,
+    /// Velocity, about the common point.
     pub velocity: SpatialMotion,
     /// Centre of mass relative to the common point, m.
     pub center: Vector3<f64>,
-    /// Inertia.
+    /// Inertia about the common point.
     pub inertia: RigidInertia,
 }
 
@@ -27,7 +27,7 @@ impl BodyMotion {
     pub const REST: Self = Self {
         rotation: Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
         origin: Vector3::new(0.0, 0.0, 0.0),
-        freedom: SpatialMotion::ZERO,
+        motion_subspace: SpatialMotion::ZERO,
         velocity: SpatialMotion::ZERO,
         center: Vector3::new(0.0, 0.0, 0.0),
         inertia: RigidInertia::ZERO,

@@ -1,4 +1,4 @@
-//! What a state amounts to: energy, momentum, poses.
+//! Quantities of a state: energy, momentum, poses, joint separation.
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
@@ -13,9 +13,9 @@ use crate::scene::StepPlan;
 /// Momentum of a character in the world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Momentum {
-    /// kg m/s.
+    /// Linear momentum, kg m/s.
     pub linear: Vector3<f64>,
-    /// About the centre of mass, kg m²/s.
+    /// Angular momentum about the centre of mass, kg m²/s.
     pub angular: Vector3<f64>,
 }
 

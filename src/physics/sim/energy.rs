@@ -6,9 +6,9 @@ use crate::model::Model;
 /// Energy of a character, J.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Energy {
-    /// Of motion.
+    /// Kinetic energy of bodies and rotors, J.
     pub kinetic: f64,
-    /// Of height: zero with the centre of mass at the world's origin.
+    /// Potential energy of gravity, J; zero with the centre of mass at the world's origin.
     pub potential: f64,
 }
 

@@ -6,11 +6,11 @@ use crate::scene::StepPlan;
 /// In which directions the root may accelerate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RootFreedom {
-    /// In none.
+    /// In none: the root is fixed to the world.
     Fixed,
-    /// It keeps its orientation.
+    /// In the three translations: its orientation is locked.
     Translating,
-    /// In all.
+    /// In all six.
     Free,
 }
 

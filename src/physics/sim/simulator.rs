@@ -23,7 +23,7 @@ pub struct Simulator {
     pub(super) plan: Arc<StepPlan>,
     pub(super) state: State,
     pub(super) work: Workspace,
-    /// What maximal coordinates need besides, where the plan has them.
+    /// Scratch memory of maximal coordinates, if the plan has them.
     pub(super) maximal: Option<MaximalWorkspace>,
     pub(super) step_control: StepControl,
 }
@@ -53,7 +53,7 @@ impl Simulator {
         &self.state
     }
 
-    /// Goes on from `state`, which is copied without allocating.
+    /// Continues from `state`, which is copied without allocating.
     pub fn set_state(&mut self, state: &State) {
         self.state.clone_from(state);
     }
@@ -63,7 +63,7 @@ impl Simulator {
         self.step_control.totals.of_substeps().map_or(&self.work.torque, StepTotals::torques)
     }
 
-    /// Residual of the last step's complementarity problem, m/s or rad/s (see [`lcp::residual`]); the greatest if the
+    /// Residual of the last step's complementarity problem, m/s or rad/s (see [`lcp::residual`](super::lcp::residual())); the greatest if the
     /// step was computed in several substeps.
     pub fn residual(&self) -> f64 {
         self.step_control.totals.of_substeps().map_or(self.work.residual, StepTotals::residual)

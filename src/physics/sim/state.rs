@@ -6,7 +6,7 @@ use super::memory::StepMemory;
 use super::spatial::SpatialMotion;
 use crate::model::Model;
 
-/// Position and motion of the root link's frame, in the world frame.
+/// Pose and velocity of the root link's frame, in the world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Root {
     /// Origin, m.
@@ -59,7 +59,7 @@ pub struct State {
     pub(super) memory: StepMemory,
 }
 
-/// Position and motion of a body by itself, in the world frame.
+/// Pose and velocity of a body in maximal coordinates, in the world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BodyState {
     /// Centre of mass, m.
@@ -68,7 +68,7 @@ pub(super) struct BodyState {
     pub orientation: UnitQuaternion<f64>,
     /// Velocity of the centre of mass, m/s.
     pub linear_velocity: Vector3<f64>,
-    /// rad/s.
+    /// Angular velocity, rad/s.
     pub angular_velocity: Vector3<f64>,
 }
 
@@ -86,14 +86,14 @@ impl State {
         }
     }
 
-    /// How far two states are apart in position: the greatest difference of a joint angle (rad), a joint
+    /// Distance of two states in position: the greatest difference of a joint angle (rad), a joint
     /// position (m), a coordinate of the root (m), or the angle between the root's orientations (rad).
     pub fn distance(&self, other: &Self) -> f64 {
         let joints = self.angles.iter().zip(&other.angles).map(|(a, b)| (a - b).abs());
         let roots = (self.root.position - other.root.position).amax();
-        let turn = self.root.orientation.angle_to(&other.root.orientation);
-        // Unlike f64::max, this does not pass over a NaN.
-        joints.fold(roots.max(turn) + (roots + turn) * 0.0, |worst, each| {
+        let angle = self.root.orientation.angle_to(&other.root.orientation);
+        // Unlike f64::max, this keeps a NaN.
+        joints.fold(roots.max(angle) + (roots + angle) * 0.0, |worst, each| {
             if each > worst || each.is_nan() { each } else { worst }
         })
     }
@@ -108,13 +108,13 @@ impl State {
         own.position += share * (own.position - other.position);
         own.linear_velocity += share * (own.linear_velocity - other.linear_velocity);
         own.angular_velocity += share * (own.angular_velocity - other.angular_velocity);
-        let turn = (own.orientation * other.orientation.inverse()).scaled_axis();
-        own.orientation = UnitQuaternion::from_scaled_axis(share * turn) * own.orientation;
+        let rotation = (own.orientation * other.orientation.inverse()).scaled_axis();
+        own.orientation = UnitQuaternion::from_scaled_axis(share * rotation) * own.orientation;
         own.orientation.renormalize_fast();
     }
 
-    /// Forgets what the last step left beside root and joints, as has to be done after a change of them by
-    /// hand: its forces, and in maximal coordinates where each body is by itself.
+    /// Forgets what the last step left beside root and joints: its forces, and in maximal coordinates the body states.
+    /// Needed after a change of the root or the joints from outside.
     pub fn forget(&mut self) {
         self.body_states.clear();
         self.memory.forget();

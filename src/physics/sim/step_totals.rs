@@ -12,9 +12,9 @@ pub(super) struct StepTotals {
     substeps: usize,
     /// Greatest residual of a substep, m/s or rad/s.
     residual: f64,
-    /// N m or N, one a joint.
+    /// Mean torques, N m or N, one a joint.
     torques: Vec<f64>,
-    /// Each with its slot, in ascending order of slots.
+    /// Contacts with their slots, in ascending order of slots; forces are means over the step, N.
     contacts: Vec<(usize, Contact)>,
 }
 

@@ -21,8 +21,7 @@ pub struct ContactCandidate {
     pub frame: [Vector3<f64>; 3],
     /// Depth of penetration, m; negative for a gap.
     pub depth: f64,
-    /// Least speed along the normal with which it leaves if it closes within the step, m/s: 0 without
-    /// restitution.
+    /// Least separation speed along the normal if it closes within the step, m/s: 0 without restitution.
     pub rebound: f64,
 }
 

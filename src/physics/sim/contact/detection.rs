@@ -32,11 +32,11 @@ impl DetectionSettings {
         }
     }
 
-    /// Newton's law of restitution: the speed with which a contact leaves that comes together at `approach`.
+    /// Newton's law of restitution: the separation speed, m/s, of a contact that closes at `approach`.
     ///
     /// The speed is that at the beginning of the step in which the contact closes. With it, a point that
     /// bounces with coefficient 1 under constant gravity keeps v² / 2 + g z − g h v / 2, which is what
-    /// semi-implicit steps of free flight keep, to the last bit of rounding: it never creeps up or down.
+    /// semi-implicit steps of free flight keep, to the last bit of rounding: its height neither rises nor falls over time.
     #[inline]
     pub fn rebound(&self, approach: f64) -> f64 {
         if approach > RESTING_STEPS * self.gravity * self.step { self.restitution * approach } else { 0.0 }

@@ -1,4 +1,4 @@
-//! Where a step takes the points of a body.
+//! Displacement of a body by a step.
 
 use nalgebra::{Rotation3, Vector3};
 
@@ -12,7 +12,7 @@ pub(super) const PENETRATION_ALLOWED: f64 = 1e-5;
 pub(super) struct BodyDisplacement {
     /// Its origin at the beginning, relative to the common point, m.
     pub(super) origin: Vector3<f64>,
-    /// How far that moves, m.
+    /// Displacement of the origin, m.
     pub(super) shift: Vector3<f64>,
     pub(super) rotation: Rotation3<f64>,
 }
@@ -24,12 +24,12 @@ impl BodyDisplacement {
         Self { origin: body.origin, shift, rotation: Rotation3::new(new.angular * step) }
     }
 
-    /// Where it takes the point `at` of the body.
+    /// Place after the step of the body's point at `at`, m.
     pub(super) fn point(&self, at: Vector3<f64>) -> Vector3<f64> {
         self.origin + self.shift + self.rotation * (at - self.origin)
     }
 
-    /// Which point of the body it takes to `at`.
+    /// Place before the step of the body's point that arrives at `at`, m.
     pub(super) fn point_back(&self, at: Vector3<f64>) -> Vector3<f64> {
         self.origin + self.rotated_back(at - self.origin - self.shift)
     }

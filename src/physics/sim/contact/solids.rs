@@ -29,7 +29,7 @@ const ORDER: Vector3<f64> = Vector3::new(0.48, 0.62, 0.6208);
 /// Pairs count as near up to this share of the mean reach of the shapes.
 const NEAR: f64 = 0.5;
 
-/// A pair is looked at closely up to this share of what counts as near, beyond what it needs.
+/// The distance of a pair is computed up to this share of what counts as near beyond the detection margin.
 const AHEAD: f64 = 0.25;
 
 /// Distances are distinguished down to this share of what counts as near.
@@ -51,9 +51,9 @@ pub struct Solids {
     quiet: f64,
     /// Up to this distance pairs are near, m.
     reach: f64,
-    /// Enclosing balls of the shapes and then of the obstacles.
+    /// Enclosing spheres of the shapes and then of the obstacles.
     spheres: Vec<BoundingSphere>,
-    /// Indices of the balls in the order of their lower ends along the sweep.
+    /// Indices of the spheres in the order of their lower ends along the sweep.
     order: Vec<usize>,
     /// Pairs that are near, in ascending order, and those before.
     near: Vec<NearPair>,
@@ -78,7 +78,7 @@ struct NearPair {
     pair: [usize; 2],
     /// Until they have come nearer to each other by this since the pairs were found, they are not in contact, m.
     separation: f64,
-    /// The axis along which they were apart when last looked at closely, in the frame of the first's core.
+    /// The axis along which they were apart when their distance was last computed, in the frame of the first's core.
     axis: Option<Vector>,
 }
 
@@ -223,8 +223,8 @@ impl Solids {
         }
     }
 
-    /// Adds the points of pairs that are close which the step would drive into each other at the bodies' velocities `new`, as
-    /// [`super::ground::add_driven_in`] does; whether there were any.
+    /// Adds the points of close pairs that the step would drive into each other at the bodies' velocities `new`, as
+    /// [`super::ground::add_driven_in`] does; whether there are any.
     #[allow(clippy::too_many_arguments)] // as of `detect`
     pub fn add_driven_in(
         &self,
@@ -308,7 +308,7 @@ impl Solids {
         candidates.len() > before
     }
 
-    /// Finds the pairs that are less than `distance` apart, and goes on from here.
+    /// Finds the pairs that are less than `distance` apart, and restarts the bounds of travel.
     fn find(
         &mut self,
         model: &Model,
@@ -341,7 +341,7 @@ impl Solids {
         self.travel.measure(model, distance);
     }
 
-    /// Fills `near` with the pairs whose balls are less than `distance` apart.
+    /// Fills `near` with the pairs whose spheres are less than `distance` apart.
     fn sweep(&mut self, model: &Model, distance: f64) {
         let Self { self_collision, spheres, order, near, .. } = self;
         near.clear();

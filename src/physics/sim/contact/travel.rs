@@ -60,8 +60,7 @@ impl Travel {
 
     /// Updates the bounds to the character's present pose, and returns the greatest distance that a body has travelled
     /// since [`Travel::measure`], m, infinite if it is unknown. `angles` are those of the joints if `bodies` follow from
-    /// them, `origin` is the common
-    /// point in the world.
+    /// them, `origin` is the common point in the world.
     pub fn update(
         &mut self,
         model: &Model,

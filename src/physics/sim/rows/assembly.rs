@@ -10,7 +10,7 @@ use crate::sim::lcp::{Bound, Problem};
 /// Half-solved numbers of a row for which there is room from the beginning; hardly a row has more.
 const WIDTH: usize = 64;
 
-/// A row but for its half-solved numbers.
+/// A row without its half-solved numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Row {
     /// What it belongs to.
@@ -23,8 +23,7 @@ pub struct Row {
     pub softness: f64,
     /// Force that the solver starts from, N or N m.
     pub warm_start: f64,
-    /// Speed at which it corrects its position, m/s or rad/s: positions move along velocities for which w is
-    /// greater by it.
+    /// Speed at which it corrects its position, m/s or rad/s: added to w in the velocities along which positions move.
     pub recovery: f64,
 }
 
@@ -45,7 +44,7 @@ pub struct Rows {
     half: HalfSolved,
     matrix: Vec<f64>,
     softness: Vec<f64>,
-    /// What each row's velocity is to be greater by while positions move, to correct them.
+    /// Speed at which each row corrects its position, m/s or rad/s.
     recovery: Vec<f64>,
     /// Bound of every row's force.
     pub bounds: Vec<Bound>,
@@ -120,7 +119,7 @@ impl Rows {
         self.half.is_disabled(row)
     }
 
-    /// How much a unit of the force of row `row` moves it: J M⁻¹ Jᵀ.
+    /// Mobility of row `row`, J M⁻¹ Jᵀ: its acceleration by a unit of its force.
     pub fn mobility(&self, row: usize) -> f64 {
         self.half.square(row)
     }

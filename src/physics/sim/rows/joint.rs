@@ -207,7 +207,7 @@ pub fn add(
 
 /// The axis of a body's own joint, or the vertical for the root: in a planar loop, that across its plane.
 fn carrying_axis(body: &BodyMotion) -> Vector3<f64> {
-    let [rotation, slide] = [body.freedom.angular, body.freedom.linear];
+    let [rotation, slide] = [body.motion_subspace.angular, body.motion_subspace.linear];
     let axis = if rotation == Vector3::zeros() { slide } else { rotation };
     axis.try_normalize(0.0).unwrap_or_else(Vector3::z)
 }

@@ -35,8 +35,8 @@ const WEAK: f64 = 1e-6;
 /// Adds the rows of all loops of `model`.
 ///
 /// `bodies` are as they move at `rates` before the step, `free` gives each body's velocity if no row acted;
-/// `joint_bias` asks for the bias. Which rows are left out shows in joint coordinates alone, where the tree's joints hold
-/// what they hold: `reduced` are the rows there, unless these are they. `half_solve` half-solves the row of a
+/// `joint_bias` adds the bias. Which rows are left out is decided in joint coordinates, where the tree's joints hold
+/// exactly: in maximal coordinates `reduced` are the rows of joint coordinates. `half_solve` half-solves the row of a
 /// wrench on the first body and its opposite on the second (see [`Rows::push`]).
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
@@ -117,7 +117,8 @@ fn bias_acceleration(model: &Model, bodies: &[BodyMotion], rates: &[f64], mut bo
     let mut sum = SpatialMotion::ZERO;
     while body > 0 {
         let parent = model.bodies[body].parent;
-        sum = sum.plus_scaled(bodies[parent].velocity.cross_motion(bodies[body].freedom), rates[body - 1]);
+        sum = sum
+            .plus_scaled(bodies[parent].velocity.cross_motion(bodies[body].motion_subspace), rates[body - 1]);
         body = parent;
     }
     sum

@@ -3,8 +3,8 @@
 /// How much of a violation is corrected in a step.
 pub(super) const SHARE_PER_STEP: f64 = 0.2;
 
-/// What keeps a gap from becoming negative: w + bias ≥ 0 for the new velocities, which may close a gap `gap` ≥ 0
-/// within the step but not overdraw it.
+/// The bias of a row that keeps a gap from becoming negative: with w + bias ≥ 0 the new velocities may close a gap
+/// `gap` ≥ 0 within the step, but not more.
 pub(super) fn gap_bias(gap: f64, step: f64) -> f64 {
     gap.max(0.0) / step
 }

@@ -1,4 +1,4 @@
-//! The step in joint coordinates that goes ahead of one in maximal coordinates.
+//! The step in joint coordinates that precedes each step in maximal coordinates.
 
 use crate::model::Model;
 use crate::scene::{Accuracy, Coordinates, StepPlan};

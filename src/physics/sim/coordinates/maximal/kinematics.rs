@@ -33,7 +33,7 @@ pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
         let center = body_state.center - state.root.position;
         let origin = center - rotation * body.center;
         let axis = rotation * body.axis;
-        let freedom = match body.dof {
+        let motion_subspace = match body.dof {
             _ if index == 0 => SpatialMotion::ZERO,
             DofKind::Revolute => SpatialMotion { angular: axis, linear: origin.cross(&axis) },
             DofKind::Prismatic => SpatialMotion { angular: Vector3::zeros(), linear: axis },
@@ -41,7 +41,7 @@ pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
         let angular = body_state.angular_velocity;
         let velocity = SpatialMotion { angular, linear: body_state.linear_velocity + center.cross(&angular) };
         let inertia = RigidInertia::new(body.mass, center, rotation * body.inertia * rotation.transpose());
-        bodies[index] = BodyMotion { rotation, origin, freedom, velocity, center, inertia };
+        bodies[index] = BodyMotion { rotation, origin, motion_subspace, velocity, center, inertia };
     }
 }
 

@@ -121,9 +121,9 @@ pub fn of_bodies(
 /// The wrench on its child body of a unit of force along the joint of `body`: a moment about its
 /// axis, or a force along it.
 pub fn along(body: &BodyMotion) -> SpatialForce {
-    let axis = body.freedom.angular;
+    let axis = body.motion_subspace.angular;
     if axis == Vector3::zeros() {
-        SpatialForce::at(body.origin, body.freedom.linear)
+        SpatialForce::at(body.origin, body.motion_subspace.linear)
     } else {
         SpatialForce { moment: axis, force: Vector3::zeros() }
     }

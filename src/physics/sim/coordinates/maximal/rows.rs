@@ -110,7 +110,7 @@ impl Stages<'_> {
     /// Adds the rows that hold joint `joint` together.
     pub(super) fn joint(&self, rows: &mut Rows, joint: usize) {
         let coupling = Coupling::of_joint(self.model, &self.work.bodies, joint);
-        // What a step has moved apart the next may take back at once, however fast that was.
+        // The next step may correct the separation of this one at once, at any speed.
         let fastest = if self.plan.stabilization { f64::INFINITY } else { 0.0 };
         let (owner, free, step) = (RowOwner::Joint(joint), &self.work.free, self.step);
         joint::add(rows, owner, &coupling, free, SpatialMotion::ZERO, step, fastest, |wrench, numbers| {

@@ -106,7 +106,7 @@ impl Stages<'_> {
         // First D of every body, then C.
         for index in 1..work.bodies.len() {
             let parent = model.bodies[index].parent;
-            let drift = work.bodies[parent].velocity.cross_motion(work.bodies[index].freedom);
+            let drift = work.bodies[parent].velocity.cross_motion(work.bodies[index].motion_subspace);
             row_correction[index] = row_correction[parent].plus_scaled(drift, work.mean_rates[index - 1]);
         }
         let root = work.bodies[0].velocity;

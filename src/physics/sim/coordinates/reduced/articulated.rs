@@ -106,7 +106,7 @@ impl Articulated {
 pub fn prepare(factor: &mut Articulated, model: &Model, bodies: &[BodyMotion], joint_rates: &[f64]) {
     for &index in &model.outward {
         let parent = model.bodies[index].parent;
-        let by_velocity = bodies[parent].velocity.cross_motion(bodies[index].freedom);
+        let by_velocity = bodies[parent].velocity.cross_motion(bodies[index].motion_subspace);
         factor.bias_acceleration[index] =
             factor.bias_acceleration[parent].plus_scaled(by_velocity, joint_rates[index - 1]);
     }
@@ -135,7 +135,7 @@ pub fn factorise(
     }
     for &index in model.outward.iter().rev() {
         let joint = index - 1;
-        let along = bodies[index].freedom;
+        let along = bodies[index].motion_subspace;
         let (before, after) = factor.inertia.split_at_mut(index);
         let u = after[0].times(along);
         let d = along.dot(u) + loads[joint].inertia;
@@ -171,7 +171,7 @@ pub fn accelerate(
     for &index in model.outward.iter().rev() {
         let joint = index - 1;
         let share = &factor.joints[joint];
-        let net = loads[joint].torque - bodies[index].freedom.dot(factor.articulated_bias[index]);
+        let net = loads[joint].torque - bodies[index].motion_subspace.dot(factor.articulated_bias[index]);
         let handed_on = factor.articulated_bias[index].plus_scaled(share.u, net * share.inverse_d);
         let parent = model.bodies[index].parent;
         factor.articulated_bias[parent] = factor.articulated_bias[parent].plus(handed_on);
@@ -193,7 +193,7 @@ pub fn accelerate(
         let of_parent = factor.acceleration[model.bodies[index].parent];
         let acceleration = (factor.net[joint] - of_parent.dot(share.u)) * share.inverse_d;
         joint_acceleration[joint] = acceleration;
-        factor.acceleration[index] = of_parent.plus_scaled(bodies[index].freedom, acceleration);
+        factor.acceleration[index] = of_parent.plus_scaled(bodies[index].motion_subspace, acceleration);
     }
     root.plus(minus_gravity.scaled(-1.0))
 }

@@ -16,7 +16,7 @@ pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
     let placed = &mut bodies[0];
     placed.rotation = *root.orientation.to_rotation_matrix().matrix();
     placed.origin = Vector3::zeros();
-    placed.freedom = SpatialMotion::ZERO;
+    placed.motion_subspace = SpatialMotion::ZERO;
     placed.velocity = root.motion();
     for chunk in model.outward.chunks(LANES) {
         let mut angles = [0.0; LANES];
@@ -47,7 +47,7 @@ fn place_body(
 ) {
     let parent = &bodies[body.parent];
     let joint_origin = parent.point(body.offset);
-    let (rotation, origin, freedom) = match body.dof {
+    let (rotation, origin, motion_subspace) = match body.dof {
         DofKind::Revolute => {
             let turn = body.joint_rotation
                 + body.joint_rotation_sine * sine
@@ -59,15 +59,15 @@ fn place_body(
         DofKind::Prismatic => {
             let rotation = parent.rotation * body.joint_rotation;
             let axis = rotation * body.axis;
-            let freedom = SpatialMotion { angular: Vector3::zeros(), linear: axis };
-            (rotation, joint_origin + axis * angle, freedom)
+            let motion_subspace = SpatialMotion { angular: Vector3::zeros(), linear: axis };
+            (rotation, joint_origin + axis * angle, motion_subspace)
         }
     };
-    let velocity = parent.velocity.plus_scaled(freedom, rate);
+    let velocity = parent.velocity.plus_scaled(motion_subspace, rate);
     let placed = &mut bodies[index];
     placed.rotation = rotation;
     placed.origin = origin;
-    placed.freedom = freedom;
+    placed.motion_subspace = motion_subspace;
     placed.velocity = velocity;
 }
 
@@ -77,7 +77,8 @@ pub fn move_along(model: &Model, root: SpatialMotion, rates: &[f64], bodies: &mu
     bodies[0].velocity = root;
     for &index in &model.outward {
         let body = &model.bodies[index];
-        let velocity = bodies[body.parent].velocity.plus_scaled(bodies[index].freedom, rates[index - 1]);
+        let velocity =
+            bodies[body.parent].velocity.plus_scaled(bodies[index].motion_subspace, rates[index - 1]);
         bodies[index].velocity = velocity;
     }
 }
@@ -91,7 +92,8 @@ pub fn composite_inertia(model: &Model) -> Vec<f64> {
         let parent = model.bodies[index].parent;
         carried[parent] = carried[parent].plus(carried[index]);
     }
-    let along = |index: usize| bodies[index].freedom.dot(carried[index].times(bodies[index].freedom));
+    let along =
+        |index: usize| bodies[index].motion_subspace.dot(carried[index].times(bodies[index].motion_subspace));
     model.armature.iter().enumerate().map(|(joint, rotor)| rotor + along(joint + 1)).collect()
 }
 

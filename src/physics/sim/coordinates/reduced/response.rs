@@ -1,4 +1,4 @@
-//! How the character's velocity answers to forces on its bodies and joints.
+//! The response of the character's velocity to forces on its bodies and joints.
 //!
 //! With the mass matrix factorised by the articulated-body sweep, M⁻¹ = Xᵀ X for an X that
 //! is applied by walking from a body to the root. A row of the Jacobian becomes `x = X Jᵀ`, six
@@ -31,12 +31,12 @@ pub fn of_bodies(
     let joints = other.iter().fold(way(model, body), |joints, other| union(joints, way(model, *other)));
     let start = numbers.len();
     numbers.resize(start + ROOT + joints.len(), [0.0; LANES]);
-    let (root, weights) = numbers[start..].split_at_mut(ROOT);
+    let (root, shares) = numbers[start..].split_at_mut(ROOT);
     let opposite = own;
-    climb(model, bodies, factor, body, &mut own, &joints, weights);
+    climb(model, bodies, factor, body, &mut own, &joints, shares);
     if let Some(other) = other {
         let mut rest = opposite.map(|lanes| lanes.map(|component| -component));
-        climb(model, bodies, factor, other, &mut rest, &joints, weights);
+        climb(model, bodies, factor, other, &mut rest, &joints, shares);
         for (own, rest) in own.iter_mut().zip(rest) {
             *own = std::array::from_fn(|lane| own[lane] + rest[lane]);
         }
@@ -95,7 +95,7 @@ fn union(first: Range<usize>, second: Range<usize>) -> Range<usize> {
     }
 }
 
-/// Walks `forces` (moments first) on `body` to the root, adds each joint's share to `weights`, which are those of
+/// Walks `forces` (moments first) on `body` to the root, adds each joint's share to `shares`, which are those of
 /// `joints`, and leaves what reaches the root.
 #[inline(always)] // the rows of contacts spend most of their time here
 fn climb(
@@ -105,17 +105,17 @@ fn climb(
     mut body: usize,
     forces: &mut [Lanes; 6],
     joints: &Range<usize>,
-    weights: &mut [Lanes],
+    shares: &mut [Lanes],
 ) {
     while body > 0 {
         let joint = body - 1;
         let JointFactor { u, inverse_d, root_inverse_d } = &factor.joints[joint];
-        let freedom = &bodies[body].freedom;
+        let subspace = &bodies[body].motion_subspace;
         let mut along = [0.0; LANES];
-        for (freedom, lanes) in freedom.angular.iter().chain(&freedom.linear).zip(&*forces) {
-            along = std::array::from_fn(|lane| along[lane] + freedom * lanes[lane]);
+        for (component, lanes) in subspace.angular.iter().chain(&subspace.linear).zip(&*forces) {
+            along = std::array::from_fn(|lane| along[lane] + component * lanes[lane]);
         }
-        let share = &mut weights[ROOT + joint - joints.start];
+        let share = &mut shares[ROOT + joint - joints.start];
         *share = std::array::from_fn(|lane| share[lane] + along[lane] * root_inverse_d);
         let along = along.map(|along| along * inverse_d);
         for (u, lanes) in u.components().iter().zip(&mut *forces) {
@@ -145,7 +145,7 @@ pub fn finish(
         let of_parent = changes[model.bodies[index].parent];
         let change = half[ROOT + joint] * share.root_inverse_d - of_parent.dot(share.u) * share.inverse_d;
         joint_rates[joint] += change;
-        changes[index] = of_parent.plus_scaled(bodies[index].freedom, change);
+        changes[index] = of_parent.plus_scaled(bodies[index].motion_subspace, change);
     }
     changes[0]
 }

@@ -2,7 +2,7 @@
 //!
 //! A free root may accelerate in six directions. A root whose rotation is locked keeps three: the
 //! three equality rows of the lock (Tokizaki & Hasegawa section 3.4) are eliminated here, exactly and
-//! at no cost, instead of being iterated on. A bolted root keeps none.
+//! at no cost, instead of being iterated on. A fixed root keeps none.
 
 use crate::sim::root_freedom::RootFreedom;
 use crate::sim::spatial::{ArticulatedInertia, SpatialForce, SpatialMotion};

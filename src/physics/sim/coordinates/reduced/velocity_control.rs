@@ -58,7 +58,7 @@ impl VelocityControl {
             let body = &bodies[index];
             if index > 0 {
                 self.acceleration[index] = self.acceleration[model.bodies[index].parent]
-                    .plus_scaled(body.freedom, joint_acceleration[index - 1]);
+                    .plus_scaled(body.motion_subspace, joint_acceleration[index - 1]);
             }
             self.composite[index] = body.inertia;
             self.taken[index] =
@@ -98,6 +98,6 @@ impl VelocityControl {
     pub fn torque(&self, bodies: &[BodyMotion], joint: usize) -> f64 {
         let index = joint + 1;
         let of_root = self.composite[index].times(self.root_minus_gravity);
-        bodies[index].freedom.dot(self.taken[index].plus(of_root))
+        bodies[index].motion_subspace.dot(self.taken[index].plus(of_root))
     }
 }

@@ -73,7 +73,7 @@ impl Stages<'_> {
             return self.prescribe_velocity(drive.feedforward, now, next);
         }
         let (prescribed, minus_gravity, step) = (self.prescribed(), self.minus_gravity(), self.step);
-        let Self { model, plan, state, work, freedom, .. } = self;
+        let Self { model, plan, state, work, root_freedom, .. } = self;
         let Some(control) = &mut work.control else {
             work.feedforward.fill(0.0);
             return Ok(());
@@ -88,7 +88,7 @@ impl Stages<'_> {
                 &work.bodies,
                 &work.articulated,
                 &work.joint_acceleration,
-                *freedom,
+                *root_freedom,
                 minus_gravity,
                 prescribed,
             )
@@ -99,7 +99,7 @@ impl Stages<'_> {
             for index in 1..work.bodies.len() {
                 let parent = work.free[model.bodies[index].parent];
                 work.free[index] =
-                    parent.plus_scaled(work.bodies[index].freedom, work.joint_rates[index - 1]);
+                    parent.plus_scaled(work.bodies[index].motion_subspace, work.joint_rates[index - 1]);
             }
             contact::add(
                 &mut work.control_rows,

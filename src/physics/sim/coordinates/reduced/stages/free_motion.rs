@@ -13,7 +13,7 @@ use crate::sim::tracking::implicit_damper_weight;
 impl Stages<'_> {
     /// Acceleration of the root in the directions in which it is not free: a lock stops its rotation.
     pub(super) fn prescribed(&self) -> SpatialMotion {
-        match self.freedom {
+        match self.root_freedom {
             RootFreedom::Translating => SpatialMotion {
                 angular: -self.state.root.angular_velocity / self.step,
                 linear: nalgebra::Vector3::zeros(),
@@ -31,7 +31,7 @@ impl Stages<'_> {
     /// The mass matrix under the loads of the joints.
     pub(super) fn factorise(&mut self) -> Result<(), Failure> {
         let step = self.step;
-        let Self { model, plan, state, work, freedom, midpoint, .. } = self;
+        let Self { model, plan, state, work, root_freedom, midpoint, .. } = self;
         for joint in 0..work.loads.len() {
             let rate = state.velocities[joint];
             let mut load = JointLoad { torque: 0.0, inertia: model.armature[joint] };
@@ -52,7 +52,7 @@ impl Stages<'_> {
             }
             work.loads[joint] = load;
         }
-        articulated::factorise(&mut work.articulated, model, &work.bodies, &work.loads, *freedom)
+        articulated::factorise(&mut work.articulated, model, &work.bodies, &work.loads, *root_freedom)
             .map_err(|cause| singular(model, state, cause))?;
         Ok(())
     }
@@ -60,13 +60,13 @@ impl Stages<'_> {
     /// Velocities after the step if no row acted.
     pub(super) fn free_velocities(&mut self) {
         let (prescribed, minus_gravity, step) = (self.prescribed(), self.minus_gravity(), self.step);
-        let Self { model, plan, state, work, freedom, .. } = self;
+        let Self { model, plan, state, work, root_freedom, .. } = self;
         let root = articulated::accelerate(
             &mut work.articulated,
             model,
             &work.bodies,
             &work.loads,
-            *freedom,
+            *root_freedom,
             minus_gravity,
             prescribed,
             &mut work.joint_acceleration,
@@ -76,7 +76,7 @@ impl Stages<'_> {
             let rate = state.velocities[joint] + step * work.joint_acceleration[joint];
             work.free_rates[joint] = rate;
             let parent = work.free[model.bodies[joint + 1].parent];
-            work.free[joint + 1] = parent.plus_scaled(work.bodies[joint + 1].freedom, rate);
+            work.free[joint + 1] = parent.plus_scaled(work.bodies[joint + 1].motion_subspace, rate);
         }
     }
 }

@@ -49,10 +49,11 @@ pub fn step(
     command: Command<'_>,
     step: f64,
 ) -> Result<StepOutcome, Failure> {
-    let freedom = RootFreedom::new(model, plan);
+    let root_freedom = RootFreedom::new(model, plan);
     let midpoint = plan.accuracy.integrator == Integrator::MoreauJean;
     let time = state.time;
-    let mut stages = Stages { model, plan, state, work, freedom, step, time, midpoint, rotation_angle: 0.0 };
+    let mut stages =
+        Stages { model, plan, state, work, root_freedom, step, time, midpoint, rotation_angle: 0.0 };
     if midpoint {
         stages.first_half();
     }
@@ -91,7 +92,7 @@ struct Stages<'a> {
     plan: &'a StepPlan,
     state: &'a mut State,
     work: &'a mut Workspace,
-    freedom: RootFreedom,
+    root_freedom: RootFreedom,
     /// Length of the step, s.
     step: f64,
     /// Greatest rotation angle of a body in the step, rad.
