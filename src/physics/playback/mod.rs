@@ -76,7 +76,7 @@ impl Playback<'_> {
         let joints = self.model.joint_count();
         let (mut now, mut next) = (vec![0.0; joints], vec![0.0; joints]);
         self.player.targets(0.0, &mut now);
-        let mut simulator = Simulator::new(self.model.clone(), self.plan.clone(), self.start.clone());
+        let mut simulator = Simulator::new(self.plan.clone(), self.start.clone());
         let mut trace = Trace::default();
         trace.samples.push(sample(&simulator, 0.0, &now));
         for index in 1..=steps {

@@ -76,7 +76,7 @@ fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> b
     scene.effects.insert(Effect::TrunkRotationLock, Switch::Off);
     let accuracy = Accuracy::default();
     let plan = StepPlan::compile(&scene, &accuracy, Some(&stance.gains), model).ok()?;
-    let mut simulator = Simulator::new(model.clone(), Arc::new(plan), stance.state.clone());
+    let mut simulator = Simulator::new(Arc::new(plan), stance.state.clone());
     let targets = Command::Track { now: &stance.angles, next: &stance.angles };
     let mut work = 0.0;
     for _ in 0..(SECONDS / accuracy.step).round() as usize {
