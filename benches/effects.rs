@@ -97,7 +97,7 @@ fn main() {
         let variant = |name: String, without: &dyn Fn(Effect) -> bool| {
             let on: Vec<Effect> = effects.iter().copied().filter(|effect| !without(*effect)).collect();
             let plan = plan(&case, &on)?;
-            Some((name, Simulator::new(case.model.clone(), Arc::new(plan), case.start.clone())))
+            Some((name, Simulator::new(Arc::new(plan), case.start.clone())))
         };
         let one_off = effects.iter().filter_map(|effect| {
             // What needs the ground goes with it.

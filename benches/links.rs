@@ -83,7 +83,7 @@ fn cost(case: &Case, links: usize) -> Cost {
     state.velocities.fill(case.rate);
     let targets = vec![state.angles.clone(); 51];
     let rounds = if common::measuring() { 2_000 / links + 20 } else { 1 };
-    let mut simulator = Simulator::new(model, Arc::new(plan), state);
+    let mut simulator = Simulator::new(Arc::new(plan), state);
     let time = common::nanoseconds(&simulator, &targets, rounds);
     for pair in targets.windows(2) {
         simulator.step(Command::Track { now: &pair[0], next: &pair[1] }).expect("a step");

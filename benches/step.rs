@@ -47,7 +47,7 @@ fn main() {
         let mut gains = stance.gains.clone();
         gains.feedforward = feedforward;
         let plan = StepPlan::compile(&scene, &accuracy, Some(&gains), &model).expect("a sound plan");
-        let start = Simulator::new(model.clone(), Arc::new(plan), stance.state.clone());
+        let start = Simulator::new(Arc::new(plan), stance.state.clone());
         let targets = common::sway(&stance.angles, 0.05, accuracy.step, STEPS);
         let time = common::nanoseconds(&start, &targets, rounds);
         let (contacts, residual) = observe(&start, &targets);

@@ -41,7 +41,7 @@ fn step(character: Character) {
     }
     let Ok(plan) = StepPlan::compile(&Scene::default(), &Accuracy::default(), None, &model) else { return };
     let start = State::new(&model);
-    let mut simulator = Simulator::new(model, Arc::new(plan), start);
+    let mut simulator = Simulator::new(Arc::new(plan), start);
     for _ in 0..3 {
         match simulator.step(Command::Passive) {
             Ok(()) => assert!(simulator.state().velocities.iter().all(|rate| rate.is_finite())),

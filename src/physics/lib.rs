@@ -12,7 +12,7 @@
 //! | [`scene`] | ground, gravity, friction, effects, accuracy → [`scene::StepPlan`] |
 //! | [`sim`] | the simulator |
 //! | [`motion`] | keyframes, Hermite splines, the motion document |
-//! | [`stance`] | a standing pose for any character, found and proven in the simulator |
+//! | [`stance`] | a standing pose for any character, found and verified in the simulator |
 //! | [`playback`] | a motion played in the simulator, sampled and judged |
 //!
 //! Units are SI, angles radians, frames right-handed with z up; quaternions in documents are

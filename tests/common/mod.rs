@@ -64,7 +64,7 @@ pub fn example(name: &str) -> Arc<Model> {
 }
 
 /// A plan in which only gravity and velocity forces act.
-pub fn free_flight(model: &Model, step: f64) -> Arc<StepPlan> {
+pub fn free_flight(model: &Arc<Model>, step: f64) -> Arc<StepPlan> {
     let scene = Scene {
         ground: None,
         ..without(&[Effect::SelfCollision, Effect::JointLimits, Effect::JointDamping, Effect::JointFriction])
@@ -80,6 +80,6 @@ pub fn without(effects: &[Effect]) -> Scene {
 }
 
 /// A compiled plan.
-pub fn plan(model: &Model, scene: &Scene, accuracy: &Accuracy, gains: Option<&Gains>) -> Arc<StepPlan> {
+pub fn plan(model: &Arc<Model>, scene: &Scene, accuracy: &Accuracy, gains: Option<&Gains>) -> Arc<StepPlan> {
     Arc::new(StepPlan::compile(scene, accuracy, gains, model).unwrap_or_else(|error| panic!("{error}")))
 }

@@ -49,7 +49,6 @@ fn the_pantograph_stands_with_closed_loops() {
     let LearningSetup { model, stance, .. } = setup();
     assert!(stance.stable);
     let simulator = Simulator::new(
-        model.clone(),
         common::plan(&model, &Scene::default(), &Accuracy::default(), Some(&stance.gains)),
         stance.state.clone(),
     );
@@ -87,7 +86,7 @@ fn only_driven_joints_are_learned() {
     );
     let mut state = setup.stance.state.clone();
     let plan = common::plan(&setup.model, &setup.scene, &setup.accuracy, Some(&setup.stance.gains));
-    let mut observer = Simulator::new(setup.model.clone(), plan, state.clone());
+    let mut observer = Simulator::new(plan, state.clone());
     let never = Stop::new(&Cancel::default(), None);
     for part in 0..20 {
         let targets = |time: f64, angles: &mut [f64]| player.targets(time, angles);

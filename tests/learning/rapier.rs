@@ -111,7 +111,7 @@ fn tumbling_trees_move_as_in_our_own_engine() {
                 start.root = State::new(&model).root;
             }
             let fine = 1e-5;
-            let mut own = Simulator::new(model.clone(), common::free_flight(&model, fine), start.clone());
+            let mut own = Simulator::new(common::free_flight(&model, fine), start.clone());
             for _ in 0..(seconds / fine).round() as usize {
                 own.step(Command::Passive).unwrap();
             }
@@ -169,7 +169,7 @@ fn torques_accelerate_joints_as_in_our_own_engine() {
         start.angles.iter_mut().for_each(|angle| *angle = rng.random_range(-1.0..1.0));
         let torque: Vec<f64> = start.angles.iter().map(|_| rng.random_range(-2.0..2.0)).collect();
         let plan = common::free_flight(&model, step);
-        let mut own = Simulator::new(model.clone(), plan.clone(), start.clone());
+        let mut own = Simulator::new(plan.clone(), start.clone());
         let mut other = rapier(&model, &plan, &start);
         own.step(Command::Torque(&torque)).unwrap();
         run(&mut other, 1, Command::Torque(&torque));
@@ -205,7 +205,7 @@ fn a_motor_follows_a_moving_target_as_the_drive_does() {
         let plan =
             |step| common::plan(&model, &scene, &Accuracy { step, ..Accuracy::default() }, Some(&gains));
         let fine = 1e-5;
-        let mut own = Simulator::new(model.clone(), plan(fine), State::new(&model));
+        let mut own = Simulator::new(plan(fine), State::new(&model));
         for index in 0..(1.0 / fine).round() as usize {
             let (now, next) = (target(index as f64 * fine), target((index + 1) as f64 * fine));
             own.step(Command::Track { now: &[now], next: &[next] }).unwrap();
@@ -281,7 +281,7 @@ fn a_robot_stands_as_high_as_in_our_own_engine() {
         let gains = Gains { feedforward: Feedforward::None, ..stance.gains.clone() };
         let plan = common::plan(&model, &scene(), &Accuracy::default(), Some(&gains));
         let hold = Command::Track { now: &stance.angles, next: &stance.angles };
-        let mut own = Simulator::new(model.clone(), plan.clone(), stance.state.clone());
+        let mut own = Simulator::new(plan.clone(), stance.state.clone());
         let mut other = rapier(&model, &plan, &stance.state);
         for _ in 0..2000 {
             own.step(hold).unwrap();

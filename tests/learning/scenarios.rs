@@ -22,7 +22,7 @@ fn a_start_closes_the_loops_that_it_leaves_free() {
     let setup = start(json!({"left_shoulder": {"angle": 0.3}})).unwrap();
     assert_eq!(setup.start.angles[given], 0.3);
     let plan = common::plan(&setup.model, &setup.scene, &Accuracy::default(), None);
-    assert!(Simulator::new(setup.model.clone(), plan, setup.start).joint_separation() < 1e-9);
+    assert!(Simulator::new(plan, setup.start).joint_separation() < 1e-9);
     let angles = |joint: &String| json!({"angle": if joint == "left_shoulder" { 0.3 } else { 0.0 }});
     let all = model.joint_names.iter().map(|joint| (joint.clone(), angles(joint))).collect();
     let setup = start(Value::Object(all)).unwrap();

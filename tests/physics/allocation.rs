@@ -62,7 +62,7 @@ fn a_warm_step_allocates_nothing() {
         let solver = SolverChoice { kind, ..SolverChoice::default() };
         let accuracy = Accuracy { solver, coordinates, ..Accuracy::default() };
         let plan = common::plan(&model, &Scene::default(), &accuracy, Some(&stance.gains));
-        let mut simulator = Simulator::new(model.clone(), plan, stance.state.clone());
+        let mut simulator = Simulator::new(plan, stance.state.clone());
         let targets: Vec<Vec<f64>> = (0..=1000)
             .map(|index| {
                 let swing = 0.6 * (0.03 * index as f64).sin();
@@ -92,9 +92,9 @@ fn a_warm_step_allocates_nothing() {
 
 /// Bytes that a simulator of `plan` asks for.
 fn memory(model: &Arc<Model>, plan: &Arc<StepPlan>) -> usize {
-    let (model, plan, state) = (model.clone(), plan.clone(), State::new(model));
+    let (plan, state) = (plan.clone(), State::new(model));
     let before = BYTES.with(Cell::get);
-    let simulator = Simulator::new(model, plan, state);
+    let simulator = Simulator::new(plan, state);
     let after = BYTES.with(Cell::get);
     drop(simulator);
     after - before
@@ -155,7 +155,7 @@ fn a_warm_step_allocates_nothing_whatever_it_touches() {
     assert!(plan.self_collision && plan.obstacles.len() == 2 && plan.restitution.is_some());
     let mut start = stance.state.clone();
     start.root.position.z = 0.5;
-    let mut simulator = Simulator::new(model.clone(), plan, start.clone());
+    let mut simulator = Simulator::new(plan, start.clone());
     // Every other joint turns about the vertical: the snake rolls up into a ring that closes on itself.
     let curled: Vec<f64> =
         (0..model.joint_count()).map(|joint| if joint % 2 == 0 { 1.2 } else { 0.2 }).collect();

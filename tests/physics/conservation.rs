@@ -62,7 +62,7 @@ fn slopes_are(order: &std::ops::Range<f64>, errors: &[f64], what: &str) {
 fn flight_drift(model: &Arc<Model>, start: &State, torque: Option<&[f64]>, accuracy: Accuracy) -> [f64; 3] {
     let scene = Scene { ground: None, ..Scene::default() };
     let plan = common::plan(model, &scene, &accuracy, None);
-    let mut simulator = Simulator::new(model.clone(), plan, start.clone());
+    let mut simulator = Simulator::new(plan, start.clone());
     let momentum = simulator.momentum();
     let energy = |simulator: &Simulator| simulator.energy().kinetic + simulator.energy().potential;
     let before = energy(&simulator);
@@ -152,7 +152,7 @@ fn a_sliding_cube_stops_where_coulomb_says() {
             let scene = Scene { friction, ..Scene::default() };
             let accuracy = exact(step, Integrator::SemiImplicitEuler);
             let plan = common::plan(&model, &scene, &accuracy, None);
-            let mut simulator = Simulator::new(model.clone(), plan, start);
+            let mut simulator = Simulator::new(plan, start);
             for _ in 0..(2.0 / step) as usize {
                 advance(&mut simulator, Command::Passive);
             }
@@ -180,7 +180,7 @@ fn a_pyramid_turns_a_slide_towards_the_faster_axis() {
     let accuracy =
         Accuracy { friction_cone: FrictionCone::Pyramid, ..exact(step, Integrator::SemiImplicitEuler) };
     let plan = common::plan(&model, &Scene { friction, ..Scene::default() }, &accuracy, None);
-    let mut simulator = Simulator::new(model.clone(), plan, start);
+    let mut simulator = Simulator::new(plan, start);
     for _ in 0..(1.0 / step) as usize {
         advance(&mut simulator, Command::Passive);
     }
@@ -207,7 +207,7 @@ fn a_slipping_ball_comes_to_roll_where_and_as_fast_as_it_should() {
             start.root.linear_velocity.x = speed;
             let scene = Scene { friction, ..Scene::default() };
             let plan = common::plan(&model, &scene, &exact(step, integrator), None);
-            let mut simulator = Simulator::new(model.clone(), plan, start);
+            let mut simulator = Simulator::new(plan, start);
             for _ in 0..(seconds / step).round() as usize {
                 advance(&mut simulator, Command::Passive);
             }
@@ -229,7 +229,7 @@ fn contact_forces_of_a_robot_at_rest_balance_its_weight() {
         let stance = Stance::find(&model, &Scene::default());
         assert!(stance.stable, "{name} does not stand");
         let plan = common::plan(&model, &Scene::default(), &Accuracy::default(), Some(&stance.gains));
-        let mut simulator = Simulator::new(model.clone(), plan, stance.state.clone());
+        let mut simulator = Simulator::new(plan, stance.state.clone());
         for _ in 0..5000 {
             advance(&mut simulator, Command::Track { now: &stance.angles, next: &stance.angles });
         }
@@ -261,7 +261,7 @@ fn contact_forces_over_a_step_in_parts_change_momentum_by_as_much() {
                 let mut start = State::new(&model);
                 start.root.position.z = 0.4;
                 start.root.angular_velocity = Vector3::new(1.0, spin, 2.0);
-                let mut simulator = Simulator::new(model.clone(), plan.clone(), start);
+                let mut simulator = Simulator::new(plan.clone(), start);
                 for index in 0..500 {
                     let (momentum, parts) = (simulator.momentum().linear, simulator.substeps());
                     advance(&mut simulator, Command::Passive);
@@ -300,7 +300,7 @@ fn torques_over_a_step_in_parts_change_momentum_by_as_much() {
     };
     let accuracy = Accuracy { step_tolerance: Some(1e-6), ..exact(0.002, Integrator::SemiImplicitEuler) };
     let plan = common::plan(&model, &Scene { ground: None, ..Scene::default() }, &accuracy, Some(&gains));
-    let mut simulator = Simulator::new(model.clone(), plan, State::new(&model));
+    let mut simulator = Simulator::new(plan, State::new(&model));
     let target = |time: f64| [0.05 * (20.0 * time).sin()];
     for index in 0..500 {
         let (speed, parts) = (simulator.state().velocities[0], simulator.substeps());
@@ -385,7 +385,7 @@ fn the_work_of_torques_damping_and_contacts_is_the_change_of_energy() {
         let ledgers = [2e-3, 1e-3, 5e-4, 2.5e-4].map(|step| {
             let accuracy = exact(step, Integrator::SemiImplicitEuler);
             let plan = common::plan(&model, &scene, &accuracy, Some(&stance.gains));
-            let mut simulator = Simulator::new(model.clone(), plan, stance.state.clone());
+            let mut simulator = Simulator::new(plan, stance.state.clone());
             balance(&mut simulator, 0.5, target)
         });
         if grounded {
@@ -419,7 +419,7 @@ fn joint_friction_and_damping_take_what_is_lost() {
         let plan = common::plan(&model, &scene, &exact(step, Integrator::SemiImplicitEuler), None);
         let mut start = State::new(&model);
         start.angles.copy_from_slice(&[1.5, 0.5]);
-        let mut simulator = Simulator::new(model.clone(), plan, start);
+        let mut simulator = Simulator::new(plan, start);
         let total = |simulator: &Simulator| simulator.energy().kinetic + simulator.energy().potential;
         let (energy, mut taken) = (total(&simulator), 0.0);
         for _ in 0..(1.0 / step).round() as usize {
@@ -454,7 +454,7 @@ fn saturated_torques_work_like_all_others() {
     let solver = SolverChoice { kind: SolverKind::Lemke, iterations: 10_000, tolerance: 1e-12 };
     let accuracy = Accuracy { step, solver, friction_cone: FrictionCone::Pyramid, ..Accuracy::default() };
     let plan = common::plan(&model, &Scene::default(), &accuracy, Some(&gains));
-    let mut simulator = Simulator::new(model.clone(), plan, stance.state.clone());
+    let mut simulator = Simulator::new(plan, stance.state.clone());
     let ledger = balance(&mut simulator, 0.3, target);
     assert!(simulator.torques().iter().any(|torque| torque.abs() == 4.0), "nothing is saturated");
     let share = ledger.energy.abs() / ledger.turnover;

@@ -32,7 +32,7 @@ fn bar(limits: &str) -> Arc<Model> {
 }
 
 fn simulator(model: &Arc<Model>, accuracy: &Accuracy, gains: Option<&Gains>, state: State) -> Simulator {
-    Simulator::new(model.clone(), common::plan(model, &Scene::default(), accuracy, gains), state)
+    Simulator::new(common::plan(model, &Scene::default(), accuracy, gains), state)
 }
 
 fn run(simulator: &mut Simulator, seconds: f64, command: Command<'_>) {
@@ -126,7 +126,7 @@ fn the_exact_and_the_iterative_solvers_agree_in_contact() {
         let accuracy = Accuracy { solver, friction_cone: FrictionCone::Pyramid, ..Accuracy::default() };
         let scene = Scene { friction: 0.2, ..Scene::default() };
         let plan = common::plan(&model, &scene, &accuracy, Some(&stance.gains));
-        Simulator::new(model.clone(), plan, stance.state.clone())
+        Simulator::new(plan, stance.state.clone())
     };
     let mut exact = new(SolverKind::Lemke, 10_000);
     let mut iterative = [new(SolverKind::Newton, 1000), new(SolverKind::Pgs, 20_000)];
@@ -243,7 +243,7 @@ fn a_limit_violated_at_the_start_is_recovered_at_a_bounded_rate() {
     let plan = common::plan(&model, &scene, &Accuracy { solver, ..Accuracy::default() }, None);
     let mut state = State::new(&model);
     state.angles[0] = 1.5;
-    let mut simulator = Simulator::new(model.clone(), plan, state);
+    let mut simulator = Simulator::new(plan, state);
     // Half way after half a second, and back at the limit a little after the whole one.
     run(&mut simulator, 0.5, Command::Passive);
     assert!(simulator.state().angles[0] > 0.99, "it is pushed faster than 1 rad/s");
@@ -270,7 +270,7 @@ fn feedforward_follows_a_reachable_target_exactly() {
     };
     let scene = Scene { ground: None, ..Scene::default() };
     let plan = common::plan(&model, &scene, &Accuracy::default(), Some(&gains));
-    let mut simulator = Simulator::new(model.clone(), plan, stance.state.clone());
+    let mut simulator = Simulator::new(plan, stance.state.clone());
     let target = |time: f64| -> Vec<f64> {
         stance.angles.iter().map(|angle| angle + 0.1 * (1.0 - (10.0 * time).cos())).collect()
     };
@@ -291,7 +291,7 @@ fn an_effect_that_never_acts_changes_no_bit() {
         let mut scene = Scene::default();
         scene.effects.insert(effect, switch);
         let plan = common::plan(&model, &scene, &Accuracy::default(), Some(&stance.gains));
-        let mut simulator = Simulator::new(model.clone(), plan, stance.state.clone());
+        let mut simulator = Simulator::new(plan, stance.state.clone());
         run(&mut simulator, 0.5, Command::Track { now: &stance.angles, next: &stance.angles });
         simulator.state().clone()
     };
@@ -310,7 +310,7 @@ fn a_locked_trunk_keeps_its_orientation() {
     let plan = common::plan(&model, &scene, &Accuracy::default(), Some(&stance.gains));
     let mut state = stance.state.clone();
     state.root.angular_velocity.z = 3.0;
-    let mut simulator = Simulator::new(model.clone(), plan, state);
+    let mut simulator = Simulator::new(plan, state);
     let target = |time: f64| -> Vec<f64> {
         let swing = 0.4 * (12.0 * time).sin();
         stance.angles.iter().enumerate().map(|(joint, angle)| angle + swing * (joint % 2) as f64).collect()

@@ -70,7 +70,7 @@ fn accelerations_agree_with_another_engine() {
             // two short steps point to with an error of (h ω)², those of the state.
             let [whole, half] = [1e-6, 0.5e-6].map(|step| {
                 let plan = common::free_flight(&model, step);
-                let mut simulator = Simulator::new(model.clone(), plan, start.clone());
+                let mut simulator = Simulator::new(plan, start.clone());
                 simulator.step(Command::Torque(&torque)).unwrap();
                 let end = simulator.state();
                 let linear = end.root.linear_velocity - start.root.linear_velocity;
@@ -105,7 +105,7 @@ fn mass_energy_and_center_of_mass_agree_with_another_engine() {
         let Some((model, numbers)) = model_and_reference(robot) else { return };
         for numbers in numbers["random_states"].as_array().unwrap() {
             let start = state(&model, numbers, by_name);
-            let simulator = Simulator::new(model.clone(), common::free_flight(&model, 1e-3), start);
+            let simulator = Simulator::new(common::free_flight(&model, 1e-3), start);
             let close = |found: f64, wanted: f64| {
                 assert!(
                     (found - wanted).abs() < TOLERANCE * wanted.abs().max(1.0),
@@ -143,7 +143,7 @@ fn distance(model: &Arc<Model>, numbers: &Value, integrator: Integrator, step: f
         ])
     };
     let plan = common::plan(model, &scene, &accuracy, None);
-    let mut simulator = Simulator::new(model.clone(), plan, start);
+    let mut simulator = Simulator::new(plan, start);
     for _ in 0..(0.5 / step).round() as usize {
         simulator.step(Command::Passive).unwrap();
     }

@@ -65,7 +65,7 @@ fn trajectory(model: &Arc<Model>, idle: &Idle, effect: Effect, switch: Switch) -
     let mut scene = idle.scene.clone();
     scene.effects.insert(effect, switch);
     let plan = common::plan(model, &scene, &Accuracy::default(), Some(&idle.gains));
-    let mut simulator = Simulator::new(model.clone(), plan, idle.start.clone());
+    let mut simulator = Simulator::new(plan, idle.start.clone());
     let mut all = Vec::new();
     run(&mut simulator, &idle.start.angles, idle.swing, |simulator| all.extend(bits(simulator.state())));
     all
@@ -176,7 +176,7 @@ fn what_is_off_has_no_rows() {
             Scene { effects: common::without(&[Effect::SelfCollision]).effects, ..busy.scene.clone() };
         scene.effects.insert(effect, switch);
         let plan = common::plan(&model, &scene, &Accuracy::default(), Some(&busy.gains));
-        let mut simulator = Simulator::new(model.clone(), plan, busy.start.clone());
+        let mut simulator = Simulator::new(plan, busy.start.clone());
         let mut count = 0;
         run(&mut simulator, &busy.start.angles, busy.swing, |simulator| {
             count += simulator.rows().iter().filter(|owner| belongs(**owner, effect)).count();
@@ -195,7 +195,7 @@ fn friction_adds_two_rows_to_each_of_a_contact() {
     let stance = stance(&model);
     let rows = |scene: &Scene| {
         let plan = common::plan(&model, scene, &Accuracy::default(), Some(&stance.gains));
-        let mut simulator = Simulator::new(model.clone(), plan, stance.state.clone());
+        let mut simulator = Simulator::new(plan, stance.state.clone());
         simulator.step(Command::Track { now: &stance.angles, next: &stance.angles }).unwrap();
         simulator.rows().iter().filter(|owner| matches!(owner, RowOwner::Contact { .. })).count()
     };

@@ -15,7 +15,7 @@ fn hold(model: &Arc<Model>, stance: &Stance) -> (f64, bool) {
     let scene = Scene::default();
     let plan = common::plan(model, &scene, &Accuracy::default(), Some(&stance.gains));
     let upright = Upright::new(model, stance, &scene);
-    let mut simulator = Simulator::new(model.clone(), plan, stance.state.clone());
+    let mut simulator = Simulator::new(plan, stance.state.clone());
     for _ in 0..5000 {
         simulator.step(Command::Track { now: &stance.angles, next: &stance.angles }).unwrap();
     }

@@ -93,7 +93,7 @@ impl MotionCheck<'_> {
         };
         let [x, y, z] = self.scene.gravity;
         let plan = Arc::new(self.plan(self.scene)?);
-        let standing = Simulator::new(self.model.clone(), plan, self.stance.state.clone()).link_poses();
+        let standing = Simulator::new(plan, self.stance.state.clone()).link_poses();
         let gait = gait::measure(
             &looping,
             &GaitContext {

@@ -124,7 +124,7 @@ impl<'a> ReferenceRun<'a> {
     fn new(setup: &'a ScenarioSetup, accuracy: Accuracy) -> Result<Self, InputError> {
         let plan = Arc::new(setup.plan(&accuracy)?);
         let targets = vec![0.0; setup.model.joint_count()];
-        let simulator = Simulator::new(setup.model.clone(), plan, setup.start.clone());
+        let simulator = Simulator::new(plan, setup.start.clone());
         Ok(Self { setup, simulator, step: accuracy.step, now: targets.clone(), next: targets })
     }
 

@@ -30,7 +30,7 @@ impl Stepper {
         let model = &setup.model;
         match engine {
             Engine::Gaitwright => {
-                let simulator = Simulator::new(model.clone(), plan.clone(), setup.start.clone());
+                let simulator = Simulator::new(plan.clone(), setup.start.clone());
                 Ok(Self::Own { simulator: Box::new(simulator), before: 0 })
             }
             Engine::Rapier => {

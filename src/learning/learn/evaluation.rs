@@ -92,7 +92,7 @@ impl SimulatedWorld {
         let plan = StepPlan::compile(scene, accuracy, Some(&stance.gains), model)?;
         Ok(Self {
             upright: Upright::new(model, stance, scene),
-            simulator: Simulator::new(model.clone(), Arc::new(plan), stance.state.clone()),
+            simulator: Simulator::new(Arc::new(plan), stance.state.clone()),
             up: Unit::new_normalize(stance.state.root.orientation.inverse() * Vector3::z()),
             standing: Arc::new(stance.state.clone()),
             disturbed: pushes(model, stance).into(),

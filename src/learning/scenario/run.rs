@@ -59,7 +59,7 @@ impl PreparedScenario {
         let stride = (sample_every / plan.step()).round().max(1.0) as u64;
         let mut next = vec![0.0; model.joint_count()];
         script.targets(0.0, &mut next);
-        let simulator = Simulator::new(model, Arc::new(plan), start);
+        let simulator = Simulator::new(Arc::new(plan), start);
         Ok(Self { simulator, script, now: next.clone(), next, obstacles, steps, stride, choice })
     }
 

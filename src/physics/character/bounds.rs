@@ -32,7 +32,7 @@ pub fn shape_fault(shape: &Shape) -> Option<(&'static str, String)> {
             positive("radius", "radius", *radius).or_else(|| positive("length", "length", half_length * 2.0))
         }
         Shape::Capsule { radius, half_length } => positive("radius", "radius", *radius).or_else(|| {
-            // Without a straight part a capsule is a ball.
+            // A capsule of length 0 is a ball.
             (*half_length != 0.0).then(|| positive("length", "length", half_length * 2.0)).flatten()
         }),
         Shape::Hull { vertices, .. } => {

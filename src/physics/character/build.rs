@@ -1,5 +1,4 @@
-//! From a draft to a character: the one place where the tree and the numbers are checked, whatever the
-//! document was.
+//! Checks the tree and the numbers of a draft and builds the character from it, whatever the document's format.
 
 use std::collections::HashMap;
 
@@ -48,7 +47,7 @@ pub fn build(mut draft: Draft, digest: String, options: Options) -> Result<Readi
     if !diagnostics.faults.is_empty() {
         return Err(InputError::Impossible(diagnostics.faults));
     }
-    inertia::settle(&mut links, &places, &mut diagnostics);
+    inertia::repair_all(&mut links, &places, &mut diagnostics);
     stand_in::add(&mut links, &missing, &mut diagnostics);
     if options.strict {
         let doubts = diagnostics.notes.iter().filter(|note| note.value.kind != NoteKind::Ignored);
@@ -116,7 +115,7 @@ fn order(
     if links.is_empty() {
         diagnostics.fault("", "there is no link");
     }
-    // With a part of the tree missing, further faults would only be its consequences.
+    // Where links or joints are missing, further faults would only be consequences of that.
     if diagnostics.faults.len() > before || !complete {
         return Vec::new();
     }
@@ -139,7 +138,7 @@ fn order(
     }
     for link in 0..links.len() {
         if !reached[link] {
-            // Every link without a way to a root hangs on a cycle; it is reported once.
+            // A link that no root leads to is on a cycle or below one. Each cycle is reported once.
             let mut cycle = Vec::new();
             let mut at = link;
             while !reached[at] {
@@ -295,12 +294,12 @@ fn visuals(link: &DraftLink, diagnostics: &mut Diagnostics) -> Vec<Placed> {
     shown
 }
 
-/// `None` for a link without mass, unless it has an inertia of its own that a body can have. A mass
-/// without an inertia is taken as a point.
+/// `None` for a link without mass, unless its own inertia is positive definite. A mass without an inertia is taken as
+/// a point mass.
 fn finished_inertial(draft: DraftInertial) -> Option<Inertial> {
     let inertia = draft.inertia.map_or_else(Matrix3::zeros, |given| (given + given.transpose()) / 2.0);
-    let bodily = draft.mass > 0.0 || inertia.symmetric_eigenvalues().min() > 0.0;
-    bodily.then_some(Inertial { mass: draft.mass, center_of_mass: draft.center_of_mass, inertia })
+    let physical = draft.mass > 0.0 || inertia.symmetric_eigenvalues().min() > 0.0;
+    physical.then_some(Inertial { mass: draft.mass, center_of_mass: draft.center_of_mass, inertia })
 }
 
 fn finished_joint(joint: DraftJoint, parent: usize) -> Joint {

@@ -1,10 +1,10 @@
 //! Convex hulls of points, thinned to few corners.
 //!
 //! Quickhull (Barber, Dobkin & Huhdanpaa 1996) that always adds the point farthest outside of the hull
-//! so far and stops at a number of corners, so that what it leaves out is small and known. Visibility is
+//! so far and stops at a number of corners, so that the volume it leaves out is small and its greatest distance known. Visibility is
 //! decided by a flood over neighbouring faces with an explicit stack, and a point whose horizon is not
-//! one simple loop is passed over: points from hostile meshes neither overflow the stack nor end in
-//! anything but a closed convex body or `None`.
+//! one simple loop is skipped: whatever the points of a mesh, the stack does not overflow, and the result is a
+//! closed convex body or `None`.
 
 use nalgebra::{Point3, Vector3};
 
@@ -22,7 +22,7 @@ struct Face {
     corners: [usize; 3],
     normal: Vector3<f64>,
     offset: f64,
-    /// Points outside of this face that wait for their turn, with their distances.
+    /// Points outside of this face that have not been added to the hull, with their distances, in the hull's units.
     outside: Vec<(usize, f64)>,
 }
 
@@ -57,7 +57,7 @@ pub fn convex_hull(points: &[Point3<f64>], most: usize) -> Option<ThinnedHull> {
     let tolerance = 1e-9;
     let mut faces = tetrahedron(&scaled)?;
     assign(&scaled, &mut faces, 0..scaled.len(), tolerance);
-    let mut passed_over: f64 = 0.0;
+    let mut skipped: f64 = 0.0;
     // Points whose horizon is no simple loop cost a round each; the bound keeps the work linear.
     for _ in 0..4 * most {
         // Euler: a closed body of F triangles has F / 2 + 2 corners.
@@ -81,11 +81,11 @@ pub fn convex_hull(points: &[Point3<f64>], most: usize) -> Option<ThinnedHull> {
             assign(&scaled, &mut kept[from..], orphans.into_iter(), tolerance);
             faces = kept;
         } else {
-            passed_over = distance.max(passed_over);
+            skipped = distance.max(skipped);
         }
     }
     let waiting = farthest(&faces).map_or(0.0, |(_, _, distance)| distance);
-    let left_out = waiting.max(passed_over) * spread;
+    let left_out = waiting.max(skipped) * spread;
 
     let mut used: Vec<usize> = faces.iter().flat_map(|face| face.corners).collect();
     used.sort_unstable();

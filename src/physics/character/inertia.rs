@@ -1,9 +1,9 @@
-//! Inertias that no simulation could use as given: mended where they have to be, kept otherwise.
+//! Repairs inertias that cannot be simulated as given, and keeps all others.
 //!
 //! Links joined by fixed joints move as one rigid body, and only the inertia of that body enters the
 //! equations of motion. So a link without mass, or with the inertia of a point or a rod, is harmless as
 //! long as its body as a whole has a positive definite inertia; it is then kept as it is, so that
-//! results can be compared with other programs'. Otherwise it is mended.
+//! results can be compared with other programs'. Otherwise it is repaired.
 
 use std::f64::consts::PI;
 
@@ -15,12 +15,12 @@ use super::{About, Inertial, JointKind, Link, NoteKind};
 
 /// Below this ratio of the smallest to the greatest principal moment, an inertia counts as singular.
 const SINGULAR: f64 = 1e-12;
-/// A smallest principal moment down to this part of the greatest below zero is the rounding of printed
-/// digits; below that the inertia is indefinite.
+/// A smallest principal moment below zero by at most this share of the greatest counts as the rounding of printed
+/// digits; by more, the inertia is indefinite.
 const ROUNDING: f64 = 1e-6;
 /// Water: the density of a ball that stands for a link of which only the mass is known, kg/m³.
 const DENSITY: f64 = 1000.0;
-/// A massless body at the end of a movable joint gets this part of the total mass and, as its radius of
+/// A massless body at the end of a movable joint gets this share of the total mass and, as its radius of
 /// gyration, `LEAST_RADIUS` of the character's size. The mass matrix then has a condition number of at
 /// most some 1e8, half of the digits of double precision.
 const LEAST_MASS: f64 = 1e-5;
@@ -42,9 +42,9 @@ pub fn bodies(links: &[Link]) -> Vec<(usize, Isometry3<f64>)> {
     bodies
 }
 
-/// Mends what has to be mended, so that every rigid body has a positive mass and a positive definite
+/// Repairs inertias where necessary, so that every rigid body has a positive mass and a positive definite
 /// inertia. `places` are the places of the links. At least one link has a mass.
-pub fn settle(links: &mut [Link], places: &[String], diagnostics: &mut Diagnostics) {
+pub fn repair_all(links: &mut [Link], places: &[String], diagnostics: &mut Diagnostics) {
     let singular: Vec<bool> =
         (0..links.len()).map(|index| is_singular(&mut links[index], &places[index], diagnostics)).collect();
     let bodies = bodies(links);
@@ -59,9 +59,10 @@ pub fn settle(links: &mut [Link], places: &[String], diagnostics: &mut Diagnosti
         let about = |link: usize, links: &[Link]| About::Link(links[link].name.clone());
         let Some(body) = body else {
             let mass = LEAST_MASS * total;
-            let turning = turning(members.iter().map(|link| (&links[*link], &bodies[*link].1)));
+            let rotational_inertia =
+                rotational_inertia(members.iter().map(|link| (&links[*link], &bodies[*link].1)));
             let own = links[first].inertial.take();
-            let message = if smallest_ratio(&turning) > SINGULAR {
+            let message = if smallest_ratio(&rotational_inertia) > SINGULAR {
                 let center_of_mass = own.as_ref().map_or(Point3::origin(), |own| own.center_of_mass);
                 let inertia = own.map_or(Matrix3::zeros(), |own| own.inertia);
                 links[first].inertial = Some(Inertial { mass, center_of_mass, inertia });
@@ -92,20 +93,20 @@ pub fn settle(links: &mut [Link], places: &[String], diagnostics: &mut Diagnosti
                                since the links fixed to it make the inertia of the whole positive definite";
                 diagnostics.note(places[link].as_str(), about(link, links), NoteKind::Kept, message);
             } else if singular[link] {
-                mend(&mut links[link], &places[link], "singular", diagnostics);
+                repair(&mut links[link], &places[link], "singular", diagnostics);
             }
         }
     }
 }
 
-/// Whether the link's inertia is singular. An indefinite one is mended, a doubtful one noted.
+/// Whether the link's inertia is singular. An indefinite one is repaired, a doubtful one noted.
 fn is_singular(link: &mut Link, place: &str, diagnostics: &mut Diagnostics) -> bool {
     let Some(inertial) = &link.inertial else { return false };
     let mut moments: [f64; 3] = inertial.inertia.symmetric_eigenvalues().into();
     moments.sort_by(f64::total_cmp);
     let [least, middle, most] = moments;
     if least < -ROUNDING * most.abs() {
-        mend(link, place, "not positive definite", diagnostics);
+        repair(link, place, "not positive definite", diagnostics);
         return false;
     }
     if least <= SINGULAR * most {
@@ -123,7 +124,7 @@ fn is_singular(link: &mut Link, place: &str, diagnostics: &mut Diagnostics) -> b
 
 /// Replaces the inertia by that of the link's collision shapes filled evenly with its mass, or by that
 /// of a ball where it has none.
-fn mend(link: &mut Link, place: &str, fault: &str, diagnostics: &mut Diagnostics) {
+fn repair(link: &mut Link, place: &str, fault: &str, diagnostics: &mut Diagnostics) {
     let Some(inertial) = &mut link.inertial else { return };
     let solid = Solid::of_all(&link.collisions)
         .map(|solid| solid.inertia * (inertial.mass / solid.volume))
@@ -170,8 +171,9 @@ fn composite<'a>(members: impl Iterator<Item = (&'a Link, &'a Isometry3<f64>)> +
     Some(Inertial { mass, center_of_mass, inertia })
 }
 
-/// The inertias of links fixed to each other along the axes of their common frame, without what their masses add.
-fn turning<'a>(members: impl Iterator<Item = (&'a Link, &'a Isometry3<f64>)>) -> Matrix3<f64> {
+/// Sum of the rotational inertias of links fixed to each other, along the axes of their common frame and without the
+/// parallel-axis terms of their masses.
+fn rotational_inertia<'a>(members: impl Iterator<Item = (&'a Link, &'a Isometry3<f64>)>) -> Matrix3<f64> {
     let inertias = members.filter_map(|(link, pose)| {
         let rotation = pose.rotation.to_rotation_matrix();
         link.inertial.as_ref().map(|inertial| rotation * inertial.inertia * rotation.transpose())

@@ -128,7 +128,7 @@ fn read_obj(bytes: &[u8]) -> Result<Mesh, MeshError> {
         .filter(|line| line.trim_start().starts_with("v ") || line.trim_start().starts_with("f "))
         .flat_map(|line| [line, "\n"])
         .collect();
-    // Counted beforehand, because a polygon of many corners makes more triangles than it has letters.
+    // Counted before reading, because a face of many corners becomes many triangles.
     let faces = shape.lines().filter(|line| line.trim_start().starts_with('f'));
     let count: usize = faces.map(|line| line.split_whitespace().count().saturating_sub(3)).sum();
     if count > TRIANGLES {
@@ -154,12 +154,12 @@ fn read_obj(bytes: &[u8]) -> Result<Mesh, MeshError> {
 }
 
 impl Mesh {
-    /// The mesh itself, to be looked at.
+    /// The mesh itself, as a visual shape.
     pub fn surface(self) -> Shape {
         Shape::Hull { vertices: self.vertices, triangles: self.triangles }
     }
 
-    /// The mesh's convex hull, to collide with; a plate around a flat mesh.
+    /// The mesh's convex hull, as a collision shape; a thin box around a flat mesh.
     pub fn solid(self) -> Solidified {
         let Some(mut hull) = hull(&self.vertices) else { return plate(&self.vertices) };
         if hull.approximation.is_none() {
@@ -183,7 +183,7 @@ pub fn hull(points: &[Point3<f64>]) -> Option<Solidified> {
     Some(Solidified { shape, approximation })
 }
 
-/// The box along the axes around points that lie within a plane, drawn out by a hundredth of its length,
+/// The box along the axes around points that lie within a plane, thickened by a hundredth of its length,
 /// as a hull of eight corners.
 fn plate(points: &[Point3<f64>]) -> Solidified {
     let mut low = Vector3::repeat(f64::INFINITY);

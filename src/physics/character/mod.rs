@@ -6,8 +6,8 @@
 //!
 //! The way of the data: [`read`] hands the bytes to the reader of their format; each reader writes a
 //! draft in its own order with the place of every part; one `build` step, the same for all, checks
-//! the tree and the numbers, orders the links, closes loops (`loops`), settles inertias (`inertia`) and missing
-//! collision shapes (`stand_in`), and so establishes what [`Character`] promises.
+//! the tree and the numbers, orders the links, closes loops (`loops`), repairs inertias (`inertia`), replaces missing
+//! collision shapes (`stand_in`), and so establishes the invariants of [`Character`].
 
 mod archive;
 mod bounds;
@@ -87,8 +87,8 @@ pub struct Reading {
     pub notes: Vec<Note>,
 }
 
-/// Reads a character from `bytes` alone. Meshes come from the archive or from nowhere: no file on
-/// this machine is looked at.
+/// Reads a character from `bytes` alone. Meshes come from the archive only: no file on
+/// this machine is read.
 ///
 /// # Errors
 ///

@@ -1,7 +1,7 @@
-//! Shapes that stand in for collision meshes which are not supplied.
+//! Replacement shapes for collision meshes that are not supplied.
 //!
-//! A link gets the box that has its mass and inertia when filled evenly, drawn in by a tenth: a rod with
-//! heavy ends looks longer to its inertia than it is, and its neighbours must stay free. At the end of a
+//! A link gets the box of even density that has its mass and inertia, shrunk by a tenth: for a rod with heavy ends
+//! that box is longer than the rod, and it must not overlap the shapes of the neighbouring links. At the end of a
 //! limb a small ball is added as its foot.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
@@ -10,7 +10,7 @@ use super::draft::{At, Diagnostics};
 use super::{About, Inertial, Link, NoteKind, Placed, Shape, inertia};
 
 /// What remains of the fitted box along each edge.
-const DRAWN_IN: f64 = 0.9;
+const SHRUNK_TO: f64 = 0.9;
 /// No edge of a fitted box is shorter than this part of its longest.
 const THINNEST: f64 = 0.05;
 /// Radius of a foot over its distance from the joint that moves it.
@@ -57,7 +57,7 @@ pub fn add(links: &mut [Link], missing: &[Vec<At<String>>], diagnostics: &mut Di
     }
 }
 
-/// The box of even density with this mass and inertia, drawn in. Its edges follow from the principal
+/// The box of even density with this mass and inertia, shrunk by [`SHRUNK_TO`]. Its edges follow from the principal
 /// moments, a² = 6 (I_b + I_c − I_a) / m.
 fn fitted_box(inertial: &Inertial) -> Placed {
     let eigen = inertial.inertia.symmetric_eigen();
@@ -66,7 +66,7 @@ fn fitted_box(inertial: &Inertial) -> Placed {
     let edges = squares.map(|square| square.max(0.0).sqrt());
     // A point mass has no extent of its own.
     let longest = if edges.max() > 0.0 { edges.max() } else { inertia::ball_radius(inertial.mass) };
-    let half_extents = edges.map(|edge| edge.max(THINNEST * longest) * DRAWN_IN / 2.0);
+    let half_extents = edges.map(|edge| edge.max(THINNEST * longest) * SHRUNK_TO / 2.0);
     let mut axes: Matrix3<f64> = eigen.eigenvectors;
     if axes.determinant() < 0.0 {
         axes.column_mut(2).neg_mut();
@@ -77,8 +77,8 @@ fn fitted_box(inertial: &Inertial) -> Placed {
 }
 
 /// The ball at the far end of a link: about the end of its box in the direction from the `joint` that
-/// moves it through its `center` of mass, or, for a link without mass, about its own origin, which its
-/// author put there for nothing else.
+/// moves it through its `center` of mass, or, for a link without mass, about its own origin: such
+/// links are drawn to mark a foot.
 fn foot(joint: &Point3<f64>, center: Option<Point3<f64>>, fitted: Option<&Placed>, size: f64) -> Placed {
     let end = match (center, fitted) {
         (Some(center), Some(fitted)) => {

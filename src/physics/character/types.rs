@@ -34,9 +34,9 @@ pub struct Link {
     /// `None`: the link is massless and fixed to a link that is not. A link given an inertia but no mass
     /// keeps both, with a mass of 0.
     pub inertial: Option<Inertial>,
-    /// Shapes that touch the world.
+    /// Shapes that make contact.
     pub collisions: Vec<Placed>,
-    /// Shapes that are only looked at. Empty: show the collision shapes.
+    /// Shapes for display only. Where there are none, the collision shapes are shown.
     pub visuals: Vec<Placed>,
 }
 
@@ -60,7 +60,7 @@ pub struct Joint {
     pub name: String,
     /// Index of the parent link.
     pub parent: usize,
-    /// What the joint allows.
+    /// Which relative motion the joint allows.
     pub kind: JointKind,
     /// The joint frame (which is the child link's frame at angle zero) in the parent link's frame.
     pub origin: Isometry3<f64>,
@@ -82,7 +82,7 @@ pub struct Joint {
     pub armature: f64,
 }
 
-/// What a joint allows.
+/// Which relative motion a joint of the tree allows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointKind {
     /// No motion.
@@ -98,18 +98,18 @@ pub enum JointKind {
 pub struct Loop {
     /// Unique among the loops.
     pub name: String,
-    /// What the joint allows.
+    /// Which relative motions the joint allows.
     pub kind: LoopKind,
     /// Indices of the two links, which the tree does not join rigidly.
     pub links: [usize; 2],
     /// The joint's frame in each of the two links' frames. With all angles of the tree at zero they
-    /// are one.
+    /// coincide.
     pub frames: [Isometry3<f64>; 2],
     /// Axis in the joint's frame; meaningless for balls and fixed joints.
     pub axis: Unit<Vector3<f64>>,
 }
 
-/// What a joint that closes a loop allows.
+/// Which relative motions a joint that closes a loop allows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LoopKind {
     /// All rotations.

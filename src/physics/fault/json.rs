@@ -1,4 +1,4 @@
-//! JSON documents read so that every fault has its place.
+//! Reads JSON documents and names the place of every fault.
 
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -8,7 +8,8 @@ use super::strict::Strict;
 use super::tree::Tree;
 use super::{Fault, InputError};
 
-/// Most members of an object in which the place of a fault is looked for.
+/// Objects with more members than this are not searched for the faulty one: the search reads the document once for
+/// each of them.
 const MEMBERS: usize = 32;
 
 /// The member that says which kind of thing an object is.
@@ -67,11 +68,11 @@ fn attempt<T: DeserializeOwned>(tree: &Value) -> Result<T, Fault> {
         .map_err(|error| Fault::new(pointer(error.path()), error.inner().to_string()))
 }
 
-/// The member in which `fault` lies of the object at `place`. Objects with a tag are read from a buffer that
-/// knows no places; but without the faulty member the fault is gone, or is another one.
+/// The member of the object at `place` that causes `fault`. Serde reads tagged objects from a buffer and loses the path
+/// of an error there, so the member is found by trial: without it the document has no fault, or another one.
 fn faulty_member<T: DeserializeOwned>(tree: &mut Value, place: &str, fault: &Fault) -> Option<String> {
     let members = tree.pointer(place)?.as_object()?;
-    // What is missing lies in no member.
+    // A missing field is not found by removing others.
     if members.len() > MEMBERS || fault.reason.starts_with("missing field") {
         return None;
     }
@@ -84,7 +85,7 @@ fn faulty_member<T: DeserializeOwned>(tree: &mut Value, place: &str, fault: &Fau
         }
         other
     });
-    // Without its tag nothing of an object is understood.
+    // Without its tag an object cannot be read at all, so that any fault becomes another one.
     if keys.len() > 1 {
         keys.retain(|key| key != TAG);
     }
@@ -95,9 +96,9 @@ fn object<'a>(tree: &'a mut Value, place: &str) -> Option<&'a mut Map<String, Va
     tree.pointer_mut(place)?.as_object_mut()
 }
 
-/// A JSON document read part by part, so that the faults of every part are found at once.
+/// A JSON object read field by field, so that the faults of all fields are reported together.
 ///
-/// Holds the fields of a JSON object that are still to be read, and the faults found so far.
+/// Holds the fields that are still to be read, and the faults found so far.
 #[derive(Debug)]
 pub struct Parts {
     fields: Map<String, Value>,
@@ -147,7 +148,7 @@ impl Parts {
         }
     }
 
-    /// Ends the reading: what has not been taken is unknown. `read` is what was made of the parts.
+    /// Ends the reading: what has not been taken is unknown. `read` is the value built from the fields, if it could be.
     ///
     /// # Errors
     ///

@@ -8,8 +8,8 @@ use serde::de::{Deserializer, Error, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, forward_to_deserialize_any};
 use serde_json::Value;
 
-/// Gives a value to what is read from it. Structures are read from objects alone, where serde's own readers take
-/// the values of their fields in order as well.
+/// A deserializer over a JSON value that reads structures from objects only. Serde's own readers also accept an array
+/// of the fields' values in order.
 #[derive(Debug, Clone, Copy)]
 pub struct Strict<'a> {
     value: &'a Value,
@@ -85,7 +85,7 @@ impl<'de> Deserializer<'de> for Strict<'de> {
     }
 
     fn deserialize_identifier<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Self::Error> {
-        // The element of an array is asked for as a name only where the array stands for an object with a tag.
+        // Serde asks for an array's element as an identifier only when it reads a tagged object from an array.
         if self.listed { Err(no_object()) } else { self.deserialize_any(visitor) }
     }
 
@@ -103,8 +103,8 @@ impl<'de> IntoDeserializer<'de, serde_json::Error> for Strict<'de> {
     }
 }
 
-/// Reads a structure from an object alone, for fields of objects with a tag: those are read from a buffer, which
-/// takes an array as well.
+/// Reads a structure from an object only. For fields of tagged objects: serde reads those from a buffer, which would
+/// accept an array as well.
 ///
 /// # Errors
 ///

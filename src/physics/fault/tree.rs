@@ -10,13 +10,13 @@ pub struct Tree(pub Value);
 
 impl<'de> Deserialize<'de> for Tree {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Grower).map(Self)
+        deserializer.deserialize_any(TreeVisitor).map(Self)
     }
 }
 
-struct Grower;
+struct TreeVisitor;
 
-impl<'de> Visitor<'de> for Grower {
+impl<'de> Visitor<'de> for TreeVisitor {
     type Value = Value;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -59,8 +59,8 @@ impl<'de> Visitor<'de> for Grower {
         let mut object = Map::new();
         while let Some(key) = members.next_key::<String>()? {
             if object.contains_key(&key) {
-                // As the fault of the second value, so that its place is the key's.
-                members.next_value_seed(Repeated(&key))?;
+                // Raised while the second value is read, so that the error's path names the key.
+                members.next_value_seed(DuplicateKey(&key))?;
             }
             let Tree(value) = members.next_value()?;
             object.insert(key, value);
@@ -69,10 +69,10 @@ impl<'de> Visitor<'de> for Grower {
     }
 }
 
-/// The value of a key that the object has already.
-struct Repeated<'a>(&'a str);
+/// Fails to read the value of a key that the object has already.
+struct DuplicateKey<'a>(&'a str);
 
-impl<'de> DeserializeSeed<'de> for Repeated<'_> {
+impl<'de> DeserializeSeed<'de> for DuplicateKey<'_> {
     type Value = ();
 
     fn deserialize<D: Deserializer<'de>>(self, _: D) -> Result<(), D::Error> {

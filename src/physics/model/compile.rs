@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::collision::convex::Convex;
-use super::collision::pairs::Anatomy;
+use super::collision::pairs::PairFinder;
 use super::{Base, Body, DofKind, LinkPlace, LoopJoint, Model, collision};
 use crate::character::{Character, Joint, JointKind, Loop};
 
@@ -68,7 +68,7 @@ impl Model {
         let limits: Vec<Option<[f64; 2]>> =
             joints.iter().map(|joint| joint.limits.map(|range| [range.lower, range.upper])).collect();
         let standing: Vec<f64> = joints.iter().map(|joint| standing_angle(&character, joint)).collect();
-        let anatomy = Anatomy {
+        let finder = PairFinder {
             bodies: &bodies,
             loops: &loops,
             limits: &limits,
@@ -76,7 +76,7 @@ impl Model {
             solids: &solids,
             standing: &standing,
         };
-        let pairs = anatomy.pairs();
+        let pairs = finder.pairs();
         Self {
             fixed_base: base == Base::Fixed,
             joint_names: joints.iter().map(|joint| joint.name.clone()).collect(),

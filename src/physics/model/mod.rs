@@ -67,7 +67,7 @@ pub struct Model {
     /// Convex solids of the collision shapes, in the frames of their bodies and in the order of `ground_shapes`;
     /// `n_shapes`. Each has [`SOLID_SLOTS`] slots for its contacts with other solids, numbered after those of the ground.
     pub solids: Vec<Convex>,
-    /// Which pairs of shapes can make contact. From `collision::pairs::Anatomy::pairs`.
+    /// Which pairs of shapes can make contact. From `collision::pairs::PairFinder::pairs`.
     pub pairs: Pairs,
 }
 

@@ -2,7 +2,7 @@
 //!
 //! With it and the character, a reader needs nothing else to play the motion back, in this
 //! simulator or in another: `entry` leads from the standing pose into the loop, `keyframes` hold the
-//! loop, both are joined by cubic Hermite splines, and `drive` says how hard the joints follow.
+//! loop, both are joined by cubic Hermite splines, and `drive` holds the gains with which the joints are driven.
 
 use std::collections::BTreeMap;
 
@@ -38,7 +38,7 @@ pub struct Motion {
     /// simply starts at its first keyframe.
     #[serde(default)]
     pub entry: Vec<Keyframe>,
-    /// How strongly the joints follow.
+    /// How strongly the joints are driven toward the keyframes.
     pub drive: Gains,
     /// What was measured while the motion was played in a continuous simulation.
     pub metrics: Metrics,
@@ -46,7 +46,7 @@ pub struct Motion {
     pub scene: Scene,
     /// How the motion came about.
     pub provenance: Provenance,
-    /// The poses that the simulated character took over one turn of the loop, densely sampled, for
+    /// The poses that the simulated character took over one cycle of the loop, densely sampled, for
     /// players without physics; the root as in `keyframes`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poses: Option<Vec<SampledPose>>,
@@ -146,26 +146,26 @@ impl From<&RootMotion> for Root {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Loop")]
 pub struct MotionLoop {
-    /// Time of the keyframe at which a turn starts, s.
+    /// Time of the keyframe at which a cycle starts, s.
     pub start: f64,
     /// Time of the last keyframe, s. It equals the keyframe at `start` up to `root_advance`.
     pub end: f64,
-    /// How far the root travels in one turn.
+    /// How far the root travels in one cycle.
     pub root_advance: RootAdvance,
 }
 
-/// The root's travel over one turn of the loop.
+/// The root's travel over one cycle of the loop.
 ///
-/// With the root at position p₀ and orientation q₀ at the start of a turn, its heading ψ₀ is the
-/// angle about z of its x axis seen from above ([`RootMotion::heading`]), and at the end of the turn
+/// With the root at position p₀ and orientation q₀ at the start of a cycle, its heading ψ₀ is the
+/// angle about z of its x axis seen from above ([`RootMotion::heading`]), and at the end of the cycle
 /// it is at p₀ + R_z(ψ₀) `translation` with the orientation R_z(`yaw`) q₀; its velocities in the
-/// world frame are turned by R_z(`yaw`) as well. The next turn starts from there.
+/// world frame are rotated by R_z(`yaw`) as well. The next cycle starts from there.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RootAdvance {
-    /// Forward, left and up in the frame of the root's heading at the start of the turn, m.
+    /// Forward, left and up in the frame of the root's heading at the start of the cycle, m.
     pub translation: [f64; 3],
-    /// Turn to the left about the world's z axis, rad, in (−π, π].
+    /// Rotation to the left about the world's z axis, rad, in (−π, π].
     pub yaw: f64,
 }
 
@@ -208,14 +208,14 @@ pub struct Validity {
     /// closes and the entry ends where it starts. All other figures are those of the simulation.
     #[serde(default)]
     pub root_adjustment: RootAdjustment,
-    /// Whole turns of the loop for which the character stayed upright.
+    /// Whole cycles of the loop for which the character stayed upright.
     pub upright_cycles: u32,
     /// How long it stayed upright when something was changed.
     #[serde(default)]
     pub trials: Vec<Trial>,
 }
 
-/// By how much the path of a root was bent.
+/// By how much the path of the root was changed.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RootAdjustment {
@@ -272,7 +272,7 @@ pub struct Provenance {
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "Pose")]
 pub struct SampledPose {
-    /// Since the start of the turn, s.
+    /// Since the start of the cycle, s.
     pub time: f64,
     /// Angle of every joint, rad or m.
     pub angles: Vec<f64>,
@@ -299,8 +299,8 @@ impl RootMotion {
 }
 
 impl RootAdvance {
-    /// The travel that takes the root from `start` to `end`. Whatever `end` is tilted or raised
-    /// against `start` beyond a turn about z is left out.
+    /// The travel that takes the root from `start` to `end`. Whatever tilt `end` has
+    /// against `start` beyond the rotation about z is left out.
     pub fn between(start: &RootMotion, end: &RootMotion) -> Self {
         let heading = start.heading();
         let travel = Vector3::from(end.position) - Vector3::from(start.position);
@@ -308,16 +308,16 @@ impl RootAdvance {
         Self { translation: (about_z(-heading) * travel).into(), yaw: yaw.sin().atan2(yaw.cos()) }
     }
 
-    /// Where the root is, and how it moves, one turn after `start`.
+    /// Position and velocity of the root one cycle after `start`.
     pub fn apply(&self, start: &RootMotion) -> RootMotion {
-        let turn = about_z(self.yaw);
+        let rotated = about_z(self.yaw);
         let travel = about_z(start.heading()) * Vector3::from(self.translation);
-        let q = UnitQuaternion::from_rotation_matrix(&turn) * rotation(start.orientation);
+        let q = UnitQuaternion::from_rotation_matrix(&rotated) * rotation(start.orientation);
         RootMotion {
             position: (Vector3::from(start.position) + travel).into(),
             orientation: [q.w, q.i, q.j, q.k],
-            linear_velocity: (turn * Vector3::from(start.linear_velocity)).into(),
-            angular_velocity: (turn * Vector3::from(start.angular_velocity)).into(),
+            linear_velocity: (rotated * Vector3::from(start.linear_velocity)).into(),
+            angular_velocity: (rotated * Vector3::from(start.angular_velocity)).into(),
         }
     }
 }

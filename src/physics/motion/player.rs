@@ -4,8 +4,7 @@ use super::document::{Keyframe, Motion};
 use super::spline::hermite;
 use crate::fault::{Fault, InputError};
 
-/// Joint targets as a function of the time since the start of play: what leads into the loop once,
-/// then the loop for ever.
+/// Joint targets as a function of the time since the start of play: the entry once, then the loop over and over.
 ///
 /// Between two knots a target is the cubic Hermite spline of [`hermite`]; it is continuous with its
 /// rate everywhere, across the seam of the loop too. Any time can be asked for in any order, and
@@ -75,7 +74,7 @@ impl Player {
     }
 
     /// Plays postures that are `transition_time` seconds apart: from `start` (at rest) through every
-    /// posture of `entry` once, then round `cycle` for ever, whose last posture is followed by its
+    /// posture of `entry` once, then through `cycle` over and over; its last posture is followed by its
     /// first.
     ///
     /// A posture is a pair of angles (rad or m) and rates (per second), one a joint, all of the
@@ -167,8 +166,8 @@ impl Player {
         let t = if t < end {
             t.max(0.0)
         } else if period > 0.0 {
-            let turns = ((t - start) / period).floor();
-            (t - turns * period).clamp(start, end)
+            let cycles = ((t - start) / period).floor();
+            (t - cycles * period).clamp(start, end)
         } else {
             return None;
         };

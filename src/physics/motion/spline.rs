@@ -27,8 +27,8 @@ pub fn hermite_rate(from: (f64, f64), to: (f64, f64), duration: f64, t: f64) -> 
 /// Smallest and greatest value that the cubic described at [`hermite`] takes between its two ends.
 ///
 /// The extremes are the values at the ends and at the roots of the cubic's derivative between them,
-/// so they are exact up to rounding. A spline between two values inside a range of motion may still
-/// leave the range on its way; this tells.
+/// so they are exact up to rounding. Between two values inside a range of motion a spline may still
+/// leave the range; this shows whether it does.
 pub fn hermite_range(from: (f64, f64), to: (f64, f64), duration: f64) -> (f64, f64) {
     let (q0, v0) = from;
     let (q1, v1) = to;

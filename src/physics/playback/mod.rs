@@ -10,7 +10,7 @@ use crate::scene::StepPlan;
 use crate::sim::{Command, Contact, Failure, Root, Simulator, State};
 use crate::stance::Upright;
 
-/// What is where, at one time.
+/// Pose, velocities, torques and contacts at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
     /// s.
@@ -68,7 +68,7 @@ pub struct Playback<'a> {
 }
 
 impl Playback<'_> {
-    /// Plays to the end, to a fall, to a failure, or until `stop` says so (it is asked at every step).
+    /// Plays to the end, to a fall, to a failure, or until `stop` returns true (it is called at every step).
     pub fn run(&self, stop: impl Fn() -> bool) -> Trace {
         let step = self.plan.step();
         let steps = (self.seconds / step).round() as usize;
@@ -76,7 +76,7 @@ impl Playback<'_> {
         let joints = self.model.joint_count();
         let (mut now, mut next) = (vec![0.0; joints], vec![0.0; joints]);
         self.player.targets(0.0, &mut now);
-        let mut simulator = Simulator::new(self.model.clone(), self.plan.clone(), self.start.clone());
+        let mut simulator = Simulator::new(self.plan.clone(), self.start.clone());
         let mut trace = Trace::default();
         trace.samples.push(sample(&simulator, 0.0, &now));
         for index in 1..=steps {

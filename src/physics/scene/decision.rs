@@ -13,7 +13,7 @@ use crate::model::collision::pairs::Pairs;
 /// The effects that make contacts.
 pub const CONTACTS: [Effect; 3] = [Effect::GroundContact, Effect::SelfCollision, Effect::Obstacles];
 
-/// The effects that depend on whether there are others.
+/// Effects that are decided last, since they depend on the decisions about others.
 const LAST: [Effect; 2] = [Effect::Friction, Effect::Stabilization];
 
 /// Whether an effect is simulated, and why.
@@ -28,8 +28,8 @@ pub struct Decision {
 /// What speaks for (`Ok`) or against (`Err`) simulating an effect, in one sentence.
 type Call = Result<Cow<'static, str>, Cow<'static, str>>;
 
-/// Decides every effect; `maximal` says whether joints are rows. An effect that is switched on is simulated wherever the scene and the
-/// character have anything for it to act on.
+/// Decides every effect; `maximal`: whether the coordinates are maximal, in which joints are constraint rows. An effect
+/// that is switched on is simulated wherever the scene and the character have anything for it to act on.
 pub fn decide(
     scene: &Scene,
     gains: Option<&Gains>,
@@ -78,7 +78,7 @@ fn call(
         Effect::GroundContact => match (&scene.ground, model.ground_slots) {
             (None, _) => Err("the scene has no ground".into()),
             (_, 0) => Err("the character has no collision shapes".into()),
-            _ => Ok(touching("the scene has ground and the character has collision shapes", scene)),
+            _ => Ok(with_restitution("the scene has ground and the character has collision shapes", scene)),
         },
         Effect::Friction => {
             if !CONTACTS.into_iter().any(on) {
@@ -95,7 +95,9 @@ fn call(
         Effect::Obstacles => match (scene.obstacles.len(), model.solids.len()) {
             (0, _) => Err("the scene has no obstacles".into()),
             (_, 0) => Err("the character has no collision shapes".into()),
-            _ => Ok(touching("the scene has obstacles and the character has collision shapes", scene)),
+            _ => {
+                Ok(with_restitution("the scene has obstacles and the character has collision shapes", scene))
+            }
         },
         Effect::JointLimits => either(
             model.limits.iter().any(Option::is_some),
@@ -147,15 +149,15 @@ fn call(
     }
 }
 
-/// `because`, and how contacts rebound.
-fn touching(because: &str, scene: &Scene) -> Cow<'static, str> {
+/// `because`, and the coefficient of restitution where contacts rebound.
+fn with_restitution(because: &str, scene: &Scene) -> Cow<'static, str> {
     match scene.restitution {
         0.0 => because.to_owned().into(),
         restitution => format!("{because}; contacts rebound with restitution {restitution}").into(),
     }
 }
 
-/// Self-collision is called for where two shapes can touch.
+/// Self-collision is simulated where two shapes can make contact.
 fn self_collision(pairs: &Pairs, scene: &Scene) -> Call {
     let (joined, overlapping, apart) = (pairs.joined.len(), pairs.overlapping.len(), pairs.apart.len());
     if pairs.count + joined + overlapping + apart == 0 {
@@ -182,7 +184,7 @@ fn self_collision(pairs: &Pairs, scene: &Scene) -> Call {
             let rest =
                 if left_out.is_empty() { String::new() } else { format!("; left out are pairs {left_out}") };
             let because = format!("{count} pairs of shapes can touch{rest}");
-            Ok(touching(&because, scene))
+            Ok(with_restitution(&because, scene))
         }
     }
 }

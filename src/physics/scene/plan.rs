@@ -1,6 +1,7 @@
 //! What a step computes: compiled once from a model, a scene and an accuracy.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector3};
 
@@ -14,8 +15,10 @@ use crate::model::collision::convex::Convex;
 ///
 /// An effect that is off is absent here (`None`, `false`, zero or empty), so that a step spends no time on it. Arrays
 /// over joints have [`Model::joint_count`] entries.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct StepPlan {
+    /// The model this was compiled for; [`crate::sim::Simulator::new`] steps this one.
+    pub model: Arc<Model>,
     /// Step, solver, coordinates and friction cone, as given.
     pub accuracy: Accuracy,
     /// Gravitational acceleration in the world frame, m/s²; zero when the effect is off.
@@ -94,7 +97,7 @@ impl StepPlan {
         scene: &Scene,
         accuracy: &Accuracy,
         gains: Option<&Gains>,
-        model: &Model,
+        model: &Arc<Model>,
     ) -> Result<Self, InputError> {
         let mut faults: Vec<Fault> = scene.faults().into_iter().map(|fault| fault.under("/scene")).collect();
         faults.extend(accuracy.faults().into_iter().map(|fault| fault.under("/accuracy")));
@@ -118,6 +121,7 @@ impl StepPlan {
         let decisions = decide(scene, gains, model, maximal);
         let on = |effect| decisions.get(&effect).is_some_and(|decision: &Decision| decision.on);
         Ok(Self {
+            model: model.clone(),
             accuracy: *accuracy,
             gravity: if on(Effect::Gravity) { Vector3::from(scene.gravity) } else { Vector3::zeros() },
             velocity_forces: on(Effect::VelocityForces),

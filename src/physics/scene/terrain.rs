@@ -110,8 +110,8 @@ impl HeightField {
         }
     }
 
-    /// The two triangles of a cell, counter-clockwise seen from above: the one toward greater x, and the one
-    /// toward greater y.
+    /// The two triangles of a cell, counter-clockwise seen from above: the one on the side of greater x, and the one
+    /// on the side of greater y.
     fn triangles(&self, column: usize, row: usize) -> [[Vector3<f64>; 3]; 2] {
         let [a, b, c, d] = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(x, y)| self.point(column + x, row + y));
         [[a, b, c], [a, c, d]]
@@ -122,7 +122,7 @@ impl HeightField {
         Vector3::new(along(0, column), along(1, row), self.heights[row * self.points[0] + column])
     }
 
-    /// The cell along `axis` that holds `at`, and which share of it lies before.
+    /// Index of the cell along `axis` that contains `at`, and the share of the cell's length that lies before `at`.
     fn cell(&self, axis: usize, at: f64) -> Option<(usize, f64)> {
         let cells = self.points[axis] - 1;
         let place = (at - self.corner[axis]) / self.spacing[axis];
@@ -136,7 +136,7 @@ impl HeightField {
     /// The value nearest to `at` within the rectangle.
     fn within(&self, axis: usize, at: f64) -> f64 {
         let length = self.spacing[axis] * (self.points[axis] - 1) as f64;
-        // Half a rounding inward, so that the border counts as within.
+        // A little inward, so that rounding does not put the border outside.
         let rounding = 1e-12 * length;
         at.clamp(self.corner[axis] + rounding, self.corner[axis] + length - rounding)
     }

@@ -29,8 +29,9 @@ pub struct Simulator {
 }
 
 impl Simulator {
-    /// `model` in the scene of `plan` (compiled for this model), starting from `state`.
-    pub fn new(model: Arc<Model>, plan: Arc<StepPlan>, state: State) -> Self {
+    /// The model that `plan` was compiled for, in the plan's scene, starting from `state` (made for this model).
+    pub fn new(plan: Arc<StepPlan>, state: State) -> Self {
+        let model = plan.model.clone();
         let work = Workspace::new(&model, &plan);
         let step_control = StepControl::new(&model, &plan);
         let maximal =

@@ -1,4 +1,4 @@
-//! What of a character are limbs and feet, and where its surface is in a pose.
+//! Which bodies of a character are limbs and feet, and where its surface is in a pose.
 
 use nalgebra::Vector3;
 
@@ -20,8 +20,8 @@ const SOLE: f64 = 0.02;
 pub struct Limb {
     /// Bodies from the one that is joined to the trunk to the foot.
     pub bodies: Vec<usize>,
-    /// The body of `bodies` with which the long segments begin: a short one before it only turns the
-    /// limb out (a hip's abduction).
+    /// The body of `bodies` with which the long segments begin: a short one before it only spreads the
+    /// limb (a hip's abduction).
     pub first_long: usize,
     /// Length from there to the farthest surface point of the foot when stretched, m.
     pub length: f64,
@@ -52,7 +52,7 @@ impl Posed {
         let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
         place(model, state, &mut bodies);
         let mut surface = Vec::new();
-        // A ground above everything is touched by everything.
+        // With a ground above every point, every surface point is a contact candidate.
         let sky = Terrain::Plane { height: f64::MAX };
         ground::detect(
             model,

@@ -1,6 +1,6 @@
 //! Springs and dampers suited to a character, from its weight and the length of its limbs.
 //!
-//! A joint's spring gives way by [`GIVE`] under its share of the weight at the end of its limb, and its damper
+//! A joint's spring is deflected by [`DEFLECTION`] under its share of the weight at the end of its limb, and its damper
 //! has [`DAMPING_RATIO`] of what would be critical for that share of the mass there. Both scale with the
 //! character, so that a mouse and a horse are held alike.
 
@@ -8,8 +8,8 @@ use super::anatomy::Posed;
 use crate::model::{DofKind, Model};
 use crate::scene::{Feedforward, Gains, Scene};
 
-/// Angle by which a joint gives way under its share of the weight, rad.
-const GIVE: f64 = 0.15;
+/// Angle by which a joint is deflected under its share of the weight, rad.
+const DEFLECTION: f64 = 0.15;
 
 /// Share of critical damping.
 const DAMPING_RATIO: f64 = 0.3;
@@ -42,17 +42,17 @@ pub fn suited(model: &Model, scene: &Scene, angles: &[f64]) -> Gains {
         let carried = posed.surface.iter().filter(|touch| model.carries(joint + 1, touch.body));
         let origin = posed.bodies[joint + 1].origin;
         let farthest = carried.map(|touch| (touch.at - origin).norm()).fold(0.0, f64::max);
-        // An ankle holds little below it but the whole character above, as an inverted pendulum.
+        // An ankle has little mass below it but balances the whole character above, as an inverted pendulum.
         let above = if farthest > 0.0 { posed.center_of_mass.z - origin.z } else { 0.0 };
-        // A joint with nothing to touch the ground beyond it still has its links to hold.
+        // A joint beyond which nothing can reach the ground still carries its own links.
         if farthest > 0.0 { farthest.max(above) } else { 0.2 * extent.max(0.1) }
     };
     let stiffness: Vec<f64> = joints
         .clone()
         .map(|joint| match model.bodies[joint + 1].dof {
             _ if !model.driven[joint] => 0.0,
-            DofKind::Revolute => share * gravity * arm(joint) / GIVE,
-            DofKind::Prismatic => share * gravity / (GIVE * arm(joint)),
+            DofKind::Revolute => share * gravity * arm(joint) / DEFLECTION,
+            DofKind::Prismatic => share * gravity / (DEFLECTION * arm(joint)),
         })
         .collect();
     let damping = joints

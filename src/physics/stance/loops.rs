@@ -27,7 +27,7 @@ pub fn close(model: &Model, angles: &mut [f64]) {
 }
 
 /// Moves `angles`, but for those that are `given`, to the nearest at which the loops are closed, as far as the limits let
-/// them: steps of Gauss and Newton, each the shortest that closes the loops to first order (Levenberg-damped).
+/// them: damped Gauss-Newton (Levenberg) steps, each the shortest that closes the loops to first order.
 pub fn close_with(model: &Model, angles: &mut [f64], given: impl Fn(usize) -> bool) {
     if model.loops.is_empty() {
         return;

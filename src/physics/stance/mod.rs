@@ -1,8 +1,8 @@
-//! A standing pose for any character, found and proven in the simulator, and the gains that hold it.
+//! A standing pose for any character, found and verified in the simulator, and the gains that hold it.
 //!
 //! The author's pose is taken where there is one. Otherwise a pose is searched for, with its
 //! feet level and below their limbs, the limbs a little bent and the centre of mass above the feet. Either
-//! is then held in the simulator until it has settled, which shows whether it stands.
+//! is then held in the simulator until it is at rest, which shows whether it stands.
 
 mod anatomy;
 mod gains;
@@ -22,7 +22,7 @@ pub use upright::Upright;
 /// How a character stands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stance {
-    /// The settled state: at rest on the ground, root above the world's origin, time 0.
+    /// The state reached: at rest on the ground, root above the world's origin, time 0.
     pub state: State,
     /// Targets that hold it, rad or m, one a joint.
     pub angles: Vec<f64>,
@@ -50,15 +50,15 @@ pub fn close_loops(model: &Model, angles: &mut [f64], given: impl Fn(usize) -> b
 }
 
 impl Stance {
-    /// Finds the standing pose of `model` on the ground of `scene`, or proves the one its author gave.
+    /// Finds the standing pose of `model` on the ground of `scene`, or verifies the one its author gave.
     ///
     /// A character that is bolted to the world, or that has no ground or nothing to touch it with, is
-    /// not proven: its root stays at the world's origin.
+    /// not verified: its root stays at the world's origin.
     pub fn find(model: &Arc<Model>, scene: &Scene) -> Self {
         Self::find_until(model, scene, &|| false)
     }
 
-    /// The same until `stop` says so: what is found by then does not stand.
+    /// The same, given up as soon as `stop` returns true; the stance is then not stable.
     pub fn find_until(model: &Arc<Model>, scene: &Scene, stop: &dyn Fn() -> bool) -> Self {
         let given = pose::given(model);
         let angles = given.clone().unwrap_or_else(|| pose::search(model));

@@ -11,15 +11,15 @@ use super::anatomy::{Limb, Posed, limbs};
 use super::loops;
 use crate::model::{DofKind, Model};
 
-/// Share of a limb's length between its first joint and the ground: bent far enough to push off with, which
-/// learning turned out to need more than a straight leg's rest.
+/// Height of a limb's first joint above the ground as a share of the limb's length. A bent leg can push off, which
+/// helps learning more than the low torques of a straight one.
 const EXTENSION: f64 = 0.7;
 
 /// Joints keep this share of their range away from its ends where they can.
 const MARGIN: f64 = 0.12;
 
-/// Bodies that a search places at most: a twelve-jointed robot needs a tenth, and one of hundreds of links would search
-/// for minutes.
+/// Greatest number of body poses that a search computes. A robot of twelve joints needs a tenth of it; without the bound
+/// one of hundreds of links would take minutes.
 const PLACED: usize = 1_000_000;
 
 /// A character lower than this share of its own width lies rather than stands.
@@ -66,8 +66,8 @@ fn lies(posed: &Posed) -> bool {
     height < LYING * width
 }
 
-/// Pattern search: every move in turn is tried either way; steps shrink when none helps. The best pose so far is taken where
-/// that would take too long.
+/// Pattern search: every move is tried in both directions, and the step is halved when none lowers the cost. Ends with
+/// the best pose found when [`PLACED`] is used up.
 fn descend(mut angles: Vec<f64>, model: &Model, limbs: &[Limb], cost: impl Fn(&[f64]) -> f64) -> Vec<f64> {
     let moves = moves(model, limbs);
     let mut best = cost(&angles);
@@ -76,9 +76,9 @@ fn descend(mut angles: Vec<f64>, model: &Model, limbs: &[Limb], cost: impl Fn(&[
     while step > 1e-3 && rounds > 0 {
         rounds -= 1;
         let before = best;
-        for (turn, direction) in moves.iter().flat_map(|turn| [(turn, 1.0), (turn, -1.0)]) {
+        for (joints, direction) in moves.iter().flat_map(|joints| [(joints, 1.0), (joints, -1.0)]) {
             let mut tried = angles.clone();
-            for (joint, share) in turn {
+            for (joint, share) in joints {
                 let angle = tried[*joint] + direction * step * share;
                 tried[*joint] =
                     model.limits[*joint].map_or(angle, |[lower, upper]| angle.clamp(lower, upper));
@@ -100,7 +100,7 @@ fn descend(mut angles: Vec<f64>, model: &Model, limbs: &[Limb], cost: impl Fn(&[
 /// against the one that carries it, which folds a limb and leaves its end below its beginning; and either
 /// for all limbs at once, without which level feet would keep each other from moving.
 fn moves(model: &Model, limbs: &[Limb]) -> Vec<Vec<(usize, f64)>> {
-    // A metre of a slide is not a radian; a tenth is near what a character's slides move.
+    // Prismatic joints are moved by a tenth of a metre where revolute ones are moved by a radian.
     let unit = |joint: usize| if model.bodies[joint + 1].dof == DofKind::Prismatic { 0.1 } else { 1.0 };
     let fold = |joint: usize| {
         let parent = model.bodies[joint + 1].parent;
@@ -120,7 +120,7 @@ fn moves(model: &Model, limbs: &[Limb]) -> Vec<Vec<(usize, f64)>> {
     moves
 }
 
-/// How little a pose looks like standing.
+/// The sum of squares that the search minimises: the less a pose looks like standing, the greater.
 struct Cost<'a> {
     model: &'a Model,
     limbs: &'a [Limb],
@@ -148,10 +148,10 @@ impl Cost<'_> {
                 cost += 4.0 * (1.0 - tilt) / count;
             }
         }
-        // What lies below the feet (a knee, a belly) would carry the character in their place.
+        // A body below the feet (a knee, a belly) would carry the character in their place.
         let below = (mean.z - posed.lowest()).max(0.0);
         cost += 20.0 * relative(below);
-        // A loop that is open would be closed by force.
+        // The simulator would close an open loop with large forces.
         cost += 20.0 * relative(loops::opening(self.model, &posed));
         for (joint, angle) in angles.iter().enumerate() {
             cost += 0.003 * (angle - self.start[joint]).powi(2);

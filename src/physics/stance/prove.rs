@@ -1,4 +1,4 @@
-//! A pose held in the simulator until it has settled.
+//! Verifies a pose: holds it in the simulator until it is at rest.
 
 use std::sync::Arc;
 
@@ -14,8 +14,9 @@ use crate::sim::{Command, Simulator, State};
 /// How long a pose is held, s.
 const SECONDS: f64 = 3.0;
 
-/// Sum over the steps of the cubes of their rows after which a pose counts as not proven: about ten seconds of computing. A
-/// quadruped takes a thousandth of it; a chain of hundreds of boxes that lie on the ground would take hours.
+/// Bound on the cost of verifying, as the sum over all steps of the cube of their number of rows; a pose that exceeds it
+/// counts as not stable. About ten seconds of computing: a quadruped takes a thousandth of it, a chain of hundreds of
+/// boxes that lie on the ground would take hours.
 const WORK: f64 = 2e10;
 
 /// A surface point no farther from the ground than this touches it, m.
@@ -29,8 +30,8 @@ const GREATEST_SINKING: f64 = 0.35;
 /// A standing character moves no faster than this many heights of its root a second at the end.
 const REST: f64 = 0.05;
 
-/// Holds `angles` with `gains` in `scene` and tells how the character stands; it does not where `stop` says so
-/// before it has settled.
+/// Holds `angles` with `gains` in `scene` and reports how the character stands. If `stop` returns true before it is at
+/// rest, it counts as not stable.
 pub fn settle(
     model: &Arc<Model>,
     scene: &Scene,
@@ -70,14 +71,13 @@ fn work_of(rows: usize) -> f64 {
     (rows as f64).powi(3)
 }
 
-/// The settled state, or `None` if the character falls, does not come to rest, takes too long or is not
-/// waited for.
+/// The state at rest, or `None` if the character falls, does not come to rest, exceeds [`WORK`], or `stop` returns true.
 fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> bool) -> Option<State> {
     let mut scene = scene.clone();
     scene.effects.insert(Effect::TrunkRotationLock, Switch::Off);
     let accuracy = Accuracy::default();
     let plan = StepPlan::compile(&scene, &accuracy, Some(&stance.gains), model).ok()?;
-    let mut simulator = Simulator::new(model.clone(), Arc::new(plan), stance.state.clone());
+    let mut simulator = Simulator::new(Arc::new(plan), stance.state.clone());
     let targets = Command::Track { now: &stance.angles, next: &stance.angles };
     let mut work = 0.0;
     for _ in 0..(SECONDS / accuracy.step).round() as usize {

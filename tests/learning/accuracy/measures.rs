@@ -86,7 +86,7 @@ fn replaced(accuracy: &Accuracy, offset: Vector3<f64>) -> AccuracyProblem {
     let mut problem = ClosedForm::named("ballistic").unwrap().problem().unwrap();
     let accuracy = problem.divided(accuracy);
     let plan = std::sync::Arc::new(problem.setup.plan(&accuracy).unwrap());
-    let mut simulator = Simulator::new(problem.setup.model.clone(), plan, problem.setup.start.clone());
+    let mut simulator = Simulator::new(plan, problem.setup.start.clone());
     let steps = problem.steps(accuracy.step);
     for mark in &mut problem.pieces[0].marks {
         for _ in 0..steps {

@@ -77,7 +77,7 @@ fn arms_driven_at_each_other_stop_at_each_other() {
         feedforward: Feedforward::None,
     };
     let plan = common::plan(&model, &floating(), &Accuracy::default(), Some(&gains));
-    let mut simulator = Simulator::new(model.clone(), plan, State::new(&model));
+    let mut simulator = Simulator::new(plan, State::new(&model));
     let targets = [-1.2, 1.2];
     let mut touched = false;
     for index in 0..1000 {
@@ -108,7 +108,7 @@ fn links_that_collide_in_free_flight_change_no_momentum() {
             state.root.position.x = 3.0;
             state.root.angular_velocity.x = 1.0;
             state.velocities = vec![-4.0, 3.0];
-            Simulator::new(model.clone(), common::plan(&model, &scene, &Accuracy::default(), None), state)
+            Simulator::new(common::plan(&model, &scene, &Accuracy::default(), None), state)
         };
         let (mut touching, mut passing) = (start(Switch::On), start(Switch::Off));
         let momentum = |simulator: &mut Simulator, before: &State| {
@@ -143,7 +143,7 @@ fn arms_that_start_deep_in_each_other_part_without_a_launch() {
     let plan = common::plan(&model, &floating(), &Accuracy::default(), None);
     let mut state = State::new(&model);
     state.angles = vec![-0.42, 0.42];
-    let mut simulator = Simulator::new(model.clone(), plan, state);
+    let mut simulator = Simulator::new(plan, state);
     assert!(clearance(&simulator) < -0.05, "{}", clearance(&simulator));
     for _ in 0..1000 {
         simulator.step(Command::Passive).unwrap();
@@ -170,7 +170,7 @@ fn a_snake_that_curls_up_does_not_pass_through_itself() {
     let mut scene = floating();
     scene.effects.insert(Effect::JointLimits, Switch::Off);
     let plan = common::plan(&model, &scene, &Accuracy::default(), Some(&gains));
-    let mut simulator = Simulator::new(model.clone(), plan, State::new(&model));
+    let mut simulator = Simulator::new(plan, State::new(&model));
     let mut deepest: f64 = 0.0;
     let mut touched = false;
     let mut now = vec![0.0; joints];
@@ -245,13 +245,13 @@ fn what_is_kept_of_distances_does_not_matter() {
         let mut state = State::new(&model);
         state.root.position = Point3::new(0.0, 0.0, 0.6);
         state.root.angular_velocity = Vector3::from_fn(|_, _| rng.random_range(-3.0..3.0));
-        let mut going = Simulator::new(model.clone(), plan.clone(), state);
+        let mut going = Simulator::new(plan.clone(), state);
         let mut torques = vec![0.0; joints];
         for step in 0..300 {
             if step % 50 == 0 {
                 torques.fill_with(|| rng.random_range(-3.0..3.0));
             }
-            let mut taken_up = Simulator::new(model.clone(), plan.clone(), going.state().clone());
+            let mut taken_up = Simulator::new(plan.clone(), going.state().clone());
             going.step(Command::Torque(&torques)).unwrap();
             taken_up.step(Command::Torque(&torques)).unwrap();
             assert_eq!(going.state(), taken_up.state(), "case {case}, step {step}");
@@ -276,7 +276,7 @@ fn self_collision_that_never_acts_changes_no_bit() {
         scene.effects.insert(Effect::SelfCollision, switch);
         let plan = common::plan(&model, &scene, &Accuracy::default(), Some(&stance.gains));
         assert_eq!(plan.self_collision, switch != Switch::Off);
-        let mut simulator = Simulator::new(model.clone(), plan, stance.state.clone());
+        let mut simulator = Simulator::new(plan, stance.state.clone());
         for _ in 0..250 {
             simulator.step(Command::Track { now: &stance.angles, next: &stance.angles }).unwrap();
         }

@@ -46,7 +46,7 @@ pub fn obstacle(shape: &str) -> Obstacle {
 
 pub fn simulator(model: &Arc<Model>, scene: &Scene, step: f64, state: State) -> Simulator {
     let accuracy = Accuracy { step, ..Accuracy::default() };
-    Simulator::new(model.clone(), common::plan(model, scene, &accuracy, None), state)
+    Simulator::new(common::plan(model, scene, &accuracy, None), state)
 }
 
 pub fn run(simulator: &mut Simulator, seconds: f64) {

@@ -69,7 +69,7 @@ fn a_chain_of_any_mass_ratio_holds_together_behind_every_solver() {
             let mut state = State::new(&model);
             state.angles[0] = 0.5;
             let plan = common::plan(&model, &Scene::default(), &accuracy, Some(&gains));
-            let mut simulator = Simulator::new(model.clone(), plan, state);
+            let mut simulator = Simulator::new(plan, state);
             let total = |simulator: &Simulator| {
                 let energy = simulator.energy();
                 energy.kinetic + energy.potential
@@ -102,7 +102,7 @@ fn joints_drift_apart_unless_stabilised() {
         let mut state = State::new(&model);
         state.angles[0] = 1.5;
         let plan = common::plan(&model, &scene, &accuracy, None);
-        let mut simulator = Simulator::new(model.clone(), plan, state);
+        let mut simulator = Simulator::new(plan, state);
         let (mut apart, mut fastest) = (0.0_f64, 0.0_f64);
         for _ in 0..1000 {
             simulator.step(Command::Passive).unwrap();

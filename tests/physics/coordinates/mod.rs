@@ -39,7 +39,7 @@ fn divergence(
     let accuracy = Accuracy { step, ..maximal(JointBias::Paper) };
     let [ours, theirs] = [accuracy, reduced(accuracy)].map(|accuracy| {
         let plan = common::plan(model, scene, &accuracy, Some(gains));
-        let mut simulator = Simulator::new(model.clone(), plan, state.clone());
+        let mut simulator = Simulator::new(plan, state.clone());
         for _ in 0..(0.02 / step).round() as usize {
             simulator.step(Command::Track { now: targets, next: targets }).unwrap();
         }
@@ -82,7 +82,7 @@ fn a_kept_state_goes_on_bit_for_bit() {
     let model = common::example("quadruped.urdf");
     let stance = Stance::find(&model, &Scene::default());
     let plan = common::plan(&model, &Scene::default(), &maximal(JointBias::Consistent), Some(&stance.gains));
-    let mut simulator = Simulator::new(model.clone(), plan.clone(), stance.state.clone());
+    let mut simulator = Simulator::new(plan.clone(), stance.state.clone());
     let targets = Command::Track { now: &stance.angles, next: &stance.angles };
     let run = |simulator: &mut Simulator| {
         for _ in 0..50 {
@@ -92,7 +92,7 @@ fn a_kept_state_goes_on_bit_for_bit() {
     };
     let kept = run(&mut simulator);
     let end = run(&mut simulator);
-    assert_eq!(run(&mut Simulator::new(model.clone(), plan, kept.clone())), end);
+    assert_eq!(run(&mut Simulator::new(plan, kept.clone())), end);
     // A pose given by hand is taken as it is.
     let mut moved = kept;
     moved.root.position.z += 1.0;
@@ -118,7 +118,7 @@ fn free_flight_keeps_momentum() {
         state.root.linear_velocity = Vector3::new(0.3, -0.2, 0.1);
         state.root.angular_velocity = Vector3::new(1.0, 2.0, -1.0);
         state.velocities.iter_mut().for_each(|velocity| *velocity = 2.0);
-        let mut simulator = Simulator::new(model.clone(), plan_of(maximal(joint_bias)), state);
+        let mut simulator = Simulator::new(plan_of(maximal(joint_bias)), state);
         let start = simulator.momentum();
         for _ in 0..500 {
             simulator.step(Command::Passive).unwrap();
@@ -138,7 +138,7 @@ fn a_body_without_inertia_of_its_own_is_refused() {
     let mut character = Character::clone(&model.character);
     let place = character.links.iter().position(|link| link.joint.is_some()).unwrap();
     character.links[place].inertial = None;
-    let model = Model::new(Arc::new(character), Base::Floating);
+    let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
     let compile = |accuracy| StepPlan::compile(&Scene::default(), &accuracy, None, &model);
     let error = compile(maximal(JointBias::Consistent)).unwrap_err().to_string();
     assert!(error.contains("/accuracy/coordinates"), "{error}");

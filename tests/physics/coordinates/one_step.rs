@@ -116,7 +116,7 @@ fn one_step_is_the_same_in_both_coordinates() {
             let step = |scene: &Scene, gains: &Gains| {
                 [accuracy, reduced(accuracy)].map(|accuracy| {
                     let plan = common::plan(&model, scene, &accuracy, Some(gains));
-                    let mut simulator = Simulator::new(model.clone(), plan, state.clone());
+                    let mut simulator = Simulator::new(plan, state.clone());
                     let command = match case % 5 {
                         4 => Command::Torque(&now),
                         _ => Command::Track { now: &now, next: &next },

@@ -74,7 +74,7 @@ fn a_four_bar_follows_its_driven_crank() {
             scene.effects.insert(Effect::VelocityForces, forces);
             let settings = accuracy(coordinates);
             let plan = common::plan(&model, &scene, &settings, Some(&gains));
-            let mut simulator = Simulator::new(model.clone(), plan, State::new(&model));
+            let mut simulator = Simulator::new(plan, State::new(&model));
             for step in 0..500 {
                 let [now, next] = [step, step + 1].map(|step| {
                     let mut targets = [0.0; 3];
@@ -113,7 +113,7 @@ fn feedforward_that_sees_contacts_carries_four_bar_legs() {
         let mut start = stance.state.clone();
         start.forget();
         let height = start.root.position.z;
-        let mut simulator = Simulator::new(model.clone(), plan, start);
+        let mut simulator = Simulator::new(plan, start);
         let held = stance.state.angles.clone();
         for _ in 0..500 {
             simulator.step(Command::Track { now: &held, next: &held }).unwrap();
@@ -143,7 +143,7 @@ fn a_joint_without_an_actuator_ignores_its_target() {
         };
         let ends = [0.0, 2.0].map(|target| {
             let plan = common::plan(&model, &in_the_air(), &accuracy(Coordinates::Reduced), Some(&gains));
-            let mut simulator = Simulator::new(model.clone(), plan, State::new(&model));
+            let mut simulator = Simulator::new(plan, State::new(&model));
             let mut targets = [0.3; 3];
             targets[elbow] = target;
             for _ in 0..300 {

@@ -66,9 +66,9 @@ fn a_character_with_four_bar_legs_finds_a_closed_pose_and_stands() {
     let plan = common::plan(&model, &Scene::default(), &Accuracy::default(), Some(&stance.gains));
     let mut posed = stance.state.clone();
     posed.angles.copy_from_slice(&stance.angles);
-    let targeted = Simulator::new(model.clone(), plan.clone(), posed);
+    let targeted = Simulator::new(plan.clone(), posed);
     assert!(targeted.joint_separation() <= 1e-6, "{:e}", targeted.joint_separation());
-    let mut simulator = Simulator::new(model.clone(), plan, stance.state.clone());
+    let mut simulator = Simulator::new(plan, stance.state.clone());
     for _ in 0..1000 {
         simulator.step(Command::Track { now: &stance.angles, next: &stance.angles }).unwrap();
         assert!(simulator.joint_separation() <= 1e-4);

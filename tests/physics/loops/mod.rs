@@ -80,7 +80,7 @@ fn a_parallelogram_swings_like_the_pendulum_that_it_is() {
         for amplitude in [0.1, 1.0] {
             let settings = Accuracy { step: 1e-3, ..accuracy(coordinates) };
             let plan = common::plan(&model, &in_the_air(), &settings, None);
-            let mut simulator = Simulator::new(model.clone(), plan, swung(&model, amplitude, 0.0));
+            let mut simulator = Simulator::new(plan, swung(&model, amplitude, 0.0));
             let joint = model.joint("right_shoulder").unwrap();
             // Times at which it swings through the lowest point forward, between steps by interpolation.
             let mut passed = Vec::new();
@@ -113,7 +113,7 @@ fn a_loop_stays_closed_for_ten_seconds() {
     for coordinates in BOTH {
         let settings = accuracy(coordinates);
         let plan = common::plan(&model, &in_the_air(), &settings, None);
-        let mut simulator = Simulator::new(model.clone(), plan, swung(&model, 1.5, 0.0));
+        let mut simulator = Simulator::new(plan, swung(&model, 1.5, 0.0));
         let start = total_energy(&simulator);
         let fastest = (2.0 * 9.81 * moment * (1.0 - 1.5_f64.cos()) / inertia).sqrt();
         // A step leaves the circle by (ω h)² / 2 of the crank, and a fifth of what has gathered is taken back; the
@@ -134,7 +134,7 @@ fn a_loop_stays_closed_for_ten_seconds() {
 fn one_step(model: &Arc<Model>, scene: &Scene, gains: &Gains, state: &State, targets: &[f64]) -> [State; 2] {
     BOTH.map(|coordinates| {
         let plan = common::plan(model, scene, &accuracy(coordinates), Some(gains));
-        let mut simulator = Simulator::new(model.clone(), plan, state.clone());
+        let mut simulator = Simulator::new(plan, state.clone());
         simulator.step(Command::Track { now: targets, next: targets }).unwrap();
         simulator.state().clone()
     })
@@ -210,7 +210,7 @@ fn a_loop_of_every_kind_holds_what_it_says() {
         for kind in [LoopKind::Ball, LoopKind::Revolute, LoopKind::Prismatic, LoopKind::Fixed] {
             let model = with_loop(kind, true);
             let plan = common::plan(&model, &in_the_air(), &accuracy(coordinates), None);
-            let mut simulator = Simulator::new(model.clone(), plan, swung(&model, 0.0, 0.0));
+            let mut simulator = Simulator::new(plan, swung(&model, 0.0, 0.0));
             let push = [0.2, 0.0, 0.0];
             for _ in 0..200 {
                 simulator.step(Command::Torque(&push)).unwrap();
@@ -236,7 +236,7 @@ fn a_loop_moves_although_its_axes_are_a_little_askew() {
         }
         let model = Arc::new(Model::new(Arc::new(character), Base::Fixed));
         let plan = common::plan(&model, &in_the_air(), &accuracy(coordinates), None);
-        let mut simulator = Simulator::new(model.clone(), plan, swung(&model, 0.5, 0.0));
+        let mut simulator = Simulator::new(plan, swung(&model, 0.5, 0.0));
         let mut apart = 0.0_f64;
         for _ in 0..1000 {
             simulator.step(Command::Passive).unwrap();
@@ -274,13 +274,13 @@ fn loops_that_contradict_each_other_are_told_and_stay_finite() {
     for coordinates in BOTH {
         let plan = common::plan(&model, &in_the_air(), &accuracy(coordinates), None);
         // Closed, it is a rigid frame.
-        let mut simulator = Simulator::new(model.clone(), plan.clone(), swung(&model, 0.0, 0.0));
+        let mut simulator = Simulator::new(plan.clone(), swung(&model, 0.0, 0.0));
         for _ in 0..200 {
             simulator.step(Command::Passive).unwrap();
         }
         assert!(simulator.state().angles[0].abs() < 1e-6 && simulator.residual() < 1e-9);
         // Swung out, what one tie asks for the other forbids.
-        let mut simulator = Simulator::new(model.clone(), plan, swung(&model, 0.6, 0.0));
+        let mut simulator = Simulator::new(plan, swung(&model, 0.6, 0.0));
         simulator.step(Command::Passive).unwrap();
         assert!(simulator.residual() > 1e-3, "{coordinates:?}: {:e}", simulator.residual());
         for _ in 0..500 {
@@ -299,7 +299,7 @@ fn the_paper_s_own_rows_converge_with_loops_too() {
     let end = |joint_bias: JointBias, coordinates: Coordinates, step: f64| {
         let settings = Accuracy { step, joint_bias, ..accuracy(coordinates) };
         let plan = common::plan(&model, &in_the_air(), &settings, None);
-        let mut simulator = Simulator::new(model.clone(), plan, moving.clone());
+        let mut simulator = Simulator::new(plan, moving.clone());
         for _ in 0..(0.1 / step).round() as usize {
             simulator.step(Command::Passive).unwrap();
         }
@@ -327,7 +327,7 @@ fn a_loop_costs_rows_only_where_there_is_one() {
     for _ in 0..10 {
         let state = swung(&open, rng.random_range(-1.0..1.0), rng.random_range(-2.0..2.0));
         let plan = common::plan(&open, &in_the_air(), &accuracy(Coordinates::Reduced), None);
-        let mut simulator = Simulator::new(open.clone(), plan, state);
+        let mut simulator = Simulator::new(plan, state);
         simulator.step(Command::Passive).unwrap();
         // Without a row there is no problem to solve, and nothing that could be apart.
         assert_eq!((simulator.residual(), simulator.joint_separation()), (0.0, 0.0));

@@ -116,7 +116,7 @@ fn a_landing_is_passed() {
         start.root.linear_velocity.x = 1.0;
         let tolerance = 1e-6;
         let plan = common::plan(&model, &Scene::default(), &accuracy(0.01, integrator, tolerance), None);
-        let mut simulator = Simulator::new(model.clone(), plan, start);
+        let mut simulator = Simulator::new(plan, start);
         for _ in 0..100 {
             simulator.step(Command::Passive).unwrap_or_else(|failure| panic!("{failure}"));
             // It may sink by what a step may err, here taken a thousand times.

@@ -44,7 +44,7 @@ struct Smooth<'a> {
 impl Smooth<'_> {
     fn simulator(&self, accuracy: Accuracy) -> Simulator {
         let plan = common::plan(&self.model, &self.scene, &accuracy, self.gains.as_ref());
-        Simulator::new(self.model.clone(), plan, self.start.clone())
+        Simulator::new(plan, self.start.clone())
     }
 
     fn advance(&self, simulator: &mut Simulator, index: usize) {

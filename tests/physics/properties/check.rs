@@ -46,14 +46,14 @@ fn step(drawing: &Drawing, plan: &StepPlan, simulator: &mut Simulator, index: us
 
 /// The state in which a case ends.
 pub fn end(drawing: &Drawing, plan: &Arc<StepPlan>) -> Result<State, String> {
-    let mut simulator = Simulator::new(drawing.model.clone(), plan.clone(), drawing.start.clone());
+    let mut simulator = Simulator::new(plan.clone(), drawing.start.clone());
     (0..STEPS).try_for_each(|index| step(drawing, plan, &mut simulator, index))?;
     Ok(simulator.state().clone())
 }
 
 /// Runs a case and checks every step; gives the state in which it ends.
 pub fn run(drawing: &Drawing, plan: &Arc<StepPlan>) -> Result<State, Broken> {
-    let mut simulator = Simulator::new(drawing.model.clone(), plan.clone(), drawing.start.clone());
+    let mut simulator = Simulator::new(plan.clone(), drawing.start.clone());
     let conserved = plan.velocity_forces && (plan.drive.is_none() || still(drawing, plan));
     let start = stored(drawing, plan, &simulator);
     let mut liveliest = simulator.energy().kinetic + spring_energy(drawing, plan, simulator.state());

@@ -18,6 +18,6 @@ pub fn from_vector(from: Vector) -> Vector3<f64> {
 /// A frame of `nalgebra` as one of `parry`.
 pub fn frame(rotation: &Matrix3<f64>, origin: Vector3<f64>) -> Pose {
     let columns = [0, 1, 2].map(|column| vector(rotation.column(column).into()));
-    let turn = Matrix::from_cols(columns[0], columns[1], columns[2]);
-    Pose { rotation: Rotation::from_mat3(&turn), translation: vector(origin) }
+    let matrix = Matrix::from_cols(columns[0], columns[1], columns[2]);
+    Pose { rotation: Rotation::from_mat3(&matrix), translation: vector(origin) }
 }

@@ -3,7 +3,7 @@
 //! A solid is a core (segment, box, cylinder or hull) with a skin of constant thickness: a ball is a point
 //! with a skin, a capsule a segment with one. The distance of two cores is found by the algorithm of
 //! Gilbert, Johnson & Keerthi 1988 on the simplices of `parry`. That algorithm loses all digits of the
-//! normal where cores touch, so they are first drawn apart along the best axis known, and the normal that
+//! normal where cores touch, so they are first moved apart along the best axis known, and the normal that
 //! is found there is improved until it no longer changes: see [`Convex::approach`].
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
@@ -16,11 +16,11 @@ use crate::character::{Placed, Shape};
 
 pub use super::convert::{frame, from_vector, vector};
 
-/// Share of the smaller solid's reach by which cores are drawn apart before their normal is computed.
-const DRAWN_APART: f64 = 0.05;
+/// How far cores are moved apart before their normal is computed, as a share of the smaller solid's bounding radius.
+const MOVED_APART: f64 = 0.05;
 /// Greatest number of improvements of a normal.
 const IMPROVEMENTS: usize = 8;
-/// Greatest number of corners that the search for the closest points may visit.
+/// Greatest number of support points that the search for the closest points may visit.
 const VISITS: usize = 100;
 /// An axis is better than another if it separates by this share of the solids' size more.
 const BETTER: f64 = 1e-12;
@@ -35,11 +35,11 @@ pub struct Convex {
     skin: f64,
     /// Frame of the core in the body or the world.
     pose: Pose,
-    /// Its axes as columns of a matrix.
-    turn: Matrix,
-    /// Centre of a ball that holds the solid, in the same frame as `pose`, m.
+    /// Rotation matrix of that frame.
+    rotation: Matrix,
+    /// Centre of a bounding sphere, in the same frame as `pose`, m.
     pub center: Vector3<f64>,
-    /// Radius of that ball, m.
+    /// Radius of that sphere, m.
     pub reach: f64,
 }
 
@@ -92,8 +92,8 @@ impl Convex {
             Shape::Hull { vertices, triangles } => (Core::Hull(HullCore::new(vertices, triangles)), 0.0),
         };
         let (center, reach) = super::surface::enclosing_ball(&placed.shape, &place);
-        let turn = Matrix::from_quat(pose.rotation);
-        Self { core, skin, pose, turn, center, reach }
+        let rotation = Matrix::from_quat(pose.rotation);
+        Self { core, skin, pose, rotation, center, reach }
     }
 
     /// Frame of the solid in the world, for a body whose frame is `body`.
@@ -111,11 +111,11 @@ impl Convex {
         self.skin
     }
 
-    /// Where the core is when the axes of its body are the columns of `turn` and its origin is `origin`.
-    pub fn place(&self, turn: &Matrix3<f64>, origin: Vector3<f64>) -> Place {
-        let columns = [0, 1, 2].map(|column| vector(turn.column(column).into()));
-        let turn = Matrix::from_cols(columns[0], columns[1], columns[2]);
-        Place { axes: turn * self.turn, origin: vector(origin) + turn * self.pose.translation }
+    /// Where the core is in the world for a body with the rotation matrix `rotation` and the origin `origin`.
+    pub fn place(&self, rotation: &Matrix3<f64>, origin: Vector3<f64>) -> Place {
+        let columns = [0, 1, 2].map(|column| vector(rotation.column(column).into()));
+        let rotation = Matrix::from_cols(columns[0], columns[1], columns[2]);
+        Place { axes: rotation * self.rotation, origin: vector(origin) + rotation * self.pose.translation }
     }
 
     /// How far this solid and `other`, whose cores are at `places`, are apart along `axis`, which is given in the frame
@@ -131,7 +131,7 @@ impl Convex {
     /// How this solid and `other`, whose frame in this one's is `pose`, lie to each other.
     ///
     /// Along every axis n the solids are apart by s(n), the distance of their support planes, and the gap is
-    /// the greatest s(n). Drawn apart along n₀ by t > −s(n₀), they do not touch, and their normal n₁ there has
+    /// the greatest s(n). Moved apart along n₀ by t > −s(n₀), they do not touch, and their normal n₁ there has
     /// s(n₁) ≥ s(n₀) + t (1 − n₀ · n₁): a better axis, or the same one. Where they touch deeply, the
     /// result is the best axis near the best of the seeds (normals of faces, directions between centres).
     ///
@@ -154,7 +154,7 @@ impl Convex {
         self.core.axes(toward, &mut seed);
         other.core.axes(pose.rotation.inverse() * toward, |normal| seed(pose.rotation * normal));
         let size = self.reach + other.reach + toward.length();
-        let margin = DRAWN_APART * self.reach.min(other.reach);
+        let margin = MOVED_APART * self.reach.min(other.reach);
         let mut ends = (Vector::ZERO, Vector::ZERO);
         for _ in 0..IMPROVEMENTS {
             let (apart, normal) = best;
@@ -165,7 +165,7 @@ impl Convex {
             let drawn = Pose { translation: pose.translation + shift, ..*pose };
             let (first, second) = closest(&drawn, self, other, normal, size);
             ends = (first, second - shift);
-            // Where the found axis is no better, the one at hand is as good, and often an exact one.
+            // If the axis found is no better, the present one is kept: seeds are often exact.
             let Some(found) = (second - first).try_normalize() else { break };
             let gap = self.apart(other, pose, found);
             if gap <= apart + BETTER * size {
@@ -209,7 +209,7 @@ impl Convex {
 }
 
 impl Core {
-    /// Axes along which the core is likely to be touched by something that lies `toward` it.
+    /// Candidate separating axes between the core and a solid that lies in the direction `toward`.
     fn axes(&self, toward: Vector, mut seed: impl FnMut(Vector)) {
         match self {
             Self::Segment(segment) => {

@@ -1,4 +1,5 @@
-//! Shapes that touch: where they can touch a plane, their solids, and which of them can touch each other.
+//! Contact geometry: where shapes can make contact with a plane, their convex solids, and which pairs of shapes can
+//! make contact with each other.
 
 mod convert;
 pub mod convex;

@@ -1,11 +1,11 @@
-//! Which shapes of a character can touch each other.
+//! Which shapes of a character can make contact with each other.
 //!
-//! Two shapes that no motion can bring together need never be looked at. That is proven, not guessed: the
-//! distance d(q) of two shapes over the joints on the way between them changes by no more than r_k for each
-//! radian of joint k, where r_k bounds how far the shape lies from the joint's axis (1 for a metre of a
-//! sliding joint). Over a box of joint angles with half widths h_k around q it is therefore at least
-//! d(q) − Σ r_k h_k; a box where that is positive is done, and any other is halved, until all are done
-//! or a pose is found in which the shapes touch.
+//! Pairs that no motion within the joint limits brings together are left out of contact detection. A bound shows it:
+//! the distance d(q) of two shapes, over the joints on the path between them, changes by no more than r_k for each
+//! radian of joint k, where the moment arm r_k bounds how far the shape lies from the joint's axis (1 for a metre of a
+//! prismatic joint). Over a box of joint angles with half widths h_k around q it is therefore at least
+//! d(q) − Σ r_k h_k. A box where that is positive is free of contact; any other is halved, until all boxes are free
+//! or a pose is found in which the shapes make contact.
 
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -17,32 +17,33 @@ use super::convert::{frame, vector};
 use super::convex::Convex;
 use crate::model::{Body, DofKind, GroundShape, LoopJoint};
 
-/// Greatest number of joints between two shapes whose motion is searched; more joints are taken to bring
-/// the shapes together.
+/// Greatest number of joints between two shapes for which the search is made. With more joints between them, shapes are
+/// assumed to be able to make contact.
 const JOINTS: usize = 3;
-/// Greatest number of poses looked at for a pair; where they do not suffice, the shapes are taken to meet.
+/// Greatest number of poses examined for a pair. Where they do not decide, the shapes are assumed to be able to make
+/// contact.
 const POSES: usize = 100;
 
-/// The shapes of a character by twos, indices into [`crate::model::Model::solids`] in ascending order.
+/// The pairs of a character's shapes, as indices into [`crate::model::Model::solids`] in ascending order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Pairs {
     /// Number of shapes.
     shapes: usize,
-    /// One bit for every two shapes, whether they can touch.
+    /// One bit for every ordered pair of shapes: whether they can make contact.
     touching: Vec<u64>,
-    /// Number of pairs that can touch.
+    /// Number of pairs that can make contact.
     pub count: usize,
-    /// Those of bodies joined by a joint, which are made to overlap.
+    /// Pairs of bodies joined by a joint, whose shapes overlap by design.
     pub joined: Vec<[usize; 2]>,
-    /// Those of bodies of which two shapes overlap at the standing pose (as far as the author gave one, with
-    /// other joints at 0): their shapes are larger than what they stand for.
+    /// Pairs of bodies of which two shapes overlap at the standing pose (as far as the author gave one, with
+    /// other joints at 0): their shapes are larger than the real bodies.
     pub overlapping: Vec<[usize; 2]>,
-    /// Those that no motion within the joint limits brings together.
+    /// Pairs that no motion within the joint limits brings together.
     pub apart: Vec<[usize; 2]>,
 }
 
 impl Pairs {
-    /// Whether shapes `first` and `second` can touch.
+    /// Whether shapes `first` and `second` can make contact.
     #[inline]
     pub fn can_touch(&self, first: usize, second: usize) -> bool {
         let bit = first * self.shapes + second;
@@ -57,8 +58,8 @@ impl Pairs {
     }
 }
 
-/// What the pairs depend on.
-pub struct Anatomy<'a> {
+/// What the search for pairs needs of a model.
+pub struct PairFinder<'a> {
     /// Bodies, parents before children.
     pub bodies: &'a [Body],
     /// Joints that close loops.
@@ -69,11 +70,11 @@ pub struct Anatomy<'a> {
     pub shapes: &'a [GroundShape],
     /// Their solids.
     pub solids: &'a [Convex],
-    /// Joint angles of the standing pose.
+    /// Joint angles of the standing pose, rad or m.
     pub standing: &'a [f64],
 }
 
-impl Anatomy<'_> {
+impl PairFinder<'_> {
     /// Sorts all pairs of shapes of different bodies.
     pub fn pairs(&self) -> Pairs {
         let shapes = self.shapes.len();
@@ -90,12 +91,12 @@ impl Anatomy<'_> {
             })
             .collect();
         let mut overlapping = BTreeSet::new();
-        for (first, second) in twos(shapes) {
+        for (first, second) in index_pairs(shapes) {
             if self.overlap([first, second], &standing) {
                 overlapping.insert([self.shapes[first].body, self.shapes[second].body]);
             }
         }
-        for (first, second) in twos(shapes) {
+        for (first, second) in index_pairs(shapes) {
             let bodies = [self.shapes[first].body, self.shapes[second].body];
             if bodies[0] == bodies[1] {
                 continue;
@@ -117,12 +118,12 @@ impl Anatomy<'_> {
     fn standing_bodies(&self) -> Vec<Pose> {
         let mut frames: Vec<Isometry3<f64>> = vec![Isometry3::identity()];
         for (body, angle) in self.bodies.iter().skip(1).zip(self.standing) {
-            frames.push(frames[body.parent] * carried(body, *angle));
+            frames.push(frames[body.parent] * pose_in_parent(body, *angle));
         }
         frames.iter().map(in_parry).collect()
     }
 
-    /// Whether two shapes overlap where they are `placed` (their frames, and the centres of their balls).
+    /// Whether two shapes overlap where they are `placed` (their frames, and the centres of their bounding spheres).
     fn overlap(&self, [first, second]: [usize; 2], placed: &[(Pose, Vector)]) -> bool {
         let solids = [first, second].map(|shape| &self.solids[shape]);
         let [(frame, center), (other_frame, other_center)] = [placed[first], placed[second]];
@@ -133,7 +134,7 @@ impl Anatomy<'_> {
     /// Whether some motion may bring two shapes together.
     fn can_meet(&self, shapes: [usize; 2]) -> bool {
         let bodies = shapes.map(|shape| self.shapes[shape].body);
-        self.way(bodies).is_none_or(|way| Pair { anatomy: self, shapes, way }.can_meet())
+        self.path(bodies).is_none_or(|path| Pair { finder: self, shapes, path }.can_meet())
     }
 
     /// Whether one of the bodies carries the other, or a loop's joint is between them.
@@ -145,23 +146,23 @@ impl Anatomy<'_> {
 
     /// The joints between two bodies, those nearer to the root first on each side; `None` if they are too
     /// many.
-    fn way(&self, [a, b]: [usize; 2]) -> Option<Vec<Step>> {
-        let (mut ends, mut way) = ([a, b], Vec::new());
+    fn path(&self, [a, b]: [usize; 2]) -> Option<Vec<Step>> {
+        let (mut ends, mut path) = ([a, b], Vec::new());
         while ends[0] != ends[1] {
-            if way.len() == JOINTS {
+            if path.len() == JOINTS {
                 return None;
             }
             let side = usize::from(ends[1] > ends[0]);
             let body = ends[side];
-            way.push(Step { joint: body - 1, side });
+            path.push(Step { joint: body - 1, side });
             ends[side] = self.bodies[body].parent;
         }
-        way.reverse();
-        Some(way)
+        path.reverse();
+        Some(path)
     }
 }
 
-/// A joint on the way to the shape of one side.
+/// A joint on the path, and to which of the two shapes it leads.
 #[derive(Debug, Clone, Copy)]
 struct Step {
     joint: usize,
@@ -169,9 +170,9 @@ struct Step {
 }
 
 struct Pair<'a> {
-    anatomy: &'a Anatomy<'a>,
+    finder: &'a PairFinder<'a>,
     shapes: [usize; 2],
-    way: Vec<Step>,
+    path: Vec<Step>,
 }
 
 /// A box of joint angles.
@@ -181,13 +182,13 @@ struct Region {
 }
 
 impl Pair<'_> {
-    /// Distance of the shapes with the joints of the way at `angles`.
+    /// Distance of the shapes with the joints of the path at `angles`.
     fn gap(&self, angles: &[f64]) -> f64 {
         let mut ends = [Isometry3::identity(); 2];
-        for (step, angle) in self.way.iter().zip(angles) {
-            ends[step.side] *= carried(&self.anatomy.bodies[step.joint + 1], *angle);
+        for (step, angle) in self.path.iter().zip(angles) {
+            ends[step.side] *= pose_in_parent(&self.finder.bodies[step.joint + 1], *angle);
         }
-        let solids = self.shapes.map(|shape| &self.anatomy.solids[shape]);
+        let solids = self.shapes.map(|shape| &self.finder.solids[shape]);
         let [first, second] = [0, 1].map(|side| solids[side].placed(&in_parry(&ends[side])));
         distance(solids, &(first.inverse() * second))
     }
@@ -195,19 +196,19 @@ impl Pair<'_> {
     /// Whether some motion may bring the shapes together.
     fn can_meet(&self) -> bool {
         let Some(whole) = self.ranges() else { return true };
-        let levers = self.levers(&whole);
+        let arms = self.arms(&whole);
         let mut open = vec![whole];
         for _ in 0..POSES {
             let Some(region) = open.pop() else { return false };
             let gap = self.gap(&region.middle);
-            let sway: Vec<f64> = levers.iter().zip(&region.half).map(|(lever, half)| lever * half).collect();
+            let changes: Vec<f64> = arms.iter().zip(&region.half).map(|(arm, half)| arm * half).collect();
             if gap <= 0.0 {
                 return true;
             }
-            if gap > sway.iter().sum::<f64>() {
+            if gap > changes.iter().sum::<f64>() {
                 continue;
             }
-            let Some(widest) = (0..sway.len()).max_by(|a, b| sway[*a].total_cmp(&sway[*b])) else {
+            let Some(widest) = (0..changes.len()).max_by(|a, b| changes[*a].total_cmp(&changes[*b])) else {
                 return true;
             };
             for sign in [-1.0, 1.0] {
@@ -220,32 +221,32 @@ impl Pair<'_> {
         !open.is_empty()
     }
 
-    /// All angles that the joints of the way can have; `None` if one of them slides without end.
+    /// All angles that the joints of the path can have; `None` if one of them is an unlimited prismatic joint.
     fn ranges(&self) -> Option<Region> {
         let range =
-            |step: &Step| match (self.anatomy.limits[step.joint], self.anatomy.bodies[step.joint + 1].dof) {
+            |step: &Step| match (self.finder.limits[step.joint], self.finder.bodies[step.joint + 1].dof) {
                 (Some(limits), _) => Some(limits),
                 (None, DofKind::Revolute) => Some([-PI, PI]),
                 (None, DofKind::Prismatic) => None,
             };
-        let ranges: Vec<[f64; 2]> = self.way.iter().map(range).collect::<Option<_>>()?;
+        let ranges: Vec<[f64; 2]> = self.path.iter().map(range).collect::<Option<_>>()?;
         Some(Region {
             middle: ranges.iter().map(|[lower, upper]| (lower + upper) / 2.0).collect(),
             half: ranges.iter().map(|[lower, upper]| (upper - lower) / 2.0).collect(),
         })
     }
 
-    /// r_k: how far a radian (or a metre) of each joint of the way can move the shape beyond it, m.
-    fn levers(&self, ranges: &Region) -> Vec<f64> {
+    /// Moment arms r_k: how far a radian (or a metre) of each joint of the path can move the shape beyond it, m.
+    fn arms(&self, ranges: &Region) -> Vec<f64> {
         let mut beyond = self.shapes.map(|shape| {
-            let solid = &self.anatomy.solids[shape];
+            let solid = &self.finder.solids[shape];
             solid.center.norm() + solid.reach
         });
-        let mut levers = vec![0.0; self.way.len()];
-        for (index, step) in self.way.iter().enumerate().rev() {
-            let body = &self.anatomy.bodies[step.joint + 1];
+        let mut arms = vec![0.0; self.path.len()];
+        for (index, step) in self.path.iter().enumerate().rev() {
+            let body = &self.finder.bodies[step.joint + 1];
             let farthest = ranges.middle[index].abs() + ranges.half[index];
-            levers[index] = match body.dof {
+            arms[index] = match body.dof {
                 DofKind::Revolute => beyond[step.side],
                 DofKind::Prismatic => {
                     beyond[step.side] += farthest;
@@ -254,12 +255,12 @@ impl Pair<'_> {
             };
             beyond[step.side] += body.offset.norm();
         }
-        levers
+        arms
     }
 }
 
-/// Every two of `count` things, in ascending order.
-fn twos(count: usize) -> impl Iterator<Item = (usize, usize)> {
+/// Every pair of indices below `count`, in ascending order.
+fn index_pairs(count: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..count).flat_map(move |first| (first + 1..count).map(move |second| (first, second)))
 }
 
@@ -273,12 +274,12 @@ fn in_parry(pose: &Isometry3<f64>) -> Pose {
 }
 
 /// The frame of `body` in its parent's, with its joint at `angle`.
-fn carried(body: &Body, angle: f64) -> Isometry3<f64> {
-    let turn = UnitQuaternion::from_matrix(&body.joint_rotation);
+fn pose_in_parent(body: &Body, angle: f64) -> Isometry3<f64> {
+    let joint_rotation = UnitQuaternion::from_matrix(&body.joint_rotation);
     let axis = Unit::new_unchecked(body.axis);
     let (rotation, shift) = match body.dof {
         DofKind::Revolute => (UnitQuaternion::from_axis_angle(&axis, angle), Vector3::zeros()),
         DofKind::Prismatic => (UnitQuaternion::identity(), body.axis * angle),
     };
-    Isometry3::from_parts(Translation3::from(body.offset + turn * shift), turn * rotation)
+    Isometry3::from_parts(Translation3::from(body.offset + joint_rotation * shift), joint_rotation * rotation)
 }

@@ -1,9 +1,9 @@
-//! Places at which a character can touch the ground, as fixed slots of the model.
+//! Places at which a character can make contact with the ground, as fixed slots of the model.
 //!
-//! Against a plane the lowest points of a convex solid are corners (box, hull), points of a ball
+//! The points of a convex solid that are lowest over a plane are corners (box, hull), points of a ball
 //! about a fixed centre (sphere, capsule), or points of a rim (cylinder). Each such place keeps its
-//! slot for as long as the model lives, so that contact forces are remembered from step to step by
-//! slot.
+//! slot for as long as the model lives, so that contact forces of one step are found by slot in the next, as
+//! a warm start.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -13,18 +13,18 @@ use crate::model::LinkPlace;
 /// Slots of a cylinder: three points on each rim.
 pub const CYLINDER_SLOTS: usize = 12;
 
-/// A shape that can touch the ground.
+/// A shape that can make contact with the ground.
 #[derive(Debug, Clone)]
 pub struct GroundShape {
     /// Index of the character's link.
     pub link: usize,
     /// Index of the body it is part of.
     pub body: usize,
-    /// Centre of a ball that holds the shape, in the body frame, m.
+    /// Centre of a bounding sphere of the shape, in the body frame, m.
     pub center: Vector3<f64>,
-    /// Radius of that ball, m.
+    /// Radius of that sphere, m.
     pub reach: f64,
-    /// Distance of the ball's farthest point from the body's origin, m.
+    /// Distance of the sphere's farthest point from the body's origin, m.
     pub farthest: f64,
     /// First of the shape's slots.
     pub first_slot: usize,
@@ -32,7 +32,7 @@ pub struct GroundShape {
     pub surface: Surface,
 }
 
-/// What of a shape can touch a plane.
+/// The places of a shape that can make contact with a plane.
 #[derive(Debug, Clone)]
 pub enum Surface {
     /// Balls about points of [`crate::model::Model::ground_points`]; one slot each.
@@ -119,7 +119,7 @@ fn surface(shape: &Shape, pose: &Isometry3<f64>, points: &mut Vec<Vector3<f64>>)
     Surface::Points { first, count: points.len() - first, radius }
 }
 
-/// Centre (body frame) and radius of a ball that holds the shape.
+/// Centre (body frame) and radius of a bounding sphere of the shape, m.
 pub(super) fn enclosing_ball(shape: &Shape, pose: &Isometry3<f64>) -> (Vector3<f64>, f64) {
     let (center, reach) = match shape {
         Shape::Sphere { radius } => (Point3::origin(), *radius),
