@@ -21,7 +21,10 @@ const COPIES: u64 = 1000;
 fn damaged_documents_are_read_or_refused() {
     let folder = crate::common::repository().join("examples");
     let mut paths: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    // The programs beside the documents are read by the compiler alone.
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "json" || extension == "urdf"));
     paths.sort();
+    assert!(paths.len() >= 8, "{paths:?}");
     for path in paths {
         let bytes = fs::read(&path).unwrap();
         readers::read(&bytes);
