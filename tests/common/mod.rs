@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use gaitwright_physics::character::{self, Character, Options};
 use gaitwright_physics::model::Model;
@@ -98,4 +99,25 @@ pub fn without(effects: &[Effect]) -> Scene {
 /// A compiled plan.
 pub fn plan(model: &Model, scene: &Scene, accuracy: &Accuracy, gains: Option<&Gains>) -> Arc<StepPlan> {
     Arc::new(StepPlan::compile(scene, accuracy, gains, model).unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// Does `work` for each item, on all processors; the results are in the items' order.
+pub fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let next = AtomicUsize::new(0);
+    let worker = || {
+        let mut done = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(item) = items.get(index) else { return done };
+            done.push((index, work(item)));
+        }
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut results: Vec<(usize, R)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(worker)).collect();
+        let results = workers.into_iter().map(|worker| worker.join());
+        results.flat_map(|done| done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+    });
+    results.sort_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
 }
