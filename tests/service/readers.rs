@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 #[path = "../../fuzz/readers.rs"]
-mod readers;
+mod any_bytes;
 
 /// What damage puts into a document.
 const PIECES: [&str; 18] = [
@@ -30,14 +30,14 @@ fn damaged_documents_are_read_or_refused() {
     let copies: Vec<u64> = (0..common::number("CASES").unwrap_or(COPIES)).collect();
     for path in paths {
         let bytes = fs::read(&path).unwrap();
-        readers::read(&bytes);
+        any_bytes::read(&bytes);
         common::in_parallel(&copies, |copy| {
             let mut rng = ChaCha8Rng::seed_from_u64(*copy);
             let mut damaged = bytes.clone();
             for _ in 0..rng.random_range(1..4) {
                 damage(&mut rng, &mut damaged);
             }
-            let read = std::panic::catch_unwind(|| readers::read(&damaged));
+            let read = std::panic::catch_unwind(|| any_bytes::read(&damaged));
             assert!(read.is_ok(), "copy {copy} of {}", path.display());
         });
     }
