@@ -1,9 +1,10 @@
-//! Shared by the tests: the real robots and reference numbers, where they are at hand.
+//! Shared by the tests: where the examples, the reference numbers and robots from elsewhere are, and common plans.
 
 #![allow(dead_code)] // each test file uses its own part of this
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use gaitwright_physics::character::{self, Character, Options};
 use gaitwright_physics::model::{Base, Model};
@@ -26,29 +27,45 @@ pub fn number(variable: &str) -> Option<u64> {
     Some(text.parse().unwrap_or_else(|error| panic!("{variable}={text}: {error}")))
 }
 
-/// Folder of real robots: `ROBOT_URDF_DIR`, or `../shared/robots` beside the package.
-pub fn robots() -> Option<PathBuf> {
-    let folder = match std::env::var_os("ROBOT_URDF_DIR") {
-        Some(folder) => PathBuf::from(folder),
-        None => repository().join("../shared/robots"),
-    };
-    if folder.is_dir() {
-        Some(folder)
-    } else {
-        println!("no real robots found; set ROBOT_URDF_DIR to a folder of URDF files");
-        None
-    }
+/// Robot descriptions from elsewhere: the folder that the variable `ROBOT_URDF_DIR` names. The tests that need them are
+/// ignored unless asked for, and then fail where there are none.
+pub fn robots() -> PathBuf {
+    let folder = std::env::var_os("ROBOT_URDF_DIR").map(PathBuf::from);
+    let folder = folder.expect("ROBOT_URDF_DIR names no folder of robot descriptions (URDF files)");
+    assert!(!urdf_files(&folder).is_empty(), "ROBOT_URDF_DIR={}: no URDF file there", folder.display());
+    folder
 }
 
-/// Reference numbers for those robots, in the folder `reference` beside theirs.
-pub fn reference() -> Option<PathBuf> {
-    let folder = robots()?.parent()?.join("reference");
-    if folder.is_dir() {
-        Some(folder)
-    } else {
-        println!("no reference numbers found beside the robots");
-        None
-    }
+/// The URDF files in a folder, by name.
+pub fn urdf_files(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    let mut paths: Vec<_> = entries
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "urdf"))
+        .collect();
+    paths.sort();
+    paths
+}
+
+/// Reference numbers for [`robots`]: the folder that `ROBOT_REFERENCE_DIR` names, or `reference` beside theirs.
+pub fn robot_reference() -> PathBuf {
+    let folder = match std::env::var_os("ROBOT_REFERENCE_DIR") {
+        Some(folder) => PathBuf::from(folder),
+        None => robots().join("../reference"),
+    };
+    assert!(folder.is_dir(), "{}: no such folder; set ROBOT_REFERENCE_DIR", folder.display());
+    folder
+}
+
+/// The path of a file in `tests/reference`.
+pub fn reference_path(name: &str) -> PathBuf {
+    repository().join("tests/reference").join(name)
+}
+
+/// A JSON document.
+pub fn json(path: &Path) -> serde_json::Value {
+    let text = std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    serde_json::from_slice(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 /// The character in `path`.
@@ -82,4 +99,25 @@ pub fn without(effects: &[Effect]) -> Scene {
 /// A compiled plan.
 pub fn plan(model: &Arc<Model>, scene: &Scene, accuracy: &Accuracy, gains: Option<&Gains>) -> Arc<StepPlan> {
     Arc::new(StepPlan::compile(scene, accuracy, gains, model).unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// Does `work` for each item, on all processors; the results are in the items' order.
+pub fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let next = AtomicUsize::new(0);
+    let worker = || {
+        let mut done = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(item) = items.get(index) else { return done };
+            done.push((index, work(item)));
+        }
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut results: Vec<(usize, R)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(worker)).collect();
+        let results = workers.into_iter().map(|worker| worker.join());
+        results.flat_map(|done| done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+    });
+    results.sort_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
 }

@@ -1,8 +1,9 @@
-//! Rigid-body dynamics against the numbers of another engine (Pinocchio), on real robots; and the sines of its angles
-//! against the standard library's.
+//! Rigid-body dynamics against the numbers of another engine (Pinocchio), for the bundled characters and for robots from
+//! elsewhere; and the sines of its angles against the standard library's.
 
 use crate::common;
 
+use std::path::Path;
 use std::sync::Arc;
 
 use gaitwright_physics::model::{Base, Model};
@@ -12,14 +13,49 @@ use gaitwright_physics::sim::{Command, Simulator, State};
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use serde_json::Value;
 
+/// The files of `tests/reference`, which name the characters that they are about.
+const CHARACTERS: [&str; 5] = ["quadruped", "biped", "hexapod", "snake", "snake-fixed"];
+
+/// Robots from elsewhere, by the name of their URDF and of their reference numbers.
 const ROBOTS: [&str; 5] = ["a1", "anymal_b", "bolt", "double_pendulum", "quadruped"];
 
-fn model_and_reference(robot: &str) -> Option<(Arc<Model>, Value)> {
-    let urdf = common::robots()?.join(format!("{robot}.urdf"));
-    let numbers = std::fs::read(common::reference()?.join(format!("{robot}.json"))).ok()?;
-    let numbers: Value = serde_json::from_slice(&numbers).unwrap();
-    let fixed_base = numbers["random_states"][0].get("root").is_none();
-    Some((Arc::new(Model::new(common::character(&urdf), Base::fixed_if(fixed_base))), numbers))
+/// A character with what another engine computed for it.
+struct Subject {
+    name: String,
+    model: Arc<Model>,
+    numbers: Value,
+}
+
+impl Subject {
+    fn new(name: &str, character: &Path, numbers: Value) -> Self {
+        let fixed_base = numbers["random_states"][0].get("root").is_none();
+        let model = Arc::new(Model::new(common::character(character), Base::fixed_if(fixed_base)));
+        Self { name: name.to_owned(), model, numbers }
+    }
+
+    fn random_states(&self) -> &[Value] {
+        let states = self.numbers["random_states"].as_array().unwrap();
+        assert!(states.len() >= 4, "{}", self.name);
+        states
+    }
+}
+
+fn bundled() -> Vec<Subject> {
+    let subject = |name: &str| {
+        let numbers = common::json(&common::reference_path(&format!("{name}.json")));
+        let character = common::repository().join(numbers["character"].as_str().unwrap());
+        Subject::new(name, &character, numbers)
+    };
+    CHARACTERS.map(subject).into()
+}
+
+fn from_elsewhere() -> Vec<Subject> {
+    let (robots, reference) = (common::robots(), common::robot_reference());
+    let subject = |name: &str| {
+        let numbers = common::json(&reference.join(format!("{name}.json")));
+        Subject::new(name, &robots.join(format!("{name}.urdf")), numbers)
+    };
+    ROBOTS.map(subject).into()
 }
 
 fn number(value: &Value) -> f64 {
@@ -58,18 +94,17 @@ fn by_place(entry: &Value) -> (f64, f64) {
 /// large ones.
 const TOLERANCE: f64 = 1e-9;
 
-#[test]
-fn accelerations_agree_with_another_engine() {
-    for robot in ROBOTS {
-        let Some((model, numbers)) = model_and_reference(robot) else { return };
-        for (case, numbers) in numbers["random_states"].as_array().unwrap().iter().enumerate() {
-            let start = state(&model, numbers, by_name);
+fn accelerations_agree(subjects: &[Subject]) {
+    for subject in subjects {
+        let Subject { name: robot, model, .. } = subject;
+        for (case, numbers) in subject.random_states().iter().enumerate() {
+            let start = state(model, numbers, by_name);
             let torque: Vec<f64> =
                 model.joint_names.iter().map(|name| number(&numbers["joints"][name]["torque"])).collect();
             // Forces of velocity are those of the mean velocity of the step: in the limit of no step, which
             // two short steps point to with an error of (h ω)², those of the state.
             let [whole, half] = [1e-6, 0.5e-6].map(|step| {
-                let plan = common::free_flight(&model, step);
+                let plan = common::free_flight(model, step);
                 let mut simulator = Simulator::new(plan, start.clone());
                 simulator.step(Command::Torque(&torque)).unwrap();
                 let end = simulator.state();
@@ -89,6 +124,10 @@ fn accelerations_agree_with_another_engine() {
                 wanted.extend(vector(&root["linear_acceleration"]).iter());
                 wanted.extend(vector(&root["angular_acceleration"]).iter());
             }
+            assert_eq!(found.len(), model.joint_count() + 6, "{robot}: joints and root");
+            if model.fixed_base {
+                wanted.extend([0.0; 6]);
+            }
             let pairs: Vec<(f64, f64)> = found.zip(wanted).collect();
             let scale = pairs.iter().map(|(_, wanted)| wanted.abs()).fold(0.0, f64::max);
             for (found, wanted) in pairs {
@@ -100,12 +139,22 @@ fn accelerations_agree_with_another_engine() {
 }
 
 #[test]
-fn mass_energy_and_center_of_mass_agree_with_another_engine() {
-    for robot in ROBOTS {
-        let Some((model, numbers)) = model_and_reference(robot) else { return };
-        for numbers in numbers["random_states"].as_array().unwrap() {
-            let start = state(&model, numbers, by_name);
-            let simulator = Simulator::new(common::free_flight(&model, 1e-3), start);
+fn accelerations_agree_with_another_engine() {
+    accelerations_agree(&bundled());
+}
+
+#[test]
+#[ignore = "needs robot descriptions: set ROBOT_URDF_DIR"]
+fn accelerations_of_robots_agree_with_another_engine() {
+    accelerations_agree(&from_elsewhere());
+}
+
+fn mass_energy_and_center_of_mass_agree(subjects: &[Subject]) {
+    for subject in subjects {
+        let Subject { name: robot, model, .. } = subject;
+        for numbers in subject.random_states() {
+            let start = state(model, numbers, by_name);
+            let simulator = Simulator::new(common::free_flight(model, 1e-3), start);
             let close = |found: f64, wanted: f64| {
                 assert!(
                     (found - wanted).abs() < TOLERANCE * wanted.abs().max(1.0),
@@ -124,6 +173,48 @@ fn mass_energy_and_center_of_mass_agree_with_another_engine() {
             assert!((simulator.center_of_mass().coords - center).norm() < TOLERANCE, "{robot}");
         }
     }
+}
+
+#[test]
+fn mass_energy_and_center_of_mass_agree_with_another_engine() {
+    mass_energy_and_center_of_mass_agree(&bundled());
+}
+
+#[test]
+#[ignore = "needs robot descriptions: set ROBOT_URDF_DIR"]
+fn mass_energy_and_center_of_mass_of_robots_agree_with_another_engine() {
+    mass_energy_and_center_of_mass_agree(&from_elsewhere());
+}
+
+/// The diagonal of the joint-space inertia matrix: twice the kinetic energy where one joint alone turns at 1 rad/s.
+fn inertia_about_each_joint_agrees(subjects: &[Subject]) {
+    for subject in subjects {
+        let Subject { name: robot, model, .. } = subject;
+        for numbers in subject.random_states() {
+            let mut start = state(model, numbers, by_name);
+            (start.root.linear_velocity, start.root.angular_velocity) = (Vector3::zeros(), Vector3::zeros());
+            for (joint, name) in model.joint_names.iter().enumerate() {
+                start.velocities.fill(0.0);
+                start.velocities[joint] = 1.0;
+                let plan = common::free_flight(model, 1e-3);
+                let found = 2.0 * Simulator::new(plan, start.clone()).energy().kinetic;
+                let wanted = number(&numbers["joint_inertia_diagonal"][name]);
+                let error = (found - wanted).abs() / wanted;
+                assert!(error < TOLERANCE, "{robot}, {name}: {found}, not {wanted}");
+            }
+        }
+    }
+}
+
+#[test]
+fn inertia_about_each_joint_agrees_with_another_engine() {
+    inertia_about_each_joint_agrees(&bundled());
+}
+
+#[test]
+#[ignore = "needs robot descriptions: set ROBOT_URDF_DIR"]
+fn inertia_about_each_joint_of_robots_agrees_with_another_engine() {
+    inertia_about_each_joint_agrees(&from_elsewhere());
 }
 
 /// Distance of a state from the end that another engine found, over joint angles (rad) and the root's
@@ -156,18 +247,27 @@ fn distance(model: &Arc<Model>, numbers: &Value, integrator: Integrator, step: f
 /// turns at 30 rad/s and multiplies small errors.
 const REFERENCE: f64 = 3e-7;
 
-#[test]
-fn passive_motion_converges_to_the_reference() {
-    for robot in ROBOTS {
-        let Some((model, numbers)) = model_and_reference(robot) else { return };
+fn passive_motion_converges(subjects: &[Subject]) {
+    for Subject { name: robot, model, numbers } in subjects {
         for (integrator, least) in [(Integrator::SemiImplicitEuler, 1.8), (Integrator::MoreauJean, 3.3)] {
-            let errors = [4e-4, 2e-4, 1e-4].map(|step| distance(&model, &numbers, integrator, step));
+            let errors = [4e-4, 2e-4, 1e-4].map(|step| distance(model, numbers, integrator, step));
             for pair in errors.windows(2) {
                 let ratio = pair[0] / (pair[1] - REFERENCE).max(1e-12);
                 assert!(ratio > least, "{robot}, {integrator:?}: errors {errors:?}");
             }
         }
     }
+}
+
+#[test]
+fn passive_motion_converges_to_the_reference() {
+    passive_motion_converges(&bundled());
+}
+
+#[test]
+#[ignore = "needs robot descriptions: set ROBOT_URDF_DIR"]
+fn passive_motion_of_robots_converges_to_the_reference() {
+    passive_motion_converges(&from_elsewhere());
 }
 
 /// Greatest distance from the standard library's results over many angles, with their neighbours about the

@@ -110,19 +110,32 @@ fn check_lists_the_shapes_that_pass_through_each_other() {
     );
 }
 
+/// What `check` states of a file: its mass, kg, and its movable joints, all of them in the standing pose.
+fn assert_checked(path: &Path, mass: f64, joints: usize) {
+    let document: Value = serde_json::from_str(&stdout(&run(&["check", path.to_str().unwrap()]))).unwrap();
+    assert!((document["mass"].as_f64().unwrap() - mass).abs() < 1e-3, "{}", path.display());
+    assert_eq!(document["joints"].as_array().unwrap().len(), joints, "{}", path.display());
+    assert_eq!(document["standing"]["joints"].as_object().unwrap().len(), joints, "{}", path.display());
+}
+
 #[test]
-fn check_reads_the_real_robots() {
-    let Some(folder) = common::robots() else { return };
+fn check_reads_the_examples() {
+    for (name, joints) in [("quadruped", 12), ("biped", 8), ("hexapod", 18), ("snake", 11)] {
+        let numbers = common::json(&common::reference_path(&format!("{name}.json")));
+        let path = common::repository().join(numbers["character"].as_str().unwrap());
+        assert_checked(&path, numbers["random_states"][0]["mass"].as_f64().unwrap(), joints);
+    }
+}
+
+#[test]
+#[ignore = "needs robot descriptions: set ROBOT_URDF_DIR"]
+fn check_reads_robots_from_elsewhere() {
+    let folder = common::robots();
     // Name, mass (kg) and number of movable joints as the robots' makers state them.
     for (name, mass, joints) in
         [("a1", 13.741, 12), ("anymal_b", 30.475, 12), ("bolt", 1.254, 6), ("quadruped", 2.772, 8)]
     {
-        let path = folder.join(format!("{name}.urdf"));
-        let document: Value =
-            serde_json::from_str(&stdout(&run(&["check", path.to_str().unwrap()]))).unwrap();
-        assert!((document["mass"].as_f64().unwrap() - mass).abs() < 1e-3, "{name}");
-        assert_eq!(document["joints"].as_array().unwrap().len(), joints, "{name}");
-        assert_eq!(document["standing"]["joints"].as_object().unwrap().len(), joints, "{name}");
+        assert_checked(&folder.join(format!("{name}.urdf")), mass, joints);
     }
 }
 

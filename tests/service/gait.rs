@@ -371,11 +371,14 @@ fn the_report_and_the_curve_are_documents() {
     assert_eq!(serde_json::from_str::<Curve>(&json).unwrap(), curve);
 }
 
-/// Writes a diagram to look at where the environment asks for one.
+/// The same report gives the same picture, and another gait another one. `SCRATCH_SVG=path` keeps one to look at.
 #[test]
-fn scratch_diagram() {
+fn the_diagram_depends_on_its_report_alone() {
+    let diagram = |phases: [f64; 4]| gait_diagram(&report(&Gait::new(phases, 0.75).trace(), 0.0)).unwrap();
+    let walk = diagram([0.0, 0.75, 0.5, 0.25]);
+    assert_eq!(diagram([0.0, 0.75, 0.5, 0.25]), walk);
+    assert_ne!(diagram([0.0, 0.5, 0.5, 0.0]), walk);
     if let Ok(path) = std::env::var("SCRATCH_SVG") {
-        let report = report(&Gait::new([0.0, 0.75, 0.5, 0.25], 0.75).trace(), 0.0);
-        std::fs::write(path, gait_diagram(&report).unwrap()).unwrap();
+        std::fs::write(path, walk).unwrap();
     }
 }

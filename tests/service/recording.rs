@@ -248,18 +248,25 @@ fn an_empty_trace_and_a_place_that_cannot_be_written_are_no_accidents() {
     assert!(error.to_string().contains("missing"), "{error}");
 }
 
-/// Writes a recording to look at where the environment asks for one.
+/// Thirty generations, of which every seventh brings a motion of 3 s. `SCRATCH_RRD=path` keeps the file to look at.
 #[test]
-fn scratch_picture() {
-    if let Ok(path) = std::env::var("SCRATCH_RRD") {
-        let mut recording = create(Path::new(&path)).unwrap();
-        recording.job("# Trot of a synthetic quadruped\n\nmade *by construction*\n\n| figure | value |\n|---|---|\n| speed | 0.8 m/s |\n| duty | 0.45 |").unwrap();
-        for generation in 1..=30 {
-            recording.generation(&figures(generation)).unwrap();
-            if generation % 7 == 2 {
-                recording.motion(generation, &trot(3.0)).unwrap();
-            }
+fn a_long_recording_holds_every_generation_and_every_motion() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = std::env::var("SCRATCH_RRD").map_or_else(|_| folder.path().join("recording.rrd"), Into::into);
+    let mut recording = create(&path).unwrap();
+    recording.job("# Trot of a synthetic quadruped\n\nmade *by construction*\n\n| figure | value |\n|---|---|\n| speed | 0.8 m/s |\n| duty | 0.45 |").unwrap();
+    for generation in 1..=30 {
+        recording.generation(&figures(generation)).unwrap();
+        if generation % 7 == 2 {
+            recording.motion(generation, &trot(3.0)).unwrap();
         }
-        recording.finish().unwrap();
     }
+    recording.finish().unwrap();
+    let content = read(&std::fs::read(&path).unwrap());
+    let generations: Vec<f64> = (1..=30).map(f64::from).collect();
+    assert_close(&content.times("/learning/best", "generation"), &generations);
+    // A motion of 151 samples begins one sample after the end of the one before.
+    assert_close(&content.times("/world/path", "generation"), &[2.0, 9.0, 16.0, 23.0, 30.0]);
+    assert_close(&content.times("/world/path", "sim_time"), &[0.0, 3.02, 6.04, 9.06, 12.08]);
+    assert_eq!(content.times("/world/character/trunk", "sim_time").len(), 5 * 151);
 }

@@ -1,6 +1,5 @@
-//! One step of real robots and examples, in contact, at limits, saturated and locked.
+//! One step of the examples and of robots from elsewhere, in contact, at limits, saturated and locked.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use gaitwright_physics::character::Character;
@@ -13,22 +12,36 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{common, maximal, reduced};
+use crate::bodies::{self, Bar, Hanging};
 
 /// One step in both coordinates may differ by this share of the greatest velocity in it.
 const ROUNDING: f64 = 1e-9;
 
-/// The real robots, where they are at hand, and the examples.
-fn characters() -> Vec<Arc<Character>> {
-    let examples = common::repository().join("examples");
-    let mut paths: Vec<PathBuf> =
-        ["quadruped.urdf", "biped.urdf", "hexapod.json", "snake.json"].map(|name| examples.join(name)).into();
-    if let Some(robots) = common::robots() {
-        paths.extend(
-            ["a1", "anymal_b", "bolt", "double_pendulum", "quadruped"]
-                .map(|name| robots.join(format!("{name}.urdf"))),
-        );
-    }
-    paths.iter().map(|path| common::character(path)).collect()
+/// The examples that stand or lie on the ground.
+fn examples() -> Vec<Arc<Character>> {
+    ["quadruped.urdf", "biped.urdf", "hexapod.json", "snake.json"]
+        .map(|name| common::character(&common::example_path(name)))
+        .into()
+}
+
+/// A box on its four lower corners, with two bars hinged in it.
+fn cart() -> Arc<Character> {
+    let bar = Bar { mass: 0.5, center: 0.1, length: 0.2, inertia: 0.002 };
+    let limit = r#"<limit lower="-1" upper="1" effort="30" velocity="10"/>"#;
+    bodies::chain(Hanging::Cart(5.0, [0.2, 0.15, 0.1]), &[bar, bar], limit).character.clone()
+}
+
+/// How many cases there were of what.
+#[derive(Debug, Default)]
+struct Counts {
+    cases: usize,
+    touching: usize,
+    limited: usize,
+    saturated: usize,
+    /// More than three contacts, and without friction for that.
+    many: usize,
+    /// Left out: the step was divided.
+    divided: usize,
 }
 
 /// The same character with rotors, damping and dry friction in every joint.
@@ -92,18 +105,18 @@ fn difference(left: &State, right: &State) -> f64 {
     left.velocities.iter().zip(&right.velocities).map(|(a, b)| (a - b).abs()).fold(root, f64::max)
 }
 
-#[test]
-fn one_step_is_the_same_in_both_coordinates() {
+/// Compares one step of each character in both coordinates, `each` times from a random state.
+fn compare(characters: &[Arc<Character>], each: usize) {
     let mut rng = ChaCha8Rng::seed_from_u64(31);
     let feedforwards = [Feedforward::None, Feedforward::ContactFree, Feedforward::ContactAware];
-    let (mut saturated, mut touching, mut limited, mut many, mut divided, mut cases) = (0, 0, 0, 0, 0, 0);
-    for character in characters() {
-        for case in 0..24 {
-            let character = if case % 2 == 0 { character.clone() } else { lossy(&character, &mut rng) };
+    let mut counts = Counts::default();
+    for character in characters {
+        for case in 0..each {
+            let character = if case % 2 == 0 { character.clone() } else { lossy(character, &mut rng) };
             let fixed_base = case % 4 == 3;
             let model = Arc::new(Model::new(character, Base::fixed_if(fixed_base)));
             // Drawn poses overlap, and no motion takes such links apart at once.
-            let friction = if case < 12 { 0.8 } else { 0.0 };
+            let friction = if case % 24 < 12 { 0.8 } else { 0.0 };
             let mut scene = Scene { friction, ..common::without(&[Effect::SelfCollision]) };
             if case % 3 == 1 && !fixed_base {
                 scene.effects.insert(Effect::TrunkRotationLock, Switch::On);
@@ -133,13 +146,13 @@ fn one_step_is_the_same_in_both_coordinates() {
                 scene.friction = 0.0;
                 gains.feedforward = Feedforward::ContactFree;
                 both = step(&scene, &gains);
-                many += 1;
+                counts.many += 1;
             }
             let [ours, theirs] = both;
             // The first step is looked at twice ahead. In the second part of a divided one the bodies' own places
             // differ from those of the joints.
             if theirs.substeps() > 3 {
-                divided += 1;
+                counts.divided += 1;
                 continue;
             }
             let name = &model.character.name;
@@ -157,15 +170,33 @@ fn one_step_is_the_same_in_both_coordinates() {
                     "{name}, case {case}: torques {a} and {b}"
                 );
             }
-            cases += 1;
-            touching += usize::from(theirs.contacts().count() > 0);
-            limited += usize::from(theirs.limit_violation() > 0.0);
+            counts.cases += 1;
+            counts.touching += usize::from(theirs.contacts().count() > 0);
+            counts.limited += usize::from(theirs.limit_violation() > 0.0);
             let at_limit = |(torque, limit): (&f64, &Option<f64>)| limit.is_some_and(|it| torque.abs() >= it);
-            saturated += usize::from(theirs.torques().iter().zip(&gains.max_torque).any(at_limit));
+            counts.saturated += usize::from(theirs.torques().iter().zip(&gains.max_torque).any(at_limit));
         }
     }
-    println!("{cases} cases, and {divided} in parts");
     // The cases are what they are meant to be.
-    assert!(cases >= 100);
-    assert!(touching * 3 >= cases && limited * 4 >= cases && saturated * 3 >= cases && many * 20 >= cases);
+    let Counts { cases, touching, limited, saturated, many, .. } = counts;
+    assert!(cases >= 100, "{counts:?}");
+    assert!(touching * 3 >= cases && limited * 4 >= cases, "{counts:?}");
+    assert!(saturated * 3 >= cases && many * 20 >= cases, "{counts:?}");
+}
+
+#[test]
+fn one_step_is_the_same_in_both_coordinates() {
+    let mut characters = examples();
+    characters.push(cart());
+    compare(&characters, 48);
+}
+
+#[test]
+#[ignore = "needs robot descriptions: set ROBOT_URDF_DIR"]
+fn one_step_of_robots_is_the_same_in_both_coordinates() {
+    let robots = common::robots();
+    let names = ["a1", "anymal_b", "bolt", "double_pendulum", "quadruped"];
+    let mut characters = examples();
+    characters.extend(names.map(|name| common::character(&robots.join(format!("{name}.urdf")))));
+    compare(&characters, 24);
 }

@@ -23,20 +23,18 @@ const CASES: u64 = 400;
 /// Draws the cases of a kind, checks each, and fails with all that are broken.
 fn all_hold(
     kind: u64,
-    draw: impl Fn(&mut ChaCha8Rng) -> Drawing,
-    check: impl Fn(&Drawing) -> Result<(), String>,
+    draw: impl Fn(&mut ChaCha8Rng) -> Drawing + Sync,
+    check: impl Fn(&Drawing) -> Result<(), String> + Sync,
 ) {
-    let cases = match common::number("CASE") {
-        Some(case) => case..case + 1,
-        None => 0..common::number("CASES").unwrap_or(CASES),
+    let cases: Vec<u64> = match common::number("CASE") {
+        Some(case) => vec![case],
+        None => (0..common::number("CASES").unwrap_or(CASES)).collect(),
     };
-    let mut broken = Vec::new();
-    for case in cases {
+    let broken = common::in_parallel(&cases, |case| {
         let drawing = draw(&mut ChaCha8Rng::seed_from_u64((kind << 32) | case));
-        if let Err(reason) = check(&drawing) {
-            broken.push(format!("CASE={case}: {reason} [{drawing}]"));
-        }
-    }
+        check(&drawing).err().map(|reason| format!("CASE={case}: {reason} [{drawing}]"))
+    });
+    let broken: Vec<String> = broken.into_iter().flatten().collect();
     assert!(broken.is_empty(), "{} cases:\n{}", broken.len(), broken.join("\n"));
 }
 
