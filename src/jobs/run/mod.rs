@@ -140,6 +140,14 @@ pub trait Watcher {
     fn checkpoint(&mut self, checkpoint: &Checkpoint);
 }
 
+/// Nobody watches.
+impl Watcher for () {
+    fn stage(&mut self, _: Stage) {}
+    fn prepared(&mut self, _: &Prepared) {}
+    fn generation(&mut self, _: &Generation) {}
+    fn checkpoint(&mut self, _: &Checkpoint) {}
+}
+
 impl Order {
     /// Reads a character and looks at what is wanted of it. Without a `source` its form is told from
     /// the bytes. Faults of a character document are named from `place` on.

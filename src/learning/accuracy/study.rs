@@ -21,6 +21,15 @@ pub trait Watcher {
     fn stop(&self) -> bool;
 }
 
+/// Nobody watches, and the study goes to its end.
+impl Watcher for () {
+    fn progress(&mut self, _: usize, _: usize, _: &str) {}
+
+    fn stop(&self) -> bool {
+        false
+    }
+}
+
 /// Studies the scenario called `name`, cut into `pieces`; `None` when the watcher ends it.
 ///
 /// # Errors
