@@ -22,6 +22,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     for _ in 0..500 {
         simulator.step(Command::Track { now: &stance.angles, next: &stance.angles })?;
     }
-    println!("{:.3} m above the ground after {:.1} s", simulator.state().root.position.z, simulator.state().time);
+    println!(
+        "{:.3} m above the ground after {:.1} s",
+        simulator.state().root.position.z,
+        simulator.state().time
+    );
     Ok(())
 }

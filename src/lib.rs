@@ -1,6 +1,7 @@
 //! gaitwright learns physically valid motion for any articulated character.
 //!
-//! Three crates, each knowing only those before it:
+//! The [`guide`] explains how to use it, what accuracy costs, and how it is built. Three crates, each knowing only
+//! those before it:
 //!
 //! | crate | what it holds |
 //! |---|---|
@@ -18,5 +19,6 @@
 //! `[w, x, y, z]`.
 
 pub mod export;
+pub mod guide;
 pub mod http;
 pub mod jobs;
