@@ -17,6 +17,9 @@
 //!
 //! Units are SI, angles radians, frames right-handed with z up; quaternions in documents are
 //! `[w, x, y, z]`.
+//!
+//! Learns a motion and saves it (`examples/train.rs`):
+#![doc = concat!("```no_run\n", include_str!("../examples/train.rs"), "```")]
 
 pub mod export;
 pub mod guide;
