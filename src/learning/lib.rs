@@ -6,9 +6,6 @@
 //! | [`gait`] | footfalls, phases, gait names, cost of transport |
 //! | [`learn`] | QDSEGA over the simulator |
 //! | [`accuracy`] | what accuracy costs, which setting to take for a tolerance, the hard cases that must hold, and rapier3d as the engine compared with |
-//!
-//! Measures what accuracy costs (`examples/accuracy.rs`):
-#![doc = concat!("```no_run\n", include_str!("../../examples/accuracy.rs"), "```")]
 
 pub mod accuracy;
 pub mod gait;
