@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let drop = json!({
         "character": { "urdf": std::fs::read_to_string("examples/quadruped.urdf")? },
         "start": { "root": { "position": [0, 0, 0.6] } },
-        "drive": { "kind": "hold" },
+        "drive": { "kind": "hold", "feedforward": "none" },
     });
     let setup = Scenario::parse(drop.to_string().as_bytes())?.set_up(&NoFiles)?;
     let sweep = Sweep { steps: vec![8e-3, 2e-3, 5e-4], step_tolerances: vec![1e-2, 1e-4, 1e-6], repeats: 3 };
