@@ -1,6 +1,7 @@
 //! gaitwright learns physically valid motion for any articulated character.
 //!
-//! Three crates, each knowing only those before it:
+//! The [`guide`] explains how to use it, what accuracy costs, and how it is built. Three crates, each knowing only
+//! those before it:
 //!
 //! | crate | what it holds |
 //! |---|---|
@@ -16,7 +17,11 @@
 //!
 //! Units are SI, angles radians, frames right-handed with z up; quaternions in documents are
 //! `[w, x, y, z]`.
+//!
+//! Learns a motion and saves it (`examples/train.rs`):
+#![doc = concat!("```no_run\n", include_str!("../examples/train.rs"), "```")]
 
 pub mod export;
+pub mod guide;
 pub mod http;
 pub mod jobs;

@@ -17,6 +17,9 @@
 //!
 //! Units are SI, angles radians, frames right-handed with z up; quaternions in documents are
 //! `[w, x, y, z]`.
+//!
+//! Reads a robot, lets it stand, and steps it (`examples/step.rs`):
+#![doc = concat!("```no_run\n", include_str!("../../examples/step.rs"), "```")]
 
 pub mod character;
 pub mod fault;

@@ -5,6 +5,7 @@ mod cli;
 #[path = "../common/mod.rs"]
 mod common;
 mod gait;
+mod guide;
 mod http;
 mod motion;
 mod playback;

@@ -15,3 +15,11 @@ pub trait RunWatcher {
     /// The run can be resumed from here.
     fn checkpoint(&mut self, checkpoint: &Checkpoint);
 }
+
+/// Nobody watches.
+impl RunWatcher for () {
+    fn stage(&mut self, _: Stage) {}
+    fn prepared(&mut self, _: &PreparedRun) {}
+    fn generation(&mut self, _: &Generation) {}
+    fn checkpoint(&mut self, _: &Checkpoint) {}
+}

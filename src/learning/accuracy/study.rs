@@ -24,6 +24,15 @@ pub trait StudyObserver {
     fn stop(&self) -> bool;
 }
 
+/// Nobody observes, and the study goes to its end.
+impl StudyObserver for () {
+    fn progress(&mut self, _: usize, _: usize, _: &str) {}
+
+    fn stop(&self) -> bool {
+        false
+    }
+}
+
 /// Studies the scenario called `name`, cut into `pieces`; `None` when the observer ends it.
 ///
 /// # Errors
