@@ -77,7 +77,7 @@ pub(super) fn send(
         }
     }
     let sheet = Sheet {
-        stream: stream,
+        stream,
         generation: i64::from(generation),
         times: trace.samples.iter().map(|sample| offset + sample.time).collect(),
         samples: &trace.samples,
