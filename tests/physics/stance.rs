@@ -41,7 +41,7 @@ fn the_examples_stand_still_in_the_poses_found_for_them() {
 
 /// Whether a character stands still on the links named, and on no other.
 fn stands_on(path: &Path, feet: &[&str]) {
-    let model = Arc::new(Model::new(common::character(path), false));
+    let model = Arc::new(Model::new(common::character(path), Base::Floating));
     let robot = &model.character.name;
     let stance = Stance::find(&model, &Scene::default());
     assert!(stance.stable, "{robot} does not stand");

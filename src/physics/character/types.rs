@@ -225,3 +225,20 @@ impl Character {
         self.links.iter().filter_map(|link| link.inertial.as_ref()).map(|inertial| inertial.mass).sum()
     }
 }
+
+/// How strictly a character is read.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Options {
+    /// Whether everything doubtful about the physics (repaired or approximated inertias, shapes and
+    /// limits) is a fault instead of a note.
+    pub strict: bool,
+}
+
+/// A character and what was done to its description to get it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// The character.
+    pub character: Character,
+    /// Everything repaired, approximated, kept although doubtful, or ignored.
+    pub notes: Vec<Note>,
+}

@@ -9,34 +9,16 @@ mod gains;
 mod loops;
 mod pose;
 mod prove;
+mod standing;
 mod upright;
 
 use std::sync::Arc;
 
 use crate::model::Model;
-use crate::scene::{Gains, Scene, Terrain};
-use crate::sim::State;
+use crate::scene::{Scene, Terrain};
 
+pub use standing::Stance;
 pub use upright::Upright;
-
-/// How a character stands.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Stance {
-    /// The state reached: at rest on the ground, root above the world's origin, time 0.
-    pub state: State,
-    /// Targets that hold it, rad or m, one a joint.
-    pub angles: Vec<f64>,
-    /// Height of the root link's origin above the ground, m.
-    pub root_height: f64,
-    /// Links that carry the character, by index into the character's links, in ascending order.
-    pub support: Vec<usize>,
-    /// Whether it came to rest without falling when it was held in the simulator.
-    pub stable: bool,
-    /// Whether the author gave the pose.
-    pub given: bool,
-    /// Gains suited to this character, with its own torque limits.
-    pub gains: Gains,
-}
 
 /// Height of the root's origin at which `model`, upright above the world's origin with joints at `angles`,
 /// touches `ground`; all in m.

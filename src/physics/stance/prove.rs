@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::Stance;
 use super::anatomy::Posed;
+use super::standing::Stance;
 use crate::model::Model;
 use crate::scene::{Accuracy, Effect, Gains, Scene, StepPlan, Switch, Terrain};
 use crate::sim::contact::ContactCandidate;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Unit, Vector3};
 
-use super::Stance;
+use super::standing::Stance;
 use crate::model::Model;
 use crate::scene::{Scene, Terrain};
 use crate::sim::State;

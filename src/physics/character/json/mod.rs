@@ -23,7 +23,7 @@ pub fn schema() -> serde_json::Value {
 
 /// What the document in `bytes` describes.
 pub fn draft(bytes: &[u8]) -> Result<Draft, InputError> {
-    let document: wire::Document = fault::from_json(super::text(bytes)?.as_bytes())?;
+    let document: wire::Document = fault::from_json(super::size::text(bytes)?.as_bytes())?;
     for (what, count) in
         [("links", document.links.len()), ("joints", document.joints.len()), ("loops", document.loops.len())]
     {

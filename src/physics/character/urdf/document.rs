@@ -9,6 +9,9 @@ use crate::character::draft::{Diagnostics, name_fault};
 use crate::character::{About, NoteKind};
 use crate::fault::{Fault, InputError};
 
+/// Colours by the name of their material.
+pub type Materials = BTreeMap<String, [f32; 4]>;
+
 /// Greatest number of XML nodes (elements, texts, comments).
 const NODES: u32 = 200_000;
 /// Greatest depth of nesting; URDF needs 6.

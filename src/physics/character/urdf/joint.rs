@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use roxmltree::Node;
 
-use super::document::{Context, UrdfElement};
+use super::document::{Context, UrdfElement, named};
 use crate::character::draft::{At, DraftJoint};
 use crate::character::{JointKind, NoteKind};
 
@@ -72,7 +72,7 @@ pub fn read(context: &mut Context, node: Node) -> Option<DraftJoint> {
         context.note(mimic, &owner, NoteKind::Approximated, message);
     }
     for tag in ["calibration", "safety_controller"] {
-        node.children().filter(|child| super::named(*child, tag)).for_each(|child| context.ignore(child));
+        node.children().filter(|child| named(*child, tag)).for_each(|child| context.ignore(child));
     }
     context.ignore_all_but(node, &KNOWN);
     Some(DraftJoint {

@@ -3,8 +3,7 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 use roxmltree::Node;
 
-use super::Materials;
-use super::document::{Context, UrdfElement, named, tag};
+use super::document::{Context, Materials, UrdfElement, named, tag};
 use crate::character::draft::{At, DraftInertial, DraftLink};
 use crate::character::supply::Supply;
 use crate::character::{NoteKind, Placed, Shape, mesh};

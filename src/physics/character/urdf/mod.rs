@@ -9,20 +9,15 @@ mod document;
 mod joint;
 mod link;
 
-use std::collections::BTreeMap;
-
 use super::NoteKind;
 use super::draft::{Draft, name_fault};
 use super::supply::Supply;
 use crate::fault::{Fault, InputError};
-use document::{Context, UrdfElement, named};
-
-/// Colours by the name of their material.
-type Materials = BTreeMap<String, [f32; 4]>;
+use document::{Context, Materials, UrdfElement, named};
 
 /// What the URDF in `bytes` describes, with its meshes from `supply`.
 pub fn draft(bytes: &[u8], supply: &Supply) -> Result<Draft, InputError> {
-    let text = super::text(bytes)?;
+    let text = super::size::text(bytes)?;
     let document = document::parse(text)?;
     let robot = document.root_element();
     if robot.tag_name().name() != "robot" {

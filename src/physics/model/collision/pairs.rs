@@ -15,7 +15,8 @@ use parry3d::math::{Pose, Vector};
 
 use super::convert::{frame, vector};
 use super::convex::Convex;
-use crate::model::{Body, DofKind, GroundShape, LoopJoint};
+use super::surface::GroundShape;
+use crate::model::body::{Body, DofKind, LoopJoint};
 
 /// Greatest number of joints between two shapes for which the search is made. With more joints between them, shapes are
 /// assumed to be able to make contact.

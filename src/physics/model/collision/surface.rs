@@ -8,7 +8,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::character::{Character, Shape};
-use crate::model::LinkPlace;
+use crate::model::body::LinkPlace;
 
 /// Slots of a cylinder: three points on each rim.
 pub const CYLINDER_SLOTS: usize = 12;
