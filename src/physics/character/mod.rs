@@ -2,7 +2,7 @@
 //!
 //! Reading never guesses in silence: whatever was repaired, approximated, kept although doubtful, or
 //! ignored is a [`Note`] naming its link or joint, and whatever cannot be used is an
-//! [`InputError`] naming its place.
+//! [`InputError`](crate::fault::InputError) naming its place.
 //!
 //! The way of the data: [`read`] hands the bytes to the reader of their format; each reader writes a
 //! draft in its own order with the place of every part; one `build` step, the same for all, checks

@@ -69,14 +69,14 @@ impl Posed {
 
     /// Height of the lowest surface point relative to the root's origin, m; 0 without a surface.
     pub fn lowest(&self) -> f64 {
-        let lowest = self.surface.iter().map(|touch| touch.at.z).fold(f64::INFINITY, f64::min);
+        let lowest = self.surface.iter().map(|point| point.at.z).fold(f64::INFINITY, f64::min);
         if lowest.is_finite() { lowest } else { 0.0 }
     }
 
     /// Height of the root's origin at which the lowest part touches `ground`, with the origin at the
     /// world's z axis, m.
     pub fn resting_height(&self, ground: &Terrain) -> f64 {
-        let heights = self.surface.iter().map(|touch| ground.height(touch.at.x, touch.at.y) - touch.at.z);
+        let heights = self.surface.iter().map(|point| ground.height(point.at.x, point.at.y) - point.at.z);
         let highest = heights.fold(f64::NEG_INFINITY, f64::max);
         if highest.is_finite() { highest } else { ground.height(0.0, 0.0) }
     }
@@ -84,7 +84,7 @@ impl Posed {
     /// Where the end of `limb` would stand: the middle of its lowest points, m.
     pub fn foot(&self, limb: &Limb) -> Option<Vector3<f64>> {
         let foot = *limb.bodies.last()?;
-        let points = || self.surface.iter().filter(|touch| touch.body == foot).map(|touch| touch.at);
+        let points = || self.surface.iter().filter(|point| point.body == foot).map(|point| point.at);
         let lowest = points().map(|at| at.z).fold(f64::INFINITY, f64::min);
         let sole = || points().filter(|at| at.z < lowest + SOLE * limb.length);
         let middle = sole().sum::<Vector3<f64>>() / sole().count().max(1) as f64;
@@ -100,7 +100,7 @@ pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
     let mut limbs = Vec::new();
     for leaf in (1..model.bodies.len()).filter(|body| children(*body).next().is_none()) {
         let touching: Vec<&ContactCandidate> =
-            posed.surface.iter().filter(|touch| touch.body == leaf).collect();
+            posed.surface.iter().filter(|point| point.body == leaf).collect();
         if touching.is_empty() {
             continue;
         }
@@ -112,7 +112,7 @@ pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
         }
         bodies.reverse();
         let origin = posed.bodies[leaf].origin;
-        let end = touching.iter().map(|touch| (touch.at - origin).norm()).fold(0.0, f64::max);
+        let end = touching.iter().map(|point| (point.at - origin).norm()).fold(0.0, f64::max);
         let mut segments: Vec<f64> =
             bodies.windows(2).map(|pair| model.bodies[pair[1]].offset.norm()).collect();
         segments.push(end);
@@ -120,8 +120,8 @@ pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
         let first = segments.iter().position(|segment| *segment > SHORT * longest).unwrap_or(0);
         let length: f64 = segments[first..].iter().sum();
         let first_long = bodies[first];
-        let lowest = touching.iter().map(|touch| touch.at.z).fold(f64::INFINITY, f64::min);
-        let sole = touching.iter().filter(|touch| touch.at.z < lowest + SOLE * length);
+        let lowest = touching.iter().map(|point| point.at.z).fold(f64::INFINITY, f64::min);
+        let sole = touching.iter().filter(|point| point.at.z < lowest + SOLE * length);
         limbs.push(Limb { bodies, first_long, length, flat: sole.count() >= 3 });
     }
     let bottom = |limb: &Limb| posed.bodies[limb.first_long].origin.z - limb.length;

@@ -25,13 +25,13 @@ pub fn suited(model: &Model, scene: &Scene, angles: &[f64]) -> Gains {
     let gravity = if gravity > 0.0 { gravity } else { GRAVITY };
     let lowest = posed.lowest();
     let extent =
-        posed.surface.iter().map(|touch| (touch.at - posed.center_of_mass).norm()).fold(0.0, f64::max);
+        posed.surface.iter().map(|point| (point.at - posed.center_of_mass).norm()).fold(0.0, f64::max);
     // Links within a tenth of the character's size of the ground share the load.
     let mut carrying: Vec<usize> = posed
         .surface
         .iter()
-        .filter(|touch| touch.at.z < lowest + 0.1 * extent)
-        .map(|touch| touch.body)
+        .filter(|point| point.at.z < lowest + 0.1 * extent)
+        .map(|point| point.body)
         .collect();
     carrying.sort_unstable();
     carrying.dedup();
@@ -39,9 +39,9 @@ pub fn suited(model: &Model, scene: &Scene, angles: &[f64]) -> Gains {
 
     let joints = 0..model.joint_count();
     let arm = |joint: usize| {
-        let carried = posed.surface.iter().filter(|touch| model.carries(joint + 1, touch.body));
+        let carried = posed.surface.iter().filter(|point| model.carries(joint + 1, point.body));
         let origin = posed.bodies[joint + 1].origin;
-        let farthest = carried.map(|touch| (touch.at - origin).norm()).fold(0.0, f64::max);
+        let farthest = carried.map(|point| (point.at - origin).norm()).fold(0.0, f64::max);
         // An ankle has little mass below it but balances the whole character above, as an inverted pendulum.
         let above = if farthest > 0.0 { posed.center_of_mass.z - origin.z } else { 0.0 };
         // A joint beyond which nothing can reach the ground still carries its own links.

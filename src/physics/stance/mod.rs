@@ -8,9 +8,9 @@ mod anatomy;
 mod gains;
 mod loops;
 mod pose;
-mod prove;
 mod standing;
 mod upright;
+mod verify;
 
 use std::sync::Arc;
 
@@ -45,6 +45,6 @@ impl Stance {
         let given = pose::given(model);
         let angles = given.clone().unwrap_or_else(|| pose::search(model));
         let gains = gains::suited(model, scene, &angles);
-        prove::settle(model, scene, angles, given.is_some(), gains, stop)
+        verify::verify(model, scene, angles, given.is_some(), gains, stop)
     }
 }

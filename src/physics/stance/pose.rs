@@ -62,7 +62,7 @@ pub fn search(model: &Model) -> Vec<f64> {
 /// Whether the character is flat in this pose.
 fn lies(posed: &Posed) -> bool {
     let height = posed.center_of_mass.z - posed.lowest();
-    let width = posed.surface.iter().map(|touch| touch.at.xy().norm()).fold(0.0, f64::max);
+    let width = posed.surface.iter().map(|point| point.at.xy().norm()).fold(0.0, f64::max);
     height < LYING * width
 }
 

@@ -32,7 +32,7 @@ const REST: f64 = 0.05;
 
 /// Holds `angles` with `gains` in `scene` and reports how the character stands. If `stop` returns true before it is at
 /// rest, it counts as not stable.
-pub fn settle(
+pub fn verify(
     model: &Arc<Model>,
     scene: &Scene,
     angles: Vec<f64>,
@@ -53,7 +53,7 @@ pub fn settle(
     let height = posed.resting_height(&ground);
     stance.state.root.position.z = height;
     let touches =
-        |touch: &&ContactCandidate| height + touch.at.z - ground.height(touch.at.x, touch.at.y) < TOUCHING;
+        |point: &&ContactCandidate| height + point.at.z - ground.height(point.at.x, point.at.y) < TOUCHING;
     let rows = 3 * posed.surface.iter().filter(touches).count();
     let settled = if work_of(rows) > WORK { None } else { hold(model, scene, &stance, stop) };
     if let Some(settled) = settled {
@@ -119,9 +119,9 @@ fn support(model: &Model, state: &State, ground: &Terrain) -> Vec<usize> {
     let below = |at: Vector3<f64>| ground.height(root.x + at.x, root.y + at.y) - root.z;
     let near = 0.02 * (posed.center_of_mass.z - below(posed.center_of_mass)).abs();
     let lowest = |body: usize| {
-        let points = posed.surface.iter().filter(move |touch| touch.body == body);
-        let close = points.filter(|touch| touch.at.z < below(touch.at) + near);
-        close.min_by(|a, b| a.at.z.total_cmp(&b.at.z)).map(|touch| touch.link)
+        let points = posed.surface.iter().filter(move |point| point.body == body);
+        let close = points.filter(|point| point.at.z < below(point.at) + near);
+        close.min_by(|a, b| a.at.z.total_cmp(&b.at.z)).map(|point| point.link)
     };
     let mut links: Vec<usize> = (0..model.bodies.len()).filter_map(lowest).collect();
     links.sort_unstable();
