@@ -10,4 +10,5 @@
 pub mod accuracy;
 pub mod gait;
 pub mod learn;
+pub mod program;
 pub mod scenario;

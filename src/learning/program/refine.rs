@@ -1,0 +1,184 @@
+//! A gait for a character at a speed: seeds from the force template, polished by CMA-ES.
+
+use std::sync::Arc;
+
+use rayon::ThreadPool;
+use rayon::prelude::*;
+
+use gaitwright_physics::fault::InputError;
+use gaitwright_physics::model::Model;
+use gaitwright_physics::scene::{Accuracy, Gains, Scene};
+use gaitwright_physics::stance::Stance;
+
+use super::cma::Cma;
+use super::gains::gains;
+use super::legs::Legs;
+use super::ring::{PARAMETERS, Ring, Wanted, program, ring};
+use super::rollout::{Arena, Figures, cost};
+use crate::learn::{Interrupted, Stop};
+
+/// Candidates of a generation: fixed, so that the result does not depend on the number of threads.
+pub const CANDIDATES: usize = 16;
+/// Reach of the search at its start, in units of the parameters.
+const SIGMA: f64 = 0.5;
+
+/// Who is to move, and where.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    /// Who.
+    pub model: Arc<Model>,
+    /// How it stands.
+    pub stance: Arc<Stance>,
+    /// Its legs.
+    pub legs: Arc<Legs>,
+    /// Springs and dampers of its joints.
+    pub gains: Gains,
+    /// Where.
+    pub scene: Scene,
+    /// How finely that is simulated.
+    pub accuracy: Accuracy,
+    /// Wanted direction of travel in the world frame; only x and y count.
+    pub direction: [f64; 3],
+}
+
+impl Subject {
+    /// `model` as it stands in `stance`, with gains suited to gaits; `None` where it has no legs in pairs or nothing
+    /// pulls it down.
+    pub fn new(
+        model: &Arc<Model>,
+        stance: &Arc<Stance>,
+        scene: &Scene,
+        accuracy: &Accuracy,
+        direction: [f64; 3],
+    ) -> Option<Self> {
+        let legs = Arc::new(Legs::of(model, stance, direction)?);
+        let gravity = nalgebra::Vector3::from(scene.gravity).norm();
+        let gains = (gravity > 0.0).then(|| gains(model, stance, &legs, gravity))?;
+        let (model, stance) = (model.clone(), stance.clone());
+        Some(Self { model, stance, legs, gains, scene: scene.clone(), accuracy: *accuracy, direction })
+    }
+
+    /// m/s².
+    pub fn gravity(&self) -> f64 {
+        nalgebra::Vector3::from(self.scene.gravity).norm()
+    }
+
+    /// The ring of keyframes that `parameters` mean.
+    pub fn ring(&self, wanted: &Wanted, parameters: &[f64]) -> Ring {
+        let program = program(&self.legs, wanted, parameters);
+        ring(&self.model, &self.legs, &program, &self.gains, wanted.gravity)
+    }
+
+    /// Where its gaits are tried.
+    ///
+    /// # Errors
+    /// Every fault of scene and accuracy.
+    pub fn arena(&self) -> Result<Arena, InputError> {
+        let who = (&self.model, &self.stance, &self.legs);
+        Arena::new(who, &self.scene, &self.accuracy, &self.gains, self.direction)
+    }
+}
+
+/// A gait and what it costs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// Of the leg program.
+    pub parameters: Vec<f64>,
+    /// The same in keyframes.
+    pub ring: Ring,
+    /// What it did.
+    pub figures: Figures,
+    /// What it did when disturbed.
+    pub disturbed: Figures,
+    /// Less is better (see [`cost`]).
+    pub cost: f64,
+}
+
+/// Tries the gait of `parameters`.
+pub fn evaluate(subject: &Subject, arena: &mut Arena, wanted: &Wanted, parameters: &[f64]) -> Candidate {
+    let ring = subject.ring(wanted, parameters);
+    let figures = arena.run(&ring, false);
+    // What does not stay up by itself does not when it is disturbed.
+    let disturbed = if figures.upright < 1.0 {
+        Figures { duty: figures.duty.clone(), ..Figures::default() }
+    } else {
+        arena.run(&ring, true)
+    };
+    // Parameters far out make sense to nobody; the pull back to the seed is weak.
+    let far = 0.01 * parameters.iter().map(|p| (p.abs() - 2.0).max(0.0).powi(2)).sum::<f64>();
+    let missed = 5.0 * ring.missed / subject.legs.length;
+    let cost = cost(wanted, ring.period, &subject.legs, &figures, &disturbed) + far + missed;
+    Candidate { parameters: parameters.to_vec(), ring, figures, disturbed, cost }
+}
+
+/// How far a refinement has come.
+#[derive(Debug, Clone)]
+pub struct Refinement {
+    /// The best so far.
+    pub best: Candidate,
+    /// Gaits tried.
+    pub evaluations: usize,
+    /// s simulated.
+    pub seconds: f64,
+    search: Cma,
+}
+
+impl Refinement {
+    /// Starts from `parameters` (the seed: all 0).
+    pub fn new(subject: &Subject, arena: &Arena, wanted: &Wanted, parameters: &[f64], seed: u64) -> Self {
+        let best = evaluate(subject, &mut arena.clone(), wanted, parameters);
+        let seconds = best.figures.seconds + best.disturbed.seconds;
+        let search = Cma::new(parameters, SIGMA, CANDIDATES, seed);
+        Self { best, evaluations: 1, seconds, search }
+    }
+
+    /// How far the search reaches at present, in units of the parameters.
+    pub fn search_sigma(&self) -> f64 {
+        self.search.sigma()
+    }
+
+    /// One generation on the threads of `pool`. What comes out does not depend on their number: candidates are
+    /// drawn before any is tried, and compared in the order in which they were drawn.
+    ///
+    /// # Errors
+    /// The reason of `stop` to break off; the refinement is then as it was.
+    pub fn generation(
+        &mut self,
+        (pool, stop): (&ThreadPool, &Stop),
+        subject: &Subject,
+        arena: &Arena,
+        wanted: &Wanted,
+    ) -> Result<(), Interrupted> {
+        let mut search = self.search.clone();
+        let asked = search.ask();
+        let tried: Vec<Candidate> = pool.install(|| {
+            asked
+                .par_iter()
+                .with_max_len(1)
+                .map_init(
+                    || arena.clone(),
+                    |arena, parameters| {
+                        stop.check()?;
+                        Ok(evaluate(subject, arena, wanted, parameters))
+                    },
+                )
+                .collect::<Result<_, Interrupted>>()
+        })?;
+        let costs: Vec<f64> = tried.iter().map(|candidate| candidate.cost).collect();
+        search.tell(&asked, &costs);
+        self.search = search;
+        self.evaluations += tried.len();
+        for candidate in tried {
+            self.seconds += candidate.figures.seconds + candidate.disturbed.seconds;
+            if candidate.cost < self.best.cost {
+                self.best = candidate;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A seed of no parameters at all.
+pub fn seed() -> Vec<f64> {
+    vec![0.0; PARAMETERS]
+}
