@@ -18,7 +18,7 @@ use gaitwright_learning::gait::{Setting, measure};
 use gaitwright_learning::learn::{Cancel, Posture, Stop};
 use gaitwright_learning::program::document::{Performance, motion};
 use gaitwright_learning::program::gaits::{gaits, named};
-use gaitwright_learning::program::refine::{Refinement, Subject, seed};
+use gaitwright_learning::program::refine::{Refinement, Subject, seeds};
 use gaitwright_learning::program::ring::{Ring, Wanted};
 use gaitwright_physics::character::{Options, read_file};
 use gaitwright_physics::model::Model;
@@ -85,12 +85,35 @@ fn main() {
         legs.length,
         legs.hip_height
     );
+    if std::env::var_os("VERBOSE").is_some() {
+        for leg in &legs.legs {
+            println!(
+                "  joints {:?} hip {:.3?} foot {:.3?} r {:.3} length {:.3} flat {} standing {:.2?}",
+                leg.joints,
+                leg.hip.as_slice(),
+                leg.foot.as_slice(),
+                leg.radius,
+                leg.length,
+                leg.flat,
+                leg.standing
+            );
+            for raise in [0.0, 0.05, 0.1] {
+                let mut angles = leg.standing.clone();
+                let left = leg.reach(
+                    &mut angles,
+                    nalgebra::Vector3::new(leg.hip.x, leg.foot.y, leg.foot.z - raise),
+                    nalgebra::Vector3::z(),
+                );
+                println!("    raised by {raise}: {angles:.2?} left {left:.4}");
+            }
+        }
+    }
     let default = if legs.legs.len() == 4 { "walk:0.1 trot:0.4 running_trot:1" } else { "" };
     let cases: String = variable("CASES", default.into());
     let threads = variable("THREADS", 2);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     let arena = subject.arena().expect("a sound scene");
-    let (first_seed, seeds) = (variable("SEED", 1u64), variable("SEEDS", 1u64));
+    let (first_seed, count) = (variable("SEED", 1u64), variable("SEEDS", 1u64));
     let generations = variable("GENERATIONS", 40u32);
     for case in cases.split_whitespace() {
         let (name, froude) = case.split_once(':').expect("gait:froude");
@@ -101,9 +124,10 @@ fn main() {
             continue;
         };
         let wanted = Wanted::at_froude(legs, gait, froude.parse().expect("a number"), subject.gravity());
-        for number in first_seed..first_seed + seeds {
+        for number in first_seed..first_seed + count {
             let begun = Instant::now();
-            let mut refinement = Refinement::new(&subject, &arena, &wanted, &seed(), number);
+            let started = Refinement::new(&pool, &subject, &arena, &wanted, &seeds(), number);
+            let mut refinement = started.expect("some seeds");
             let first = refinement.best.clone();
             let stop = Stop::new(&Cancel::default(), None);
             for _ in 0..generations {
@@ -124,7 +148,10 @@ fn main() {
                 refinement.search_sigma(),
             );
             if std::env::var_os("VERBOSE").is_some() {
-                println!("  {:.2?}\n  {:?}\n  {:?}", best.parameters, best.figures, best.disturbed);
+                println!(
+                    "  {:.2?} missed {:.4} m\n  {:?}\n  {:?}",
+                    best.parameters, best.ring.missed, best.figures, best.disturbed
+                );
             }
             report(
                 &subject,

@@ -311,9 +311,8 @@ fn leg(model: &Model, stance: &Stance, frames: &[(Matrix3<f64>, Vector3<f64>)], 
     }
     let point = sole.iter().map(|(point, _)| point).sum::<Vector3<f64>>() / count;
     let radius = sole.iter().map(|(_, radius)| radius).sum::<f64>() / count;
-    let inner: f64 = segments[first_long..segments.len() - 1].iter().sum();
     let parent = model.bodies[chain[0]].parent;
-    Some(Leg {
+    let mut leg = Leg {
         joints: chain.iter().map(|body| body - 1).collect(),
         body,
         left: true,
@@ -321,13 +320,48 @@ fn leg(model: &Model, stance: &Stance, frames: &[(Matrix3<f64>, Vector3<f64>)], 
         hip: frames[chain[first_long]].1,
         foot: world(&point),
         radius,
-        length: inner + point.norm(),
-        flat: sole.len() >= 3,
+        length: 0.0,
+        // A place and two tilts take five joints.
+        flat: sole.len() >= 3 && chain.len() >= 5,
         base: frames[parent],
         bodies: chain.iter().map(|&body| model.bodies[body].clone()).collect(),
         point,
         up: rotation.transpose() * Vector3::z(),
         limits: chain.iter().map(|body| model.limits[body - 1]).collect(),
         standing: chain.iter().map(|body| stance.angles[body - 1]).collect(),
-    })
+    };
+    leg.length = stretched(&leg, first_long);
+    Some(leg)
+}
+
+/// The greatest distance of the foot point from the joint `hip` of the leg, m: by pattern search over the joints beyond,
+/// because offsets aside keep many a leg from ever being as long as the sum of its segments.
+fn stretched(leg: &Leg, hip: usize) -> f64 {
+    let far = |angles: &[f64]| {
+        let placed = leg.place(angles);
+        (placed.foot - placed.origin(hip)).norm()
+    };
+    let mut angles = leg.standing.clone();
+    let mut best = far(&angles);
+    let mut step = 0.5;
+    while step > 1e-4 {
+        let before = best;
+        for joint in hip + 1..angles.len() {
+            for direction in [step, -step] {
+                let mut tried = angles.clone();
+                tried[joint] += direction;
+                if let Some([lower, upper]) = leg.limits[joint] {
+                    tried[joint] = tried[joint].clamp(lower, upper);
+                }
+                if far(&tried) > best {
+                    best = far(&tried);
+                    angles = tried;
+                }
+            }
+        }
+        if best <= before {
+            step *= 0.5;
+        }
+    }
+    best
 }

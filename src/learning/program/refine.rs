@@ -13,7 +13,7 @@ use gaitwright_physics::stance::Stance;
 use super::cma::Cma;
 use super::gains::gains;
 use super::legs::Legs;
-use super::ring::{PARAMETERS, Ring, Wanted, program, ring};
+use super::ring::{EXTENSION, PARAMETERS, PERIOD, Ring, Wanted, program, ring};
 use super::rollout::{Arena, Figures, cost};
 use crate::learn::{Interrupted, Stop};
 
@@ -94,6 +94,13 @@ pub struct Candidate {
     pub cost: f64,
 }
 
+impl Candidate {
+    /// s simulated for it.
+    fn seconds(&self) -> f64 {
+        self.figures.seconds + self.disturbed.seconds
+    }
+}
+
 /// Tries the gait of `parameters`.
 pub fn evaluate(subject: &Subject, arena: &mut Arena, wanted: &Wanted, parameters: &[f64]) -> Candidate {
     let ring = subject.ring(wanted, parameters);
@@ -124,12 +131,27 @@ pub struct Refinement {
 }
 
 impl Refinement {
-    /// Starts from `parameters` (the seed: all 0).
-    pub fn new(subject: &Subject, arena: &Arena, wanted: &Wanted, parameters: &[f64], seed: u64) -> Self {
-        let best = evaluate(subject, &mut arena.clone(), wanted, parameters);
-        let seconds = best.figures.seconds + best.disturbed.seconds;
-        let search = Cma::new(parameters, SIGMA, CANDIDATES, seed);
-        Self { best, evaluations: 1, seconds, search }
+    /// Starts from the best of `starts` (see [`seeds`]), of which there is at least one.
+    pub fn new(
+        pool: &ThreadPool,
+        subject: &Subject,
+        arena: &Arena,
+        wanted: &Wanted,
+        starts: &[Vec<f64>],
+        seed: u64,
+    ) -> Option<Self> {
+        let tried: Vec<Candidate> = pool.install(|| {
+            let tried = starts
+                .par_iter()
+                .with_max_len(1)
+                .map_init(|| arena.clone(), |arena, parameters| evaluate(subject, arena, wanted, parameters));
+            tried.collect()
+        });
+        let seconds = tried.iter().map(Candidate::seconds).sum();
+        let evaluations = tried.len();
+        let best = tried.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        let search = Cma::new(&best.parameters, SIGMA, CANDIDATES, seed);
+        Some(Self { best, evaluations, seconds, search })
     }
 
     /// How far the search reaches at present, in units of the parameters.
@@ -169,7 +191,7 @@ impl Refinement {
         self.search = search;
         self.evaluations += tried.len();
         for candidate in tried {
-            self.seconds += candidate.figures.seconds + candidate.disturbed.seconds;
+            self.seconds += candidate.seconds();
             if candidate.cost < self.best.cost {
                 self.best = candidate;
             }
@@ -178,7 +200,16 @@ impl Refinement {
     }
 }
 
-/// A seed of no parameters at all.
-pub fn seed() -> Vec<f64> {
-    vec![0.0; PARAMETERS]
+/// Where a search may start: the gait as the template has it, with stride times from the usual down to half of it, with
+/// legs as long as usual and shorter. Small characters tip over within the usual time.
+pub fn seeds() -> Vec<Vec<f64>> {
+    let period = [0.0, -1.0, -2.0, -3.0];
+    let extension = [0.0, -2.0];
+    let with = |period: f64, extension: f64| {
+        let mut parameters = vec![0.0; PARAMETERS];
+        parameters[PERIOD] = period;
+        parameters[EXTENSION] = extension;
+        parameters
+    };
+    period.into_iter().flat_map(|period| extension.map(|extension| with(period, extension))).collect()
 }

@@ -21,8 +21,12 @@ pub const KEYFRAMES: usize = 8;
 const ENTRY_STRIDES: usize = 2;
 /// Number of a program's parameters for a character with more legs than two.
 pub const PARAMETERS: usize = 22;
+/// Index of the parameter of the stride time: a fifth more or less a unit.
+pub const PERIOD: usize = 0;
+/// Index of the parameter of the legs' extension.
+pub const EXTENSION: usize = 12;
 /// Legs are carried at most this share of their length at rest in mid-stance, and as a seed this one.
-const EXTENSION: [f64; 2] = [0.97, 0.84];
+const EXTENSIONS: [f64; 2] = [0.97, 0.84];
 
 /// What is asked of a gait.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,9 +76,9 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
     });
     let stood = legs.legs.iter().map(|leg| (leg.hip.z - leg.foot.z) / leg.length).sum::<f64>()
         / legs.legs.len() as f64;
-    let extension = (EXTENSION[1] + 0.04 * p(12)).clamp(0.4, EXTENSION[0]);
+    let extension = (EXTENSIONS[1] + 0.04 * p(EXTENSION)).clamp(0.4, EXTENSIONS[0]);
     Program {
-        period: wanted.usual_period(legs) * (0.2 * p(0)).exp(),
+        period: wanted.usual_period(legs) * (0.2 * p(PERIOD)).exp(),
         speed: speed * (0.1 * p(3)).exp(),
         sideways: 0.03 * speed * p(13),
         turn: 0.03 * speed / size * p(14),
