@@ -18,8 +18,8 @@ use gaitwright_learning::gait::{Setting, measure};
 use gaitwright_learning::learn::{Cancel, Posture, Stop};
 use gaitwright_learning::program::document::{Performance, motion};
 use gaitwright_learning::program::gaits::{gaits, named};
-use gaitwright_learning::program::refine::{Refinement, Subject, seeds};
-use gaitwright_learning::program::ring::{Ring, Wanted};
+use gaitwright_learning::program::refine::{Candidate, Refinement, Subject, seeds};
+use gaitwright_learning::program::ring::Wanted;
 use gaitwright_physics::character::{Options, read_file};
 use gaitwright_physics::model::Model;
 use gaitwright_physics::motion::{Player, Provenance};
@@ -33,10 +33,10 @@ fn variable<T: std::str::FromStr>(name: &str, otherwise: T) -> T {
 }
 
 /// The ring played from the standing pose for `seconds` at this step.
-fn play(subject: &Subject, ring: &Ring, seconds: f64, step: f64, sample_every: f64) -> Trace {
+fn play(subject: &Subject, candidate: &Candidate, seconds: f64, step: f64, sample_every: f64) -> Trace {
+    let Candidate { ring, gains, .. } = candidate;
     let accuracy = Accuracy { step, ..subject.accuracy };
-    let plan =
-        StepPlan::compile(&subject.scene, &accuracy, Some(&subject.gains), &subject.model).expect("a plan");
+    let plan = StepPlan::compile(&subject.scene, &accuracy, Some(gains), &subject.model).expect("a plan");
     let player = Player::from_postures(
         &subject.stance.angles,
         ring.entry.iter().map(Posture::parts),
@@ -128,13 +128,14 @@ fn main() {
             let begun = Instant::now();
             let started = Refinement::new(&pool, &subject, &arena, &wanted, &seeds(), number);
             let mut refinement = started.expect("some seeds");
-            let first = refinement.best.clone();
+            let first = refinement.best().clone();
             let stop = Stop::new(&Cancel::default(), None);
             for _ in 0..generations {
                 refinement.generation((&pool, &stop), &subject, &arena, &wanted).expect("nobody stops");
             }
+            let best =
+                refinement.finish((&pool, &stop), &subject, &arena, &wanted, 40).expect("nobody stops");
             let spent = begun.elapsed().as_secs_f64();
-            let best = &refinement.best;
             println!(
                 "{name} Fr {froude} seed {number}: {:.2} m/s asked; template {:.2} m/s, upright {:.2}, cost {:.2}; then \
                  cost {:.2} after {} evaluations, {:.0} s simulated, {spent:.1} s, sigma {:.3}",
@@ -156,7 +157,7 @@ fn main() {
             report(
                 &subject,
                 &wanted,
-                &best.ring,
+                &best,
                 &format!("{}-{}-{number}", model.character.name, name.replace(' ', "-")),
                 number,
             );
@@ -164,8 +165,9 @@ fn main() {
     }
 }
 
-fn report(subject: &Subject, wanted: &Wanted, ring: &Ring, name: &str, number: u64) {
-    let trace = play(subject, ring, 20.0, subject.accuracy.step, 0.004);
+fn report(subject: &Subject, wanted: &Wanted, candidate: &Candidate, name: &str, number: u64) {
+    let Candidate { ring, gains, .. } = candidate;
+    let trace = play(subject, candidate, 20.0, subject.accuracy.step, 0.004);
     let mut looping = trace.clone();
     looping.samples.retain(|sample| sample.time >= ring.lead() + 2.0 * ring.period);
     let standing = link_poses(&subject.model, &subject.stance.state);
@@ -183,8 +185,8 @@ fn report(subject: &Subject, wanted: &Wanted, ring: &Ring, name: &str, number: u
     let phases: Vec<String> =
         gait.feet.iter().map(|foot| foot.phase.map_or("-".into(), |phase| format!("{phase:.2}"))).collect();
     let heading = trace.samples.last().map_or(0.0, |sample| sample.root.orientation.euler_angles().2);
-    let finer = speed(subject, &play(subject, ring, 10.0, subject.accuracy.step / 4.0, 0.02), 2.0);
-    let coarser = speed(subject, &play(subject, ring, 10.0, subject.accuracy.step * 2.0, 0.02), 2.0);
+    let finer = speed(subject, &play(subject, candidate, 10.0, subject.accuracy.step / 4.0, 0.02), 2.0);
+    let coarser = speed(subject, &play(subject, candidate, 10.0, subject.accuracy.step * 2.0, 0.02), 2.0);
     // The trace's work is that of the whole run, standing start included.
     let whole = trace
         .samples
@@ -224,7 +226,7 @@ fn report(subject: &Subject, wanted: &Wanted, ring: &Ring, name: &str, number: u
         standing: &subject.stance.angles,
         trace: &trace,
         gait: &gait,
-        drive: &subject.gains,
+        drive: gains,
         scene: &subject.scene,
         provenance: &provenance,
     };

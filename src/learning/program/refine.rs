@@ -13,14 +13,19 @@ use gaitwright_physics::stance::Stance;
 use super::cma::Cma;
 use super::gains::gains;
 use super::legs::Legs;
-use super::ring::{EXTENSION, PARAMETERS, PERIOD, Ring, Wanted, program, ring};
-use super::rollout::{Arena, Figures, cost};
+use super::ring::{EXTENSION, PARAMETERS, PERIOD, Ring, TURN, Wanted, program, ring};
+use super::rollout::{Arena, Figures, STRIDES, cost};
 use crate::learn::{Interrupted, Stop};
 
 /// Candidates of a generation: fixed, so that the result does not depend on the number of threads.
 pub const CANDIDATES: usize = 16;
 /// Reach of the search at its start, in units of the parameters.
 const SIGMA: f64 = 0.5;
+
+/// How many of the best are compared over a longer run.
+const FINALISTS: usize = 8;
+/// Steps of the trim at the end.
+const TRIMS: u32 = 4;
 
 /// Who is to move, and where.
 #[derive(Debug, Clone)]
@@ -63,10 +68,15 @@ impl Subject {
         nalgebra::Vector3::from(self.scene.gravity).norm()
     }
 
-    /// The ring of keyframes that `parameters` mean.
-    pub fn ring(&self, wanted: &Wanted, parameters: &[f64]) -> Ring {
+    /// The ring of keyframes that `parameters` mean, and the springs and dampers of the legs for it.
+    pub fn ring(&self, wanted: &Wanted, parameters: &[f64]) -> (Ring, Gains) {
         let program = program(&self.legs, wanted, parameters);
-        ring(&self.model, &self.legs, &program, &self.gains, wanted.gravity)
+        let mut gains = self.gains.clone();
+        for &joint in self.legs.legs.iter().flat_map(|leg| &leg.joints) {
+            gains.stiffness[joint] *= program.stiffness;
+            gains.damping[joint] *= program.damping;
+        }
+        (ring(&self.model, &self.legs, &program, &gains, wanted.gravity), gains)
     }
 
     /// Where its gaits are tried.
@@ -75,7 +85,7 @@ impl Subject {
     /// Every fault of scene and accuracy.
     pub fn arena(&self) -> Result<Arena, InputError> {
         let who = (&self.model, &self.stance, &self.legs);
-        Arena::new(who, &self.scene, &self.accuracy, &self.gains, self.direction)
+        Arena::new(who, &self.scene, &self.accuracy, self.direction)
     }
 }
 
@@ -86,6 +96,8 @@ pub struct Candidate {
     pub parameters: Vec<f64>,
     /// The same in keyframes.
     pub ring: Ring,
+    /// Springs and dampers that go with it.
+    pub gains: Gains,
     /// What it did.
     pub figures: Figures,
     /// What it did when disturbed.
@@ -101,28 +113,34 @@ impl Candidate {
     }
 }
 
-/// Tries the gait of `parameters`.
-pub fn evaluate(subject: &Subject, arena: &mut Arena, wanted: &Wanted, parameters: &[f64]) -> Candidate {
-    let ring = subject.ring(wanted, parameters);
-    let figures = arena.run(&ring, false);
+/// Tries the gait of `parameters` over `strides` strides.
+pub fn evaluate(
+    subject: &Subject,
+    arena: &Arena,
+    wanted: &Wanted,
+    parameters: &[f64],
+    strides: usize,
+) -> Candidate {
+    let (ring, gains) = subject.ring(wanted, parameters);
+    let figures = arena.run(&ring, &gains, false, strides);
     // What does not stay up by itself does not when it is disturbed.
     let disturbed = if figures.upright < 1.0 {
         Figures { duty: figures.duty.clone(), ..Figures::default() }
     } else {
-        arena.run(&ring, true)
+        arena.run(&ring, &gains, true, strides)
     };
     // Parameters far out make sense to nobody; the pull back to the seed is weak.
-    let far = 0.01 * parameters.iter().map(|p| (p.abs() - 2.0).max(0.0).powi(2)).sum::<f64>();
+    let far = 0.01 * parameters.iter().map(|p| (p.abs() - 3.0).max(0.0).powi(2)).sum::<f64>();
     let missed = 5.0 * ring.missed / subject.legs.length;
     let cost = cost(wanted, ring.period, &subject.legs, &figures, &disturbed) + far + missed;
-    Candidate { parameters: parameters.to_vec(), ring, figures, disturbed, cost }
+    Candidate { parameters: parameters.to_vec(), ring, gains, figures, disturbed, cost }
 }
 
 /// How far a refinement has come.
 #[derive(Debug, Clone)]
 pub struct Refinement {
-    /// The best so far.
-    pub best: Candidate,
+    /// The best so far, in the order of their cost; at least one.
+    kept: Vec<Candidate>,
     /// Gaits tried.
     pub evaluations: usize,
     /// s simulated.
@@ -141,17 +159,14 @@ impl Refinement {
         seed: u64,
     ) -> Option<Self> {
         let tried: Vec<Candidate> = pool.install(|| {
-            let tried = starts
-                .par_iter()
-                .with_max_len(1)
-                .map_init(|| arena.clone(), |arena, parameters| evaluate(subject, arena, wanted, parameters));
-            tried.collect()
+            let tried = starts.par_iter().with_max_len(1);
+            tried.map(|parameters| evaluate(subject, arena, wanted, parameters, STRIDES)).collect()
         });
         let seconds = tried.iter().map(Candidate::seconds).sum();
         let evaluations = tried.len();
         let best = tried.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
         let search = Cma::new(&best.parameters, SIGMA, CANDIDATES, seed);
-        Some(Self { best, evaluations, seconds, search })
+        Some(Self { kept: vec![best], evaluations, seconds, search })
     }
 
     /// How far the search reaches at present, in units of the parameters.
@@ -177,26 +192,70 @@ impl Refinement {
             asked
                 .par_iter()
                 .with_max_len(1)
-                .map_init(
-                    || arena.clone(),
-                    |arena, parameters| {
-                        stop.check()?;
-                        Ok(evaluate(subject, arena, wanted, parameters))
-                    },
-                )
+                .map(|parameters| {
+                    stop.check()?;
+                    Ok(evaluate(subject, arena, wanted, parameters, STRIDES))
+                })
                 .collect::<Result<_, Interrupted>>()
         })?;
         let costs: Vec<f64> = tried.iter().map(|candidate| candidate.cost).collect();
         search.tell(&asked, &costs);
         self.search = search;
         self.evaluations += tried.len();
-        for candidate in tried {
-            self.seconds += candidate.seconds();
-            if candidate.cost < self.best.cost {
-                self.best = candidate;
+        self.seconds += tried.iter().map(Candidate::seconds).sum::<f64>();
+        self.kept.extend(tried);
+        self.kept.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        self.kept.truncate(FINALISTS);
+        Ok(())
+    }
+
+    /// The best so far, over the few strides of the search.
+    pub fn best(&self) -> &Candidate {
+        &self.kept[0]
+    }
+
+    /// The best of the best over `strides` strides each, which show a drift that a few do not; its way is then set straight by
+    /// trimming its turn, as long as that helps.
+    ///
+    /// # Errors
+    /// The reason of `stop` to break off.
+    pub fn finish(
+        &mut self,
+        (pool, stop): (&ThreadPool, &Stop),
+        subject: &Subject,
+        arena: &Arena,
+        wanted: &Wanted,
+        strides: usize,
+    ) -> Result<Candidate, Interrupted> {
+        let tried: Vec<Candidate> = pool.install(|| {
+            let try_long = |candidate: &Candidate| {
+                stop.check()?;
+                Ok(evaluate(subject, arena, wanted, &candidate.parameters, strides))
+            };
+            self.kept.par_iter().with_max_len(1).map(try_long).collect::<Result<_, Interrupted>>()
+        })?;
+        self.evaluations += tried.len();
+        self.seconds += tried.iter().map(Candidate::seconds).sum::<f64>();
+        let mut best =
+            tried.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).unwrap_or_else(|| self.best().clone());
+        // Secant steps on the turn in a stride.
+        let (mut slope, mut step): (f64, f64) = (0.0, 0.3);
+        for _ in 0..TRIMS {
+            stop.check()?;
+            if slope != 0.0 {
+                step = (-best.figures.yaw / slope).clamp(-1.0, 1.0);
+            }
+            let mut parameters = best.parameters.clone();
+            parameters[TURN] += step;
+            let trimmed = evaluate(subject, arena, wanted, &parameters, strides);
+            self.evaluations += 1;
+            self.seconds += trimmed.seconds();
+            slope = (trimmed.figures.yaw - best.figures.yaw) / step;
+            if trimmed.cost < best.cost {
+                best = trimmed;
             }
         }
-        Ok(())
+        Ok(best)
     }
 }
 

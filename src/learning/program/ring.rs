@@ -20,9 +20,11 @@ pub const KEYFRAMES: usize = 8;
 /// Strides of the entry, over which the standing pose grows into the gait.
 const ENTRY_STRIDES: usize = 2;
 /// Number of a program's parameters for a character with more legs than two.
-pub const PARAMETERS: usize = 22;
+pub const PARAMETERS: usize = 24;
 /// Index of the parameter of the stride time: a fifth more or less a unit.
 pub const PERIOD: usize = 0;
+/// Index of the parameter of the turn.
+pub const TURN: usize = 14;
 /// Index of the parameter of the legs' extension.
 pub const EXTENSION: usize = 12;
 /// Legs are carried at most this share of their length at rest in mid-stance, and as a seed this one.
@@ -57,11 +59,18 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
     let p = |index: usize| parameters.get(index).copied().unwrap_or(0.0);
     let (size, speed) = (legs.hip_height, wanted.speed);
     let rows = legs.rows();
+    let (left, right) = wanted.gait.phases.split_at(rows);
+    let symmetrical = left.iter().zip(right).all(|(left, right)| {
+        let apart = left - right - 0.5;
+        (apart - apart.round()).abs() < 1e-6
+    });
     let steps = legs.legs.iter().enumerate().map(|(index, leg)| {
         // From fore (+1) to hind (−1); all in the middle where there is one row only.
         let fore = if rows > 1 { 1.0 - 2.0 * leg.row as f64 / (rows - 1) as f64 } else { 0.0 };
         let side = if leg.left { 1.0 } else { -1.0 };
-        let phase = wanted.gait.phases[index] + 0.04 * (p(17) * fore + p(18) * side + p(19) * side * fore);
+        // A gait of the same phases in the mirror, half a stride later, stays so.
+        let aside = if symmetrical { 0.0 } else { p(18) * side + p(19) * side * fore };
+        let phase = wanted.gait.phases[index] + 0.04 * (p(17) * fore + aside);
         let neutral = Vector2::new(
             leg.hip.x + 0.06 * size * (p(4) + p(5) * fore),
             leg.foot.y + 0.06 * size * side * (p(6) + p(7) * fore),
@@ -81,12 +90,14 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         period: wanted.usual_period(legs) * (0.2 * p(PERIOD)).exp(),
         speed: speed * (0.1 * p(3)).exp(),
         sideways: 0.03 * speed * p(13),
-        turn: 0.03 * speed / size * p(14),
+        turn: 0.03 * speed / size * p(TURN),
         raise: (extension - stood) * legs.length,
         heave: 1.0 + 0.4 * p(15),
         lean: 1.0 + 0.4 * p(16),
         retraction: 1.0 + 0.4 * p(20),
         skew: (0.2 * p(21)).exp(),
+        stiffness: (0.2 * p(22)).exp(),
+        damping: (0.3 * p(23)).exp(),
         steps: steps.collect(),
     }
 }

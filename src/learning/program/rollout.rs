@@ -11,12 +11,13 @@ use gaitwright_physics::scene::{Accuracy, Gains, Scene, StepPlan};
 use gaitwright_physics::sim::{Command, Simulator};
 use gaitwright_physics::stance::{Stance, Upright};
 
+use super::gaits::NamedGait;
 use super::legs::Legs;
 use super::ring::{Ring, Wanted};
 use crate::learn::Posture;
 
-/// Strides that are judged, after the entry.
-const STRIDES: usize = 5;
+/// Strides that are judged, after the entry, in the search.
+pub const STRIDES: usize = 5;
 /// What is changed in the disturbed run: friction, stiffness and damping times these, and a push of this share of
 /// √(g h) to one side and back in its middle.
 const SLIPPERY: f64 = 0.6;
@@ -53,6 +54,8 @@ pub struct Figures {
     pub pitch: f64,
     /// Share of the stride for which each leg stood.
     pub duty: Vec<f64>,
+    /// When each leg pushed: the phase of its force, as a circular mean over the stride, parts of a stride.
+    pub phases: Vec<f64>,
     /// Share of the time in which nothing touched the ground.
     pub aerial: f64,
     /// Share of the time in which something else than a foot touched the ground.
@@ -78,30 +81,25 @@ pub struct Arena {
     upright: Upright,
     direction: [f64; 2],
     gravity: f64,
+    accuracy: Accuracy,
     /// As asked, and disturbed.
-    simulators: [Simulator; 2],
+    scenes: [Scene; 2],
 }
 
 impl Arena {
-    /// `model`, starting as in `stance`, in `scene`, driven with `gains`, to go along `direction`.
+    /// `model`, starting as in `stance`, in `scene`, to go along `direction`.
     ///
     /// # Errors
-    /// Every fault of scene, accuracy and gains ([`StepPlan::compile`]).
+    /// Every fault of scene and accuracy ([`StepPlan::compile`]).
     pub fn new(
         (model, stance, legs): (&Arc<Model>, &Arc<Stance>, &Arc<Legs>),
         scene: &Scene,
         accuracy: &Accuracy,
-        gains: &Gains,
         direction: [f64; 3],
     ) -> Result<Self, InputError> {
+        StepPlan::compile(scene, accuracy, None, model)?;
         let mut slippery = scene.clone();
         slippery.friction *= SLIPPERY;
-        let mut softened = gains.clone();
-        softened.stiffness.iter_mut().chain(&mut softened.damping).for_each(|gain| *gain *= SOFTENED);
-        let simulator = |scene: &Scene, gains: &Gains| {
-            let plan = StepPlan::compile(scene, accuracy, Some(gains), model)?;
-            Ok::<_, InputError>(Simulator::new(model.clone(), Arc::new(plan), stance.state.clone()))
-        };
         let length = direction[0].hypot(direction[1]);
         Ok(Self {
             model: model.clone(),
@@ -110,14 +108,25 @@ impl Arena {
             upright: Upright::new(model, stance, scene),
             direction: [direction[0] / length, direction[1] / length],
             gravity: Vector3::from(scene.gravity).norm(),
-            simulators: [simulator(scene, gains)?, simulator(&slippery, &softened)?],
+            accuracy: *accuracy,
+            scenes: [scene.clone(), slippery],
         })
     }
 
-    /// Plays `ring` from the standing pose, as asked or `disturbed`.
-    pub fn run(&mut self, ring: &Ring, disturbed: bool) -> Figures {
-        let simulator = &mut self.simulators[usize::from(disturbed)];
-        simulator.set_state(&self.stance.state);
+    /// Plays `ring` with `gains` from the standing pose, as asked or `disturbed`, and judges `strides` strides after the
+    /// entry. What cannot be simulated has fallen at once.
+    pub fn run(&self, ring: &Ring, gains: &Gains, disturbed: bool, strides: usize) -> Figures {
+        let count = self.legs.legs.len();
+        let none = Figures { duty: vec![0.0; count], phases: vec![0.0; count], ..Figures::default() };
+        let mut gains = gains.clone();
+        if disturbed {
+            gains.stiffness.iter_mut().chain(&mut gains.damping).for_each(|gain| *gain *= SOFTENED);
+        }
+        let scene = &self.scenes[usize::from(disturbed)];
+        let Ok(plan) = StepPlan::compile(scene, &self.accuracy, Some(&gains), &self.model) else {
+            return none;
+        };
+        let mut simulator = Simulator::new(self.model.clone(), Arc::new(plan), self.stance.state.clone());
         let player = Player::from_postures(
             &self.stance.angles,
             ring.entry.iter().map(Posture::parts),
@@ -131,12 +140,12 @@ impl Arena {
         let unit_time = (size / self.gravity).sqrt();
         let memory = (-step / (IMPACT * unit_time)).exp();
         let joints = self.model.joint_count();
-        let count = self.legs.legs.len();
         let leg_of: Vec<Option<usize>> =
             self.model.links.iter().map(|place| self.legs.on(place.body)).collect();
-        let push = disturbed.then(|| lead + stride * STRIDES / 2);
+        let push = disturbed.then(|| lead + stride * strides / 2);
 
-        let mut figures = Figures { duty: vec![0.0; count], ..Figures::default() };
+        let mut figures = none;
+        let mut beats = vec![[0.0; 2]; count];
         let (mut now, mut next) = (vec![0.0; joints], vec![0.0; joints]);
         let mut torques = vec![0.0; joints];
         let (mut force, mut smooth) = (vec![0.0; count], vec![0.0; count]);
@@ -144,7 +153,7 @@ impl Arena {
         let mut ranges = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
         let (mut start, mut heading, mut turned) = (simulator.center_of_mass(), 0.0, 0.0);
         let mut marks: Vec<[f64; 4]> = Vec::new();
-        let total = lead + STRIDES * stride;
+        let total = lead + strides * stride;
         let mut judged = 0usize;
         player.targets(0.0, &mut next);
         let mut done = 0;
@@ -202,6 +211,9 @@ impl Arena {
                 for (leg, force) in force.iter().enumerate() {
                     figures.duty[leg] += f64::from(u8::from(*force > STANDING * weight));
                     figures.peak = figures.peak.max(smooth[leg] / weight);
+                    let angle = std::f64::consts::TAU * (done - lead) as f64 * step / ring.period;
+                    beats[leg][0] += force * angle.cos();
+                    beats[leg][1] += force * angle.sin();
                 }
                 let rate = |joint: usize| simulator.state().velocities[joint];
                 for (joint, torque) in simulator.torques().iter().enumerate() {
@@ -240,6 +252,10 @@ impl Arena {
             figures.aerial /= time;
             figures.scuffed /= time;
             figures.duty.iter_mut().for_each(|duty| *duty /= time);
+            figures.phases = beats
+                .iter()
+                .map(|[cosine, sine]| (sine.atan2(*cosine) / std::f64::consts::TAU).rem_euclid(1.0))
+                .collect();
             figures.torque_rate = (rates / time).sqrt() / step * unit_time / (weight * size);
             figures.saturated = saturated / (time * joints as f64);
             let pairs = marks
@@ -290,10 +306,26 @@ fn unsteady(plain: &Figures, disturbed: &Figures) -> f64 {
     lost * lost + 0.2 * (disturbed.roll + disturbed.pitch).min(1.0) + 1.0 - disturbed.upright
 }
 
+/// Mean square of the distance of the legs' phases from those of the gait, squares of parts of a stride; the time from
+/// which phases are counted is left open.
+fn timing(gait: &NamedGait, phases: &[f64]) -> f64 {
+    let apart = || phases.iter().zip(gait.phases).map(|(phase, wanted)| phase - wanted);
+    let (sine, cosine) = apart().fold((0.0, 0.0), |(sine, cosine), apart| {
+        let (s, c) = (std::f64::consts::TAU * apart).sin_cos();
+        (sine + s, cosine + c)
+    });
+    let common = sine.atan2(cosine) / std::f64::consts::TAU;
+    let squares = apart().map(|apart| (apart - common - (apart - common).round()).powi(2));
+    squares.sum::<f64>() / phases.len().max(1) as f64
+}
+
 /// What is unnatural about a gait, from 0.
 fn natural(wanted: &Wanted, period: f64, legs: &Legs, figures: &Figures) -> f64 {
     let Wanted { gait, speed, .. } = wanted;
     let count = figures.duty.len().max(1) as f64;
+    let timing = timing(gait, &figures.phases);
+    // In 60 √(h / g): for a dog in some ten seconds.
+    let yaw = figures.yaw.abs() / period * 60.0 * (legs.hip_height / wanted.gravity).sqrt();
     let duty = figures.duty.iter().map(|duty| (duty - gait.duty_factor).powi(2)).sum::<f64>() / count;
     // A half-sine of force over the stance has π / (2 β) times its share as peak.
     let usual = std::f64::consts::FRAC_PI_2 / (gait.duty_factor * count);
@@ -306,7 +338,8 @@ fn natural(wanted: &Wanted, period: f64, legs: &Legs, figures: &Figures) -> f64 
         + 1.0 * figures.heave
         + 1.0 * (figures.roll + figures.pitch)
         + 2.0 * figures.sideways.abs()
-        + 4.0 * figures.yaw.abs()
+        + 0.5 * yaw.min(4.0)
+        + 20.0 * timing
         + 10.0 * duty
         + 0.15 * (period / wanted.usual_period(legs)).ln().powi(2)
         + 0.03 * figures.torque_rate

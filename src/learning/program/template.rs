@@ -49,6 +49,10 @@ pub struct Program {
     pub retraction: f64,
     /// Exponent of the swing's time in the course of its height: above 1 it lifts late.
     pub skew: f64,
+    /// Factor of the springs of the legs.
+    pub stiffness: f64,
+    /// Of the dampers.
+    pub damping: f64,
     /// One for each leg, in the order of [`Legs`].
     pub steps: Vec<Step>,
 }
