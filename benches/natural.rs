@@ -113,8 +113,10 @@ fn main() {
     let threads = variable("THREADS", 2);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     let arena = subject.arena().expect("a sound scene");
+    let doubled = Accuracy { step: 2.0 * accuracy.step, ..accuracy };
+    let coarse = Subject { accuracy: doubled, ..subject.clone() }.arena().expect("a sound scene");
     let (first_seed, count) = (variable("SEED", 1u64), variable("SEEDS", 1u64));
-    let generations = variable("GENERATIONS", 40u32);
+    let generations = variable("GENERATIONS", 60u32);
     for case in cases.split_whitespace() {
         let (name, froude) = case.split_once(':').expect("gait:froude");
         let name = name.replace('_', " ");
@@ -130,8 +132,10 @@ fn main() {
             let mut refinement = started.expect("some seeds");
             let first = refinement.best().clone();
             let stop = Stop::new(&Cancel::default(), None);
-            for _ in 0..generations {
-                refinement.generation((&pool, &stop), &subject, &arena, &wanted).expect("nobody stops");
+            for generation in 0..generations {
+                // Twice the step ranks nearly as well in half the time.
+                let arena = if 3 * generation < 2 * generations { &coarse } else { &arena };
+                refinement.generation((&pool, &stop), &subject, arena, &wanted).expect("nobody stops");
             }
             let best =
                 refinement.finish((&pool, &stop), &subject, &arena, &wanted, 40).expect("nobody stops");

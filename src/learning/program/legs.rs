@@ -13,6 +13,8 @@ use gaitwright_physics::stance::Stance;
 const SHORT: f64 = 0.5;
 /// Points of a foot within this share of the leg's length of the lowest one are its sole.
 const SOLE: f64 = 0.02;
+/// Shapes of a foot whose lowest points are within this share of the hip's height of each other stand together.
+const ASTAND: f64 = 0.002;
 /// Rounds of inverse kinematics at most, and the error with which they end, m over the leg's length.
 const ROUNDS: u32 = 30;
 const CLOSE: f64 = 1e-6;
@@ -278,8 +280,9 @@ fn leg(model: &Model, stance: &Stance, frames: &[(Matrix3<f64>, Vector3<f64>)], 
     // What can touch: points of the body's shapes with the radius of the ball about them.
     let (rotation, origin) = frames[body];
     let world = |local: &Vector3<f64>| origin + rotation * local;
-    let mut points: Vec<(Vector3<f64>, f64)> = Vec::new();
+    let mut shapes: Vec<Vec<(Vector3<f64>, f64)>> = Vec::new();
     for shape in model.ground_shapes.iter().filter(|shape| shape.body == body) {
+        let mut points = Vec::new();
         match &shape.surface {
             Surface::Points { first, count, radius } => {
                 points
@@ -294,9 +297,15 @@ fn leg(model: &Model, stance: &Stance, frames: &[(Matrix3<f64>, Vector3<f64>)], 
                 }
             }
         }
+        shapes.push(points);
     }
     let bottom = |(point, radius): &(Vector3<f64>, f64)| world(point).z - radius;
-    let lowest = points.iter().map(&bottom).fold(f64::INFINITY, f64::min);
+    let lowest_of = |points: &[(Vector3<f64>, f64)]| points.iter().map(bottom).fold(f64::INFINITY, f64::min);
+    let lowest = shapes.iter().map(|points| lowest_of(points)).fold(f64::INFINITY, f64::min);
+    // A strut that ends in a ball is not what stands; a heel beside a toe is.
+    let height = (frames[chain[0]].1.z - lowest).abs();
+    shapes.retain(|points| lowest_of(points) < lowest + ASTAND * height);
+    let points: Vec<(Vector3<f64>, f64)> = shapes.concat();
     let far = points.iter().map(|(point, _)| point.norm()).fold(0.0, f64::max);
     let mut segments: Vec<f64> = chain.windows(2).map(|pair| model.bodies[pair[1]].offset.norm()).collect();
     segments.push(far);

@@ -27,8 +27,11 @@ pub const PERIOD: usize = 0;
 pub const TURN: usize = 14;
 /// Index of the parameter of the legs' extension.
 pub const EXTENSION: usize = 12;
-/// Legs are carried at most this share of their length at rest in mid-stance, and as a seed this one.
-const EXTENSIONS: [f64; 2] = [0.97, 0.84];
+/// Extension of the legs in mid-stance as a share of their length: at least, as a seed, and at most.
+const EXTENSIONS: [f64; 3] = [0.78, 0.84, 0.95];
+
+/// Least and greatest height of a swinging foot, in hip heights.
+const LIFTS: [f64; 2] = [0.08, 0.35];
 
 /// What is asked of a gait.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,13 +82,13 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
             phase,
             duty: (wanted.gait.duty_factor + 0.04 * (p(1) + p(2) * fore)).clamp(0.15, 0.92),
             neutral,
-            lift: 0.15 * size * (0.3 * (p(8) + p(9) * fore)).exp(),
+            lift: size * (0.15 * (0.3 * (p(8) + p(9) * fore)).exp()).clamp(LIFTS[0], LIFTS[1]),
             push: 1.0 + 0.2 * (p(10) + p(11) * fore),
         }
     });
     let stood = legs.legs.iter().map(|leg| (leg.hip.z - leg.foot.z) / leg.length).sum::<f64>()
         / legs.legs.len() as f64;
-    let extension = (EXTENSIONS[1] + 0.04 * p(EXTENSION)).clamp(0.4, EXTENSIONS[0]);
+    let extension = (EXTENSIONS[1] + 0.04 * p(EXTENSION)).clamp(EXTENSIONS[0], EXTENSIONS[2]);
     Program {
         period: wanted.usual_period(legs) * (0.2 * p(PERIOD)).exp(),
         speed: speed * (0.1 * p(3)).exp(),

@@ -331,7 +331,7 @@ fn natural(wanted: &Wanted, period: f64, legs: &Legs, figures: &Figures) -> f64 
     let usual = std::f64::consts::FRAC_PI_2 / (gait.duty_factor * count);
     let peak = (figures.peak / usual - 1.3).max(0.0);
     let off = figures.speed / speed - 1.0;
-    1.5 * figures.cost_of_transport
+    3.0 * figures.cost_of_transport
         + 20.0 * off * off
         + 3.0 * figures.slip / speed
         + 0.3 * peak * peak
@@ -341,7 +341,7 @@ fn natural(wanted: &Wanted, period: f64, legs: &Legs, figures: &Figures) -> f64 
         + 0.5 * yaw.min(4.0)
         + 20.0 * timing
         + 10.0 * duty
-        + 0.15 * (period / wanted.usual_period(legs)).ln().powi(2)
+        + 0.5 * (period / wanted.usual_period(legs)).ln().powi(2)
         + 0.03 * figures.torque_rate
         + 2.0 * figures.saturated
         + 2.0 * figures.scuffed
