@@ -88,13 +88,13 @@ fn main() {
     if std::env::var_os("VERBOSE").is_some() {
         for leg in &legs.legs {
             println!(
-                "  joints {:?} hip {:.3?} foot {:.3?} r {:.3} length {:.3} flat {} standing {:.2?}",
+                "  joints {:?} hip {:.3?} foot {:.3?} r {:.3} length {:.3} level {} standing {:.2?}",
                 leg.joints,
                 leg.hip.as_slice(),
                 leg.foot.as_slice(),
                 leg.radius,
                 leg.length,
-                leg.flat,
+                leg.level,
                 leg.standing
             );
             for raise in [0.0, 0.05, 0.1] {

@@ -21,8 +21,11 @@ pub fn gains(model: &Model, stance: &Stance, legs: &Legs, gravity: f64) -> Gains
         for (place, &joint) in leg.joints.iter().enumerate().filter(|(_, joint)| model.driven[**joint]) {
             let revolute = model.bodies[joint + 1].freedom == Freedom::Revolute;
             // An ankle has little below it but the whole character above.
-            let arm =
-                (leg.foot - placed.origin(place)).norm().max(if leg.flat { 0.5 * leg.length } else { 0.0 });
+            let arm = (leg.foot - placed.origin(place)).norm().max(if leg.level > 0 {
+                0.5 * leg.length
+            } else {
+                0.0
+            });
             let (stiffness, inertia) = if revolute {
                 (share * gravity * arm / GIVE, share * arm * arm)
             } else {

@@ -3,7 +3,7 @@
 //! Everything here is in the way frame: origin at the root's origin, x along the task's direction, z up, the
 //! root upright. Left and right, fore and hind are told from it, not from the root's own axes.
 
-use nalgebra::{Matrix3, Matrix5, Rotation3, Vector3, Vector5};
+use nalgebra::{Matrix3, Matrix5, Rotation3, Vector2, Vector3, Vector5};
 
 use gaitwright_physics::model::{Body, Freedom, Model, Surface};
 use gaitwright_physics::stance::Stance;
@@ -18,6 +18,8 @@ const ASTAND: f64 = 0.002;
 /// Rounds of inverse kinematics at most, and the error with which they end, m over the leg's length.
 const ROUNDS: u32 = 30;
 const CLOSE: f64 = 1e-6;
+/// A foot point nearer than this share of the leg's size to where it should be is there.
+const REACHED: f64 = 1e-3;
 /// Damping of inverse kinematics, as a share of the leg's length: what keeps a straight leg from whirling.
 const DAMPING: f64 = 0.01;
 
@@ -38,10 +40,13 @@ pub struct Leg {
     pub foot: Vector3<f64>,
     /// Height of the foot point above the ground on which the foot stands, m: the ball's radius.
     pub radius: f64,
-    /// From the hip to the foot point when stretched, m.
+    /// Greatest height of the hip above the foot point that the leg can reach with its foot below, m.
     pub length: f64,
-    /// Whether the foot is a sole, which has to stay level.
-    pub flat: bool,
+    /// How many of its tilts (pitch, then roll) the foot has to keep level: those of a sole that are left to the joints
+    /// besides the foot's place.
+    pub level: usize,
+    /// Sum of its segments, m: the unit of its lengths in inverse kinematics.
+    size: f64,
     /// Frame of the body that carries the first joint.
     base: (Matrix3<f64>, Vector3<f64>),
     /// The bodies of `joints`.
@@ -115,22 +120,23 @@ impl Leg {
         for _ in 0..ROUNDS {
             let placed = self.place(angles);
             let error = target - placed.foot;
-            let twist = if self.flat { placed.up.cross(&tilt) * self.length } else { Vector3::zeros() };
+            let twist = placed.up.cross(&tilt) * self.size;
+            let kept = [self.level > 1, self.level > 0].map(|kept| f64::from(u8::from(kept)));
+            let twist = Vector2::new(kept[0] * twist.x, kept[1] * twist.y);
             left = error.norm();
-            if left + twist.xy().norm() < CLOSE * self.length {
+            if left + twist.norm() < CLOSE * self.size {
                 break;
             }
             let row = |joint: usize| {
-                let (go, turn) = (placed.column(joint, placed.foot), placed.turning(joint) * self.length);
-                let sole = if self.flat { turn } else { Vector3::zeros() };
-                Vector5::new(go.x, go.y, go.z, sole.x, sole.y)
+                let (go, turn) = (placed.column(joint, placed.foot), placed.turning(joint) * self.size);
+                Vector5::new(go.x, go.y, go.z, kept[0] * turn.x, kept[1] * turn.y)
             };
             let wanted = Vector5::new(error.x, error.y, error.z, twist.x, twist.y);
             let columns: Vec<Vector5<f64>> = (0..angles.len()).map(row).collect();
             // A joint that stands at the end of its range and is asked beyond it takes no part in the second try.
             let mut free = vec![true; angles.len()];
             for _ in 0..2 {
-                let mut square = Matrix5::identity() * (DAMPING * self.length).powi(2);
+                let mut square = Matrix5::identity() * (DAMPING * self.size).powi(2);
                 for (column, _) in columns.iter().zip(&free).filter(|(_, free)| **free) {
                     square += column * column.transpose();
                 }
@@ -330,8 +336,8 @@ fn leg(model: &Model, stance: &Stance, frames: &[(Matrix3<f64>, Vector3<f64>)], 
         foot: world(&point),
         radius,
         length: 0.0,
-        // A place and two tilts take five joints.
-        flat: sole.len() >= 3 && chain.len() >= 5,
+        level: if sole.len() >= 3 { chain.len().saturating_sub(3).min(2) } else { 0 },
+        size: reach,
         base: frames[parent],
         bodies: chain.iter().map(|&body| model.bodies[body].clone()).collect(),
         point,
@@ -339,38 +345,22 @@ fn leg(model: &Model, stance: &Stance, frames: &[(Matrix3<f64>, Vector3<f64>)], 
         limits: chain.iter().map(|body| model.limits[body - 1]).collect(),
         standing: chain.iter().map(|body| stance.angles[body - 1]).collect(),
     };
-    leg.length = stretched(&leg, first_long);
+    leg.length = leg.hip.z - leg.foot.z + highest(&leg);
     Some(leg)
 }
 
-/// The greatest distance of the foot point from the joint `hip` of the leg, m: by pattern search over the joints beyond,
-/// because offsets aside keep many a leg from ever being as long as the sum of its segments.
-fn stretched(leg: &Leg, hip: usize) -> f64 {
-    let far = |angles: &[f64]| {
-        let placed = leg.place(angles);
-        (placed.foot - placed.origin(hip)).norm()
-    };
-    let mut angles = leg.standing.clone();
-    let mut best = far(&angles);
-    let mut step = 0.5;
-    while step > 1e-4 {
-        let before = best;
-        for joint in hip + 1..angles.len() {
-            for direction in [step, -step] {
-                let mut tried = angles.clone();
-                tried[joint] += direction;
-                if let Some([lower, upper]) = leg.limits[joint] {
-                    tried[joint] = tried[joint].clamp(lower, upper);
-                }
-                if far(&tried) > best {
-                    best = far(&tried);
-                    angles = tried;
-                }
-            }
-        }
-        if best <= before {
-            step *= 0.5;
+/// How much higher than in the standing pose the leg can carry its hip with the foot straight below where it stands, m. Ranges
+/// of motion and offsets aside keep many a leg from ever being as long as the sum of its segments.
+fn highest(leg: &Leg) -> f64 {
+    let (mut reached, mut missed) = (0.0, leg.size);
+    for _ in 0..12 {
+        let tried = 0.5 * (reached + missed);
+        let target = Vector3::new(leg.hip.x, leg.foot.y, leg.foot.z - tried);
+        if leg.reach(&mut leg.standing.clone(), target, Vector3::z()) < REACHED * leg.size {
+            reached = tried;
+        } else {
+            missed = tried;
         }
     }
-    best
+    reached
 }

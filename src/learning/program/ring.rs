@@ -30,6 +30,8 @@ pub const EXTENSION: usize = 12;
 /// Extension of the legs in mid-stance as a share of their length: at least, as a seed, and at most.
 const EXTENSIONS: [f64; 3] = [0.78, 0.84, 0.95];
 
+/// Greatest shift of a leg's phase, parts of a stride: more would make another gait of it.
+const PHASE_SHIFT: f64 = 0.04;
 /// Least and greatest height of a swinging foot, in hip heights.
 const LIFTS: [f64; 2] = [0.08, 0.35];
 
@@ -72,10 +74,13 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         let fore = if rows > 1 { 1.0 - 2.0 * leg.row as f64 / (rows - 1) as f64 } else { 0.0 };
         let side = if leg.left { 1.0 } else { -1.0 };
         // A gait of the same phases in the mirror, half a stride later, stays so.
-        let aside = if symmetrical { 0.0 } else { p(18) * side + p(19) * side * fore };
-        let phase = wanted.gait.phases[index] + 0.04 * (p(17) * fore + aside);
+        let shift = |index: usize| PHASE_SHIFT * p(index).clamp(-1.0, 1.0);
+        let aside = if symmetrical { 0.0 } else { shift(18) * side + shift(19) * side * fore };
+        let phase = wanted.gait.phases[index] + shift(17) * fore + aside;
+        // A single row of legs has to stand below the centre of mass.
+        let below = if rows > 1 { leg.hip.x } else { legs.center.x };
         let neutral = Vector2::new(
-            leg.hip.x + 0.06 * size * (p(4) + p(5) * fore),
+            below + 0.06 * size * (p(4) + p(5) * fore),
             leg.foot.y + 0.06 * size * side * (p(6) + p(7) * fore),
         );
         Step {
@@ -152,7 +157,7 @@ pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, gravit
                 if pass == 1 {
                     missed = missed.max(left);
                 }
-                if !leg.flat {
+                if leg.level == 0 {
                     let up = leg.place(&angles).up;
                     rolled[sample] = leg.radius * (up.x.atan2(up.z) + moment.pitch);
                 }
@@ -239,18 +244,24 @@ fn confine(cycle: &mut [Posture], joint: usize, [lower, upper]: [f64; 2], durati
     for posture in cycle.iter_mut() {
         posture.angles[joint] = posture.angles[joint].clamp(lower, upper);
     }
-    for knot in 0..cycle.len() {
-        let next = (knot + 1) % cycle.len();
-        for round in 0..8 {
+    // A rate belongs to two segments, so the whole ring is looked at again until none leaves the range. Between
+    // knots at rest none does, so this ends.
+    for round in 0.. {
+        let share = if round < 8 { 0.5 } else { 0.0 };
+        let mut left = false;
+        for knot in 0..cycle.len() {
+            let next = (knot + 1) % cycle.len();
             let [from, to] =
                 [knot, next].map(|knot| (cycle[knot].angles[joint], cycle[knot].velocities[joint]));
             let (least, most) = hermite_range(from, to, duration);
-            if least >= lower && most <= upper {
-                break;
+            if (least < lower || most > upper) && (from.1 != 0.0 || to.1 != 0.0) {
+                cycle[knot].velocities[joint] *= share;
+                cycle[next].velocities[joint] *= share;
+                left = true;
             }
-            let share = if round < 7 { 0.5 } else { 0.0 };
-            cycle[knot].velocities[joint] *= share;
-            cycle[next].velocities[joint] *= share;
+        }
+        if !left {
+            break;
         }
     }
 }

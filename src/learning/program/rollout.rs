@@ -339,8 +339,8 @@ fn natural(wanted: &Wanted, period: f64, legs: &Legs, figures: &Figures) -> f64 
         + 1.0 * (figures.roll + figures.pitch)
         + 2.0 * figures.sideways.abs()
         + 0.5 * yaw.min(4.0)
-        + 20.0 * timing
-        + 10.0 * duty
+        + 40.0 * timing
+        + 30.0 * duty
         + 0.5 * (period / wanted.usual_period(legs)).ln().powi(2)
         + 0.03 * figures.torque_rate
         + 2.0 * figures.saturated
