@@ -203,14 +203,14 @@ fn followed(course: &[f64; SAMPLES], constant: f64) -> [f64; SAMPLES] {
     let decay = (-1.0 / constant.max(1e-6)).exp();
     let mut lead = [0.0; SAMPLES];
     let mut now = 0.0;
-    for sample in 0..SAMPLES {
-        now = decay * now + (1.0 - decay) * course[sample];
+    for asked in course {
+        now = decay * now + (1.0 - decay) * asked;
     }
     // What one turn leaves of its start is known, so the periodic start is, too.
     now /= 1.0 - decay.powi(SAMPLES as i32);
-    for sample in 0..SAMPLES {
-        now = decay * now + (1.0 - decay) * course[sample];
-        lead[sample] = now;
+    for (lead, asked) in lead.iter_mut().zip(course) {
+        now = decay * now + (1.0 - decay) * asked;
+        *lead = now;
     }
     lead
 }
