@@ -16,6 +16,11 @@ def load(path, gains, ground=True, friction=0.8, itself=False):
     """
     text = re.sub(r"<visual>.*?</visual>", "", open(path).read(), flags=re.S)
     root = ElementTree.fromstring(text)
+    for inertia in root.iter("inertia"):
+        # Dummy links have matrices that MuJoCo refuses; without their products they are sound, and as small.
+        ixx, ixy, ixz, iyy, iyz, izz = (float(inertia.get(key, 0)) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+        if np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]).min() <= 1e-12 * ixx:
+            inertia.attrib.update(ixy="0", ixz="0", iyz="0")
     extra = ElementTree.SubElement(root, "mujoco")
     ElementTree.SubElement(
         extra, "compiler", discardvisual="true", fusestatic="true", balanceinertia="true", strippath="true"

@@ -9,6 +9,7 @@ mod documents;
 mod hard_cases;
 mod learn;
 mod loops;
+mod program;
 mod rapier;
 mod scenarios;
 #[path = "../common/tables.rs"]

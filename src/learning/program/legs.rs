@@ -1,0 +1,377 @@
+//! Legs: hips, chains of joints and foot points, for any number of legs and any direction of travel.
+//!
+//! Everything here is in the way frame: origin at the root's origin, x along the task's direction, z up, the
+//! root upright. Left and right, fore and hind are told from it, not from the root's own axes.
+
+use nalgebra::{Matrix3, Matrix5, Rotation3, Vector2, Vector3, Vector5};
+
+use gaitwright_physics::model::{Body, DofKind, Model, Surface};
+use gaitwright_physics::stance::Stance;
+
+/// A segment shorter than this share of the leg's longest one does not count for its length: it only turns
+/// the leg out, as an abducting hip does.
+const SHORT: f64 = 0.5;
+/// Points of a foot within this share of the leg's length of the lowest one are its sole.
+const SOLE: f64 = 0.02;
+/// Shapes of a foot whose lowest points are within this share of the hip's height of each other stand together.
+const ASTAND: f64 = 0.002;
+/// Rounds of inverse kinematics at most, and the error with which they end, m over the leg's length.
+const ROUNDS: u32 = 30;
+const CLOSE: f64 = 1e-6;
+/// A foot point nearer than this share of the leg's size to where it should be is there.
+const REACHED: f64 = 1e-3;
+/// Damping of inverse kinematics, as a share of the leg's length: what keeps a straight leg from whirling.
+const DAMPING: f64 = 0.01;
+
+/// One leg.
+#[derive(Debug, Clone)]
+pub struct LegChain {
+    /// Its joints by index into the model's, from the trunk outward.
+    pub joints: Vec<usize>,
+    /// The body that carries the foot.
+    pub body: usize,
+    /// Whether it is on the left.
+    pub left: bool,
+    /// Its place on its side, 0 at the front.
+    pub row: usize,
+    /// Where its long segments begin in the standing pose, m.
+    pub hip: Vector3<f64>,
+    /// Its foot point in the standing pose, m: the centre of a ball, the middle of a sole.
+    pub foot: Vector3<f64>,
+    /// Height of the foot point above the ground on which the foot stands, m: the ball's radius.
+    pub radius: f64,
+    /// Greatest height of the hip above the foot point that the leg can reach with its foot below, m.
+    pub length: f64,
+    /// How many of its tilts (pitch, then roll) the foot has to keep level: those of a sole that are left to the joints
+    /// besides the foot's place.
+    pub level: usize,
+    /// Sum of its segments, m: the unit of its lengths in inverse kinematics.
+    size: f64,
+    /// Frame of the body that carries the first joint.
+    base: (Matrix3<f64>, Vector3<f64>),
+    /// The bodies of `joints`.
+    bodies: Vec<Body>,
+    /// The foot point in the frame of its body, m.
+    point: Vector3<f64>,
+    /// The vertical of the standing pose in the frame of the foot's body.
+    up: Vector3<f64>,
+    /// Ranges of motion, rad or m.
+    limits: Vec<Option<[f64; 2]>>,
+    /// Angles of the standing pose, rad or m.
+    pub standing: Vec<f64>,
+}
+
+/// Where a leg's foot is, and how its joints move it.
+#[derive(Debug, Clone)]
+pub struct PlacedLeg {
+    /// The foot point, m.
+    pub foot: Vector3<f64>,
+    /// The standing pose's vertical as the foot carries it.
+    pub up: Vector3<f64>,
+    /// Rotation of the foot's body.
+    pub rotation: Matrix3<f64>,
+    /// Axis and origin of every joint.
+    axes: Vec<(Vector3<f64>, Vector3<f64>, DofKind)>,
+}
+
+impl PlacedLeg {
+    /// Velocity of the point `at` of the foot's body per unit rate of the leg's joint `joint`, m/rad (or 1).
+    pub fn column(&self, joint: usize, at: Vector3<f64>) -> Vector3<f64> {
+        let (axis, origin, freedom) = &self.axes[joint];
+        match freedom {
+            DofKind::Revolute => axis.cross(&(at - origin)),
+            DofKind::Prismatic => *axis,
+        }
+    }
+
+    /// Where the leg's joint `joint` sits, m.
+    pub fn origin(&self, joint: usize) -> Vector3<f64> {
+        self.axes[joint].1
+    }
+
+    /// Angular rate of the foot's body per unit rate of the leg's joint `joint`.
+    fn turning(&self, joint: usize) -> Vector3<f64> {
+        match self.axes[joint] {
+            (axis, _, DofKind::Revolute) => axis,
+            _ => Vector3::zeros(),
+        }
+    }
+}
+
+impl LegChain {
+    /// The leg with its joints at `angles`.
+    pub fn place(&self, angles: &[f64]) -> PlacedLeg {
+        let (mut rotation, mut origin) = self.base;
+        let mut axes = Vec::with_capacity(self.joints.len());
+        for (body, &angle) in self.bodies.iter().zip(angles) {
+            let (turned, moved) = carried(body, angle, rotation, origin);
+            let axis = turned * body.axis;
+            axes.push((axis, moved, body.dof));
+            (rotation, origin) = (turned, moved);
+        }
+        PlacedLeg { foot: origin + rotation * self.point, up: rotation * self.up, rotation, axes }
+    }
+
+    /// Moves `angles` to where the foot point is at `target` (and a sole is level but for `tilt`, its wanted
+    /// vertical): damped least squares (Wampler 1986) from where they are, within the ranges of motion. Gives the
+    /// distance left, m.
+    pub fn reach(&self, angles: &mut [f64], target: Vector3<f64>, tilt: Vector3<f64>) -> f64 {
+        let mut left = f64::INFINITY;
+        for _ in 0..ROUNDS {
+            let placed = self.place(angles);
+            let error = target - placed.foot;
+            let twist = placed.up.cross(&tilt) * self.size;
+            let kept = [self.level > 1, self.level > 0].map(|kept| f64::from(u8::from(kept)));
+            let twist = Vector2::new(kept[0] * twist.x, kept[1] * twist.y);
+            left = error.norm();
+            if left + twist.norm() < CLOSE * self.size {
+                break;
+            }
+            let row = |joint: usize| {
+                let (go, turn) = (placed.column(joint, placed.foot), placed.turning(joint) * self.size);
+                Vector5::new(go.x, go.y, go.z, kept[0] * turn.x, kept[1] * turn.y)
+            };
+            let wanted = Vector5::new(error.x, error.y, error.z, twist.x, twist.y);
+            let columns: Vec<Vector5<f64>> = (0..angles.len()).map(row).collect();
+            // A joint that stands at the end of its range and is asked beyond it takes no part in the second try.
+            let mut free = vec![true; angles.len()];
+            for _ in 0..2 {
+                let mut square = Matrix5::identity() * (DAMPING * self.size).powi(2);
+                for (column, _) in columns.iter().zip(&free).filter(|(_, free)| **free) {
+                    square += column * column.transpose();
+                }
+                let Some(factor) = square.cholesky() else { return left };
+                let force = factor.solve(&wanted);
+                let mut stuck = false;
+                for (joint, column) in
+                    columns.iter().enumerate().filter(|(joint, _)| free[*joint]).collect::<Vec<_>>()
+                {
+                    let change = column.dot(&force).clamp(-0.5, 0.5);
+                    let beyond = self.limits[joint].is_some_and(|[lower, upper]| {
+                        (change < 0.0 && angles[joint] <= lower) || (change > 0.0 && angles[joint] >= upper)
+                    });
+                    stuck |= beyond;
+                    free[joint] &= !beyond;
+                }
+                if stuck {
+                    continue;
+                }
+                for (joint, column) in columns.iter().enumerate().filter(|(joint, _)| free[*joint]) {
+                    angles[joint] += column.dot(&force).clamp(-0.5, 0.5);
+                    if let Some([lower, upper]) = self.limits[joint] {
+                        angles[joint] = angles[joint].clamp(lower, upper);
+                    }
+                }
+                break;
+            }
+        }
+        left
+    }
+}
+
+/// Frame of a body whose joint is at `angle`, on a parent with this frame.
+fn carried(
+    body: &Body,
+    angle: f64,
+    rotation: Matrix3<f64>,
+    origin: Vector3<f64>,
+) -> (Matrix3<f64>, Vector3<f64>) {
+    let at = origin + rotation * body.offset;
+    match body.dof {
+        DofKind::Revolute => {
+            let (sine, cosine) = angle.sin_cos();
+            (
+                rotation
+                    * (body.joint_rotation
+                        + body.joint_rotation_sine * sine
+                        + body.joint_rotation_versine * (1.0 - cosine)),
+                at,
+            )
+        }
+        DofKind::Prismatic => {
+            let turned = rotation * body.joint_rotation;
+            (turned, at + turned * body.axis * angle)
+        }
+    }
+}
+
+/// The legs of a character, and what of it as a whole a gait has to know.
+#[derive(Debug, Clone)]
+pub struct Legs {
+    /// Left legs before right ones, front to back.
+    pub legs: Vec<LegChain>,
+    /// Centre of mass in the standing pose, m.
+    pub center: Vector3<f64>,
+    /// Rotational inertia about it along the axes of the way frame, all joints stiff, kg m².
+    pub inertia: Matrix3<f64>,
+    /// kg.
+    pub mass: f64,
+    /// Mean height of the hips above the ground in the standing pose, m.
+    pub hip_height: f64,
+    /// Mean length of the legs, m.
+    pub length: f64,
+    /// From the root's axes to those of the way frame.
+    pub to_way: Rotation3<f64>,
+    /// Angles of all joints in the standing pose.
+    pub standing: Vec<f64>,
+}
+
+impl Legs {
+    /// The legs that `model` stands on in `stance`, for travel along `direction` (world frame, root unturned; only x
+    /// and y count); `None` where it stands on nothing that a joint carries, or not on as many legs on the left
+    /// as on the right.
+    pub fn of(model: &Model, stance: &Stance, direction: [f64; 3]) -> Option<Self> {
+        let to_way = Rotation3::from_axis_angle(&Vector3::z_axis(), -direction[1].atan2(direction[0]));
+        let mut frames = vec![(*to_way.matrix(), Vector3::zeros())];
+        for (body, &angle) in model.bodies.iter().skip(1).zip(&stance.angles) {
+            let (rotation, origin) = frames[body.parent];
+            frames.push(carried(body, angle, rotation, origin));
+        }
+        let mut bodies: Vec<usize> = stance.support.iter().map(|&link| model.links[link].body).collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        if bodies.is_empty() || bodies.contains(&0) {
+            return None;
+        }
+        let mut legs =
+            bodies.iter().map(|&body| leg(model, stance, &frames, body)).collect::<Option<Vec<_>>>()?;
+        let middle = legs.iter().map(|leg| leg.foot.y).sum::<f64>() / legs.len() as f64;
+        for leg in &mut legs {
+            leg.left = leg.foot.y > middle;
+        }
+        legs.sort_by(|a, b| b.left.cmp(&a.left).then(b.foot.x.total_cmp(&a.foot.x)));
+        let left = legs.iter().filter(|leg| leg.left).count();
+        if 2 * left != legs.len() {
+            return None;
+        }
+        for (index, leg) in legs.iter_mut().enumerate() {
+            leg.row = index % left;
+        }
+
+        let placed = || model.bodies.iter().zip(&frames);
+        let at = |body: &Body, frame: &(Matrix3<f64>, Vector3<f64>)| frame.1 + frame.0 * body.center;
+        let center =
+            placed().map(|(body, frame)| at(body, frame) * body.mass).sum::<Vector3<f64>>() / model.mass;
+        let inertia = placed()
+            .map(|(body, frame)| {
+                let away = at(body, frame) - center;
+                let steiner = Matrix3::identity() * away.norm_squared() - away * away.transpose();
+                frame.0 * body.inertia * frame.0.transpose() + steiner * body.mass
+            })
+            .sum();
+        let count = legs.len() as f64;
+        let hip_height = legs.iter().map(|leg| leg.hip.z - leg.foot.z + leg.radius).sum::<f64>() / count;
+        let length = legs.iter().map(|leg| leg.length).sum::<f64>() / count;
+        let (mass, standing) = (model.mass, stance.angles.clone());
+        Some(Self { legs, center, inertia, mass, hip_height, length, to_way, standing })
+    }
+
+    /// Legs on a side.
+    pub fn rows(&self) -> usize {
+        self.legs.len() / 2
+    }
+
+    /// The leg whose foot is carried by `body`.
+    pub fn on(&self, body: usize) -> Option<usize> {
+        self.legs.iter().position(|leg| leg.body == body)
+    }
+}
+
+/// The leg that ends in `body`; on the left, in row 0.
+fn leg(
+    model: &Model,
+    stance: &Stance,
+    frames: &[(Matrix3<f64>, Vector3<f64>)],
+    body: usize,
+) -> Option<LegChain> {
+    let children =
+        |body: usize| (1..model.bodies.len()).filter(move |child| model.bodies[*child].parent == body);
+    let mut chain = vec![body];
+    while model.bodies[chain[chain.len() - 1]].parent != 0
+        && children(model.bodies[chain[chain.len() - 1]].parent).count() == 1
+    {
+        chain.push(model.bodies[chain[chain.len() - 1]].parent);
+    }
+    chain.reverse();
+
+    // What can touch: points of the body's shapes with the radius of the ball about them.
+    let (rotation, origin) = frames[body];
+    let world = |local: &Vector3<f64>| origin + rotation * local;
+    let mut shapes: Vec<Vec<(Vector3<f64>, f64)>> = Vec::new();
+    for shape in model.ground_shapes.iter().filter(|shape| shape.body == body) {
+        let mut points = Vec::new();
+        match &shape.surface {
+            Surface::Points { first, count, radius } => {
+                points
+                    .extend(model.ground_points[*first..first + count].iter().map(|point| (*point, *radius)));
+            }
+            Surface::Cylinder { axis, across, radius, half_length } => {
+                let side = axis.cross(across);
+                for end in [-1.0, 1.0] {
+                    for rim in [*across, -across, side, -side] {
+                        points.push((shape.center + axis * (end * half_length) + rim * *radius, 0.0));
+                    }
+                }
+            }
+        }
+        shapes.push(points);
+    }
+    let bottom = |(point, radius): &(Vector3<f64>, f64)| world(point).z - radius;
+    let lowest_of = |points: &[(Vector3<f64>, f64)]| points.iter().map(bottom).fold(f64::INFINITY, f64::min);
+    let lowest = shapes.iter().map(|points| lowest_of(points)).fold(f64::INFINITY, f64::min);
+    // A strut that ends in a ball is not what stands; a heel beside a toe is.
+    let height = (frames[chain[0]].1.z - lowest).abs();
+    shapes.retain(|points| lowest_of(points) < lowest + ASTAND * height);
+    let points: Vec<(Vector3<f64>, f64)> = shapes.concat();
+    let far = points.iter().map(|(point, _)| point.norm()).fold(0.0, f64::max);
+    let mut segments: Vec<f64> = chain.windows(2).map(|pair| model.bodies[pair[1]].offset.norm()).collect();
+    segments.push(far);
+    let longest = segments.iter().copied().fold(0.0, f64::max);
+    let first_long = segments.iter().position(|segment| *segment > SHORT * longest).unwrap_or(0);
+    let reach: f64 = segments[first_long..].iter().sum();
+    let sole: Vec<&(Vector3<f64>, f64)> =
+        points.iter().filter(|point| bottom(point) < lowest + SOLE * reach).collect();
+    let count = sole.len() as f64;
+    if sole.is_empty() {
+        return None;
+    }
+    let point = sole.iter().map(|(point, _)| point).sum::<Vector3<f64>>() / count;
+    let radius = sole.iter().map(|(_, radius)| radius).sum::<f64>() / count;
+    let parent = model.bodies[chain[0]].parent;
+    let mut leg = LegChain {
+        joints: chain.iter().map(|body| body - 1).collect(),
+        body,
+        left: true,
+        row: 0,
+        hip: frames[chain[first_long]].1,
+        foot: world(&point),
+        radius,
+        length: 0.0,
+        level: if sole.len() >= 3 { chain.len().saturating_sub(3).min(2) } else { 0 },
+        size: reach,
+        base: frames[parent],
+        bodies: chain.iter().map(|&body| model.bodies[body].clone()).collect(),
+        point,
+        up: rotation.transpose() * Vector3::z(),
+        limits: chain.iter().map(|body| model.limits[body - 1]).collect(),
+        standing: chain.iter().map(|body| stance.angles[body - 1]).collect(),
+    };
+    leg.length = leg.hip.z - leg.foot.z + highest(&leg);
+    Some(leg)
+}
+
+/// How much higher than in the standing pose the leg can carry its hip with the foot straight below where it stands, m. Ranges
+/// of motion and offsets aside keep many a leg from ever being as long as the sum of its segments.
+fn highest(leg: &LegChain) -> f64 {
+    let (mut reached, mut missed) = (0.0, leg.size);
+    for _ in 0..12 {
+        let tried = 0.5 * (reached + missed);
+        let target = Vector3::new(leg.hip.x, leg.foot.y, leg.foot.z - tried);
+        if leg.reach(&mut leg.standing.clone(), target, Vector3::z()) < REACHED * leg.size {
+            reached = tried;
+        } else {
+            missed = tried;
+        }
+    }
+    reached
+}

@@ -1,0 +1,30 @@
+//! Leg programs: natural gaits for any number of legs, from a force template, polished by CMA-ES.
+//!
+//! A gait is written in some twenty numbers that have a meaning for every character (stride time, duty
+//! factors, lift, where the feet stand …) instead of in joint angles. A template of the forces that the
+//! legs have to give turns them into the course of the trunk and the paths of the feet, inverse kinematics
+//! into joint angles, and the springs of the drive into targets that lead those angles by what the forces
+//! ask for. All numbers at 0 is the gait as the template has it, which several characters walk and trot
+//! with at once; an evolution strategy does the rest.
+//!
+//! | in the order of use | |
+//! |---|---|
+//! | [`legs`] | hips, chains of joints and foot points; left and right, fore and hind by the task's direction |
+//! | [`gaits`] | phases and duty factors by name |
+//! | [`gains`] | springs and dampers of the drive |
+//! | [`template`] | forces of the legs, and how the trunk moves under them |
+//! | [`ring`] | a stride as a ring of keyframes |
+//! | [`rollout`] | what such a ring does in the simulator, and what that costs |
+//! | [`cma`] | the evolution strategy |
+//! | [`refine`] | a gait for a character at a speed |
+//! | [`document`] | what came out, as a motion document |
+
+pub mod cma;
+pub mod document;
+pub mod gains;
+pub mod gaits;
+pub mod legs;
+pub mod refine;
+pub mod ring;
+pub mod rollout;
+pub mod template;

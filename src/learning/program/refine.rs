@@ -1,0 +1,274 @@
+//! A gait for a character at a speed: seeds from the force template, polished by CMA-ES.
+
+use std::sync::Arc;
+
+use rayon::ThreadPool;
+use rayon::prelude::*;
+
+use gaitwright_physics::fault::InputError;
+use gaitwright_physics::model::Model;
+use gaitwright_physics::scene::{Accuracy, Gains, Scene};
+use gaitwright_physics::stance::Stance;
+
+use super::cma::Cma;
+use super::gains::gains;
+use super::legs::Legs;
+use super::ring::{EXTENSION, PARAMETERS, PERIOD, Ring, TURN, Wanted, program, ring};
+use super::rollout::{Arena, RolloutFigures, STRIDES, cost};
+use crate::learn::{Interrupted, Stop};
+
+/// Candidates of a generation: fixed, so that the result does not depend on the number of threads.
+pub const CANDIDATES: usize = 16;
+/// Reach of the search at its start, in units of the parameters.
+const SIGMA: f64 = 0.5;
+
+/// How many of the best are compared over a longer run.
+const FINALISTS: usize = 8;
+/// Steps of the trim at the end.
+const TRIMS: u32 = 4;
+
+/// Who is to move, and where.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    /// Who.
+    pub model: Arc<Model>,
+    /// How it stands.
+    pub stance: Arc<Stance>,
+    /// Its legs.
+    pub legs: Arc<Legs>,
+    /// Springs and dampers of its joints.
+    pub gains: Gains,
+    /// Where.
+    pub scene: Scene,
+    /// How finely that is simulated.
+    pub accuracy: Accuracy,
+    /// Wanted direction of travel in the world frame; only x and y count.
+    pub direction: [f64; 3],
+}
+
+impl Subject {
+    /// `model` as it stands in `stance`, with gains suited to gaits; `None` where it has no legs in pairs or nothing
+    /// pulls it down.
+    pub fn new(
+        model: &Arc<Model>,
+        stance: &Arc<Stance>,
+        scene: &Scene,
+        accuracy: &Accuracy,
+        direction: [f64; 3],
+    ) -> Option<Self> {
+        let legs = Arc::new(Legs::of(model, stance, direction)?);
+        let gravity = nalgebra::Vector3::from(scene.gravity).norm();
+        let gains = (gravity > 0.0).then(|| gains(model, stance, &legs, gravity))?;
+        let (model, stance) = (model.clone(), stance.clone());
+        Some(Self { model, stance, legs, gains, scene: scene.clone(), accuracy: *accuracy, direction })
+    }
+
+    /// m/s².
+    pub fn gravity(&self) -> f64 {
+        nalgebra::Vector3::from(self.scene.gravity).norm()
+    }
+
+    /// The ring of keyframes that `parameters` mean, and the springs and dampers of the legs for it.
+    pub fn ring(&self, wanted: &Wanted, parameters: &[f64]) -> (Ring, Gains) {
+        let program = program(&self.legs, wanted, parameters);
+        let mut gains = self.gains.clone();
+        for &joint in self.legs.legs.iter().flat_map(|leg| &leg.joints) {
+            gains.stiffness[joint] *= program.stiffness;
+            gains.damping[joint] *= program.damping;
+        }
+        (ring(&self.model, &self.legs, &program, &gains, wanted.gravity), gains)
+    }
+
+    /// Where its gaits are tried.
+    ///
+    /// # Errors
+    /// Every fault of scene and accuracy.
+    pub fn arena(&self) -> Result<Arena, InputError> {
+        let who = (&self.model, &self.stance, &self.legs);
+        Arena::new(who, &self.scene, &self.accuracy, self.direction)
+    }
+}
+
+/// A gait and what it costs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// Of the leg program.
+    pub parameters: Vec<f64>,
+    /// The same in keyframes.
+    pub ring: Ring,
+    /// Springs and dampers that go with it.
+    pub gains: Gains,
+    /// What it did.
+    pub figures: RolloutFigures,
+    /// What it did when disturbed.
+    pub disturbed: RolloutFigures,
+    /// Less is better (see [`cost`]).
+    pub cost: f64,
+}
+
+impl Candidate {
+    /// s simulated for it.
+    fn seconds(&self) -> f64 {
+        self.figures.seconds + self.disturbed.seconds
+    }
+}
+
+/// Tries the gait of `parameters` over `strides` strides.
+pub fn evaluate(
+    subject: &Subject,
+    arena: &Arena,
+    wanted: &Wanted,
+    parameters: &[f64],
+    strides: usize,
+) -> Candidate {
+    let (ring, gains) = subject.ring(wanted, parameters);
+    let figures = arena.run(&ring, &gains, false, strides);
+    // What does not stay up by itself does not when it is disturbed.
+    let disturbed = if figures.upright < 1.0 {
+        RolloutFigures { duty: figures.duty.clone(), ..RolloutFigures::default() }
+    } else {
+        arena.run(&ring, &gains, true, strides)
+    };
+    // Parameters far out make sense to nobody; the pull back to the seed is weak.
+    let far = 0.01 * parameters.iter().map(|p| (p.abs() - 3.0).max(0.0).powi(2)).sum::<f64>();
+    let missed = 5.0 * ring.missed / subject.legs.length;
+    let cost = cost(wanted, ring.period, &subject.legs, &figures, &disturbed) + far + missed;
+    Candidate { parameters: parameters.to_vec(), ring, gains, figures, disturbed, cost }
+}
+
+/// How far a refinement has come.
+#[derive(Debug, Clone)]
+pub struct Refinement {
+    /// The best so far, in the order of their cost; at least one.
+    kept: Vec<Candidate>,
+    /// Gaits tried.
+    pub evaluations: usize,
+    /// s simulated.
+    pub seconds: f64,
+    search: Cma,
+}
+
+impl Refinement {
+    /// Starts from the best of `starts` (see [`seeds`]), of which there is at least one.
+    pub fn new(
+        pool: &ThreadPool,
+        subject: &Subject,
+        arena: &Arena,
+        wanted: &Wanted,
+        starts: &[Vec<f64>],
+        seed: u64,
+    ) -> Option<Self> {
+        let tried: Vec<Candidate> = pool.install(|| {
+            let tried = starts.par_iter().with_max_len(1);
+            tried.map(|parameters| evaluate(subject, arena, wanted, parameters, STRIDES)).collect()
+        });
+        let seconds = tried.iter().map(Candidate::seconds).sum();
+        let evaluations = tried.len();
+        let best = tried.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        let search = Cma::new(&best.parameters, SIGMA, CANDIDATES, seed);
+        Some(Self { kept: vec![best], evaluations, seconds, search })
+    }
+
+    /// How far the search reaches at present, in units of the parameters.
+    pub fn search_sigma(&self) -> f64 {
+        self.search.sigma()
+    }
+
+    /// One generation on the threads of `pool`. What comes out does not depend on their number: candidates are
+    /// drawn before any is tried, and compared in the order in which they were drawn.
+    ///
+    /// # Errors
+    /// The reason of `stop` to break off; the refinement is then as it was.
+    pub fn generation(
+        &mut self,
+        (pool, stop): (&ThreadPool, &Stop),
+        subject: &Subject,
+        arena: &Arena,
+        wanted: &Wanted,
+    ) -> Result<(), Interrupted> {
+        let mut search = self.search.clone();
+        let asked = search.ask();
+        let tried: Vec<Candidate> = pool.install(|| {
+            asked
+                .par_iter()
+                .with_max_len(1)
+                .map(|parameters| {
+                    stop.check()?;
+                    Ok(evaluate(subject, arena, wanted, parameters, STRIDES))
+                })
+                .collect::<Result<_, Interrupted>>()
+        })?;
+        let costs: Vec<f64> = tried.iter().map(|candidate| candidate.cost).collect();
+        search.tell(&asked, &costs);
+        self.search = search;
+        self.evaluations += tried.len();
+        self.seconds += tried.iter().map(Candidate::seconds).sum::<f64>();
+        self.kept.extend(tried);
+        self.kept.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        self.kept.truncate(FINALISTS);
+        Ok(())
+    }
+
+    /// The best so far, over the few strides of the search.
+    pub fn best(&self) -> &Candidate {
+        &self.kept[0]
+    }
+
+    /// The best of the best over `strides` strides each, which show a drift that a few do not; its way is then set straight by
+    /// trimming its turn, as long as that helps.
+    ///
+    /// # Errors
+    /// The reason of `stop` to break off.
+    pub fn finish(
+        &mut self,
+        (pool, stop): (&ThreadPool, &Stop),
+        subject: &Subject,
+        arena: &Arena,
+        wanted: &Wanted,
+        strides: usize,
+    ) -> Result<Candidate, Interrupted> {
+        let tried: Vec<Candidate> = pool.install(|| {
+            let try_long = |candidate: &Candidate| {
+                stop.check()?;
+                Ok(evaluate(subject, arena, wanted, &candidate.parameters, strides))
+            };
+            self.kept.par_iter().with_max_len(1).map(try_long).collect::<Result<_, Interrupted>>()
+        })?;
+        self.evaluations += tried.len();
+        self.seconds += tried.iter().map(Candidate::seconds).sum::<f64>();
+        let mut best =
+            tried.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).unwrap_or_else(|| self.best().clone());
+        // Secant steps on the turn in a stride.
+        let (mut slope, mut step): (f64, f64) = (0.0, 0.3);
+        for _ in 0..TRIMS {
+            stop.check()?;
+            if slope != 0.0 {
+                step = (-best.figures.yaw / slope).clamp(-1.0, 1.0);
+            }
+            let mut parameters = best.parameters.clone();
+            parameters[TURN] += step;
+            let trimmed = evaluate(subject, arena, wanted, &parameters, strides);
+            self.evaluations += 1;
+            self.seconds += trimmed.seconds();
+            slope = (trimmed.figures.yaw - best.figures.yaw) / step;
+            if trimmed.cost < best.cost {
+                best = trimmed;
+            }
+        }
+        Ok(best)
+    }
+}
+
+/// Where a search may start: the gait as the template has it, with stride times from the usual down to half of it, with
+/// legs as long as usual and shorter. Small characters tip over within the usual time.
+pub fn seeds() -> Vec<Vec<f64>> {
+    let period = [0.0, -1.0, -2.0, -3.0];
+    let extension = [0.0, -2.0];
+    let with = |period: f64, extension: f64| {
+        let mut parameters = vec![0.0; PARAMETERS];
+        parameters[PERIOD] = period;
+        parameters[EXTENSION] = extension;
+        parameters
+    };
+    period.into_iter().flat_map(|period| extension.map(|extension| with(period, extension))).collect()
+}

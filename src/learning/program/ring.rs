@@ -1,0 +1,287 @@
+//! A stride as a ring of keyframes: foot paths through inverse kinematics into joint targets that lead
+//! the posture, and the Hermite splines that fit those best.
+
+use std::f64::consts::TAU;
+use std::sync::OnceLock;
+
+use nalgebra::{DMatrix, Vector2, Vector3};
+
+use gaitwright_physics::model::Model;
+use gaitwright_physics::motion::hermite_range;
+use gaitwright_physics::scene::Gains;
+
+use super::gaits::NamedGait;
+use super::legs::Legs;
+use super::template::{Program, SAMPLES, Step, stride};
+use crate::learn::Posture;
+
+/// Keyframes of a stride.
+pub const KEYFRAMES: usize = 8;
+/// Strides of the entry, over which the standing pose grows into the gait.
+const ENTRY_STRIDES: usize = 2;
+/// Number of a program's parameters for a character with more legs than two.
+pub const PARAMETERS: usize = 24;
+/// Index of the parameter of the stride time: a fifth more or less a unit.
+pub const PERIOD: usize = 0;
+/// Index of the parameter of the turn.
+pub const TURN: usize = 14;
+/// Index of the parameter of the legs' extension.
+pub const EXTENSION: usize = 12;
+/// Extension of the legs in mid-stance as a share of their length: at least, as a seed, and at most.
+const EXTENSIONS: [f64; 3] = [0.78, 0.84, 0.95];
+
+/// Greatest shift of a leg's phase, parts of a stride: more would make another gait of it.
+const PHASE_SHIFT: f64 = 0.04;
+/// Least and greatest height of a swinging foot, in hip heights.
+const LIFTS: [f64; 2] = [0.08, 0.35];
+
+/// What is asked of a gait.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wanted {
+    /// Which.
+    pub gait: NamedGait,
+    /// m/s.
+    pub speed: f64,
+    /// m/s².
+    pub gravity: f64,
+}
+
+impl Wanted {
+    /// `gait` at Froude number v² / (g h), with the standing hip height h.
+    pub fn at_froude(legs: &Legs, gait: NamedGait, froude: f64, gravity: f64) -> Self {
+        Self { gait, speed: (froude * gravity * legs.hip_height).sqrt(), gravity }
+    }
+
+    /// The stride time that animals of this size take at this speed, s: 2.3 Fr^0.3 h / v (after Alexander & Jayes 1983).
+    pub fn usual_period(&self, legs: &Legs) -> f64 {
+        let froude = self.speed.powi(2) / (self.gravity * legs.hip_height);
+        2.3 * froude.powf(0.3) * legs.hip_height / self.speed
+    }
+}
+
+/// The gait that the parameters ask for. All 0 is the seed: each is in units of a change that matters.
+pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
+    let p = |index: usize| parameters.get(index).copied().unwrap_or(0.0);
+    let (size, speed) = (legs.hip_height, wanted.speed);
+    let rows = legs.rows();
+    let (left, right) = wanted.gait.phases.split_at(rows);
+    let symmetrical = left.iter().zip(right).all(|(left, right)| {
+        let apart = left - right - 0.5;
+        (apart - apart.round()).abs() < 1e-6
+    });
+    let steps = legs.legs.iter().enumerate().map(|(index, leg)| {
+        // From fore (+1) to hind (−1); all in the middle where there is one row only.
+        let fore = if rows > 1 { 1.0 - 2.0 * leg.row as f64 / (rows - 1) as f64 } else { 0.0 };
+        let side = if leg.left { 1.0 } else { -1.0 };
+        // A gait of the same phases in the mirror, half a stride later, stays so.
+        let shift = |index: usize| PHASE_SHIFT * p(index).clamp(-1.0, 1.0);
+        let aside = if symmetrical { 0.0 } else { shift(18) * side + shift(19) * side * fore };
+        let phase = wanted.gait.phases[index] + shift(17) * fore + aside;
+        // A single row of legs has to stand below the centre of mass.
+        let below = if rows > 1 { leg.hip.x } else { legs.center.x };
+        let neutral = Vector2::new(
+            below + 0.06 * size * (p(4) + p(5) * fore),
+            leg.foot.y + 0.06 * size * side * (p(6) + p(7) * fore),
+        );
+        Step {
+            phase,
+            duty: (wanted.gait.duty_factor + 0.04 * (p(1) + p(2) * fore)).clamp(0.15, 0.92),
+            neutral,
+            lift: size * (0.15 * (0.3 * (p(8) + p(9) * fore)).exp()).clamp(LIFTS[0], LIFTS[1]),
+            push: 1.0 + 0.2 * (p(10) + p(11) * fore),
+        }
+    });
+    let stood = legs.legs.iter().map(|leg| (leg.hip.z - leg.foot.z) / leg.length).sum::<f64>()
+        / legs.legs.len() as f64;
+    let extension = (EXTENSIONS[1] + 0.04 * p(EXTENSION)).clamp(EXTENSIONS[0], EXTENSIONS[2]);
+    Program {
+        period: wanted.usual_period(legs) * (0.2 * p(PERIOD)).exp(),
+        speed: speed * (0.1 * p(3)).exp(),
+        sideways: 0.03 * speed * p(13),
+        turn: 0.03 * speed / size * p(TURN),
+        raise: (extension - stood) * legs.length,
+        heave: 1.0 + 0.4 * p(15),
+        lean: 1.0 + 0.4 * p(16),
+        retraction: 1.0 + 0.4 * p(20),
+        skew: (0.2 * p(21)).exp(),
+        stiffness: (0.2 * p(22)).exp(),
+        damping: (0.3 * p(23)).exp(),
+        steps: steps.collect(),
+    }
+}
+
+/// A ring of keyframes and what leads from the standing pose into it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ring {
+    /// Stride time, s.
+    pub period: f64,
+    /// Visited once, from the standing pose.
+    pub entry: Vec<Posture>,
+    /// Visited over and over, evenly spaced.
+    pub cycle: Vec<Posture>,
+    /// Greatest distance by which a foot misses its path, m.
+    pub missed: f64,
+}
+
+impl Ring {
+    /// Time between two keyframes, s.
+    pub fn transition_time(&self) -> f64 {
+        self.period / self.cycle.len() as f64
+    }
+
+    /// When the entry is over, s from the start of play: the time of the cycle's first keyframe.
+    pub fn lead(&self) -> f64 {
+        self.transition_time() * (self.entry.len() + 1) as f64
+    }
+}
+
+/// The ring of `program` for joints driven with `gains`.
+pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, gravity: f64) -> Ring {
+    let moments = stride(legs, program, gravity);
+    let dt = program.period / SAMPLES as f64;
+    let joints = model.joint_count();
+    let mut cycle = vec![Posture::resting(&legs.standing); KEYFRAMES];
+    let mut missed: f64 = 0.0;
+    for (index, leg) in legs.legs.iter().enumerate() {
+        let count = leg.joints.len();
+        let mut postures = vec![leg.standing.clone(); SAMPLES];
+        // A ball rolls: its centre goes on by its radius times the angle by which the leg turns over it.
+        let mut rolled = [0.0; SAMPLES];
+        for pass in 0..2 {
+            let mut angles = postures[SAMPLES - 1].clone();
+            for sample in 0..SAMPLES {
+                let moment = &moments[sample];
+                let target = moment.feet[index] + Vector3::x() * rolled[sample];
+                let tilt = Vector3::new(-moment.pitch.sin(), 0.0, moment.pitch.cos());
+                let left = leg.reach(&mut angles, target, tilt);
+                if pass == 1 {
+                    missed = missed.max(left);
+                }
+                if leg.level == 0 {
+                    let up = leg.place(&angles).up;
+                    rolled[sample] = leg.radius * (up.x.atan2(up.z) + moment.pitch);
+                }
+                postures[sample].copy_from_slice(&angles);
+            }
+        }
+        for place in 0..count {
+            let joint = leg.joints[place];
+            let (stiffness, damping) = (gains.stiffness[joint], gains.damping[joint]);
+            let mut course = [0.0; SAMPLES];
+            if stiffness > 0.0 {
+                for sample in 0..SAMPLES {
+                    let placed = leg.place(&postures[sample]);
+                    let contact = placed.foot - Vector3::z() * leg.radius;
+                    let torque = -placed.column(place, contact).dot(&moments[sample].forces[index]);
+                    course[sample] = program.steps[index].push * torque / stiffness;
+                }
+                course = followed(&course, damping / stiffness / dt);
+            }
+            for sample in 0..SAMPLES {
+                course[sample] += postures[sample][place];
+            }
+            let knots = fitted(&course, program.period);
+            for (posture, [angle, velocity]) in cycle.iter_mut().zip(knots) {
+                posture.angles[joint] = angle;
+                posture.velocities[joint] = velocity;
+            }
+        }
+    }
+    let duration = program.period / KEYFRAMES as f64;
+    for joint in 0..joints {
+        if let Some(limits) = model.limits[joint] {
+            confine(&mut cycle, joint, limits, duration);
+        }
+    }
+    let entry = entry(&legs.standing, &cycle, duration);
+    Ring { period: program.period, entry, cycle, missed }
+}
+
+/// The periodic solution e of e + τ ė = `course`, with the time constant τ in samples: the lead of a spring and damper
+/// whose torque is to be that of the spring alone at `course`.
+fn followed(course: &[f64; SAMPLES], constant: f64) -> [f64; SAMPLES] {
+    let decay = (-1.0 / constant.max(1e-6)).exp();
+    let mut lead = [0.0; SAMPLES];
+    let mut now = 0.0;
+    for asked in course {
+        now = decay * now + (1.0 - decay) * asked;
+    }
+    // What one turn leaves of its start is known, so the periodic start is, too.
+    now /= 1.0 - decay.powi(SAMPLES as i32);
+    for (lead, asked) in lead.iter_mut().zip(course) {
+        now = decay * now + (1.0 - decay) * asked;
+        *lead = now;
+    }
+    lead
+}
+
+/// Angles and rates of the [`KEYFRAMES`] knots whose splines fit `course` best, in the sense of least squares.
+fn fitted(course: &[f64; SAMPLES], period: f64) -> [[f64; 2]; KEYFRAMES] {
+    static FIT: OnceLock<DMatrix<f64>> = OnceLock::new();
+    let fit = FIT.get_or_init(|| {
+        let mut shapes = DMatrix::zeros(SAMPLES, 2 * KEYFRAMES);
+        for sample in 0..SAMPLES {
+            let place = sample as f64 * KEYFRAMES as f64 / SAMPLES as f64;
+            let (from, s) = (place as usize, place.fract());
+            let to = (from + 1) % KEYFRAMES;
+            shapes[(sample, 2 * from)] += 1.0 - 3.0 * s * s + 2.0 * s * s * s;
+            shapes[(sample, 2 * from + 1)] += s * (1.0 - s) * (1.0 - s);
+            shapes[(sample, 2 * to)] += 3.0 * s * s - 2.0 * s * s * s;
+            shapes[(sample, 2 * to + 1)] -= s * s * (1.0 - s);
+        }
+        shapes.pseudo_inverse(1e-12).unwrap_or_else(|_| DMatrix::zeros(2 * KEYFRAMES, SAMPLES))
+    });
+    let duration = period / KEYFRAMES as f64;
+    std::array::from_fn(|knot| {
+        let value = |row: usize| (0..SAMPLES).map(|sample| fit[(row, sample)] * course[sample]).sum::<f64>();
+        [value(2 * knot), value(2 * knot + 1) / duration]
+    })
+}
+
+/// Keeps the splines of a joint within its range of motion: knots are moved into it, and rates are halved where the
+/// spline between would leave it.
+fn confine(cycle: &mut [Posture], joint: usize, [lower, upper]: [f64; 2], duration: f64) {
+    for posture in cycle.iter_mut() {
+        posture.angles[joint] = posture.angles[joint].clamp(lower, upper);
+    }
+    // A rate belongs to two segments, so the whole ring is looked at again until none leaves the range. Between
+    // knots at rest none does, so this ends.
+    for round in 0.. {
+        let share = if round < 8 { 0.5 } else { 0.0 };
+        let mut left = false;
+        for knot in 0..cycle.len() {
+            let next = (knot + 1) % cycle.len();
+            let [from, to] =
+                [knot, next].map(|knot| (cycle[knot].angles[joint], cycle[knot].velocities[joint]));
+            let (least, most) = hermite_range(from, to, duration);
+            if (least < lower || most > upper) && (from.1 != 0.0 || to.1 != 0.0) {
+                cycle[knot].velocities[joint] *= share;
+                cycle[next].velocities[joint] *= share;
+                left = true;
+            }
+        }
+        if !left {
+            break;
+        }
+    }
+}
+
+/// From the standing pose at rest into the cycle: its own postures, grown from nothing.
+fn entry(standing: &[f64], cycle: &[Posture], duration: f64) -> Vec<Posture> {
+    let count = ENTRY_STRIDES * cycle.len();
+    let length = count as f64 * duration;
+    (1..count)
+        .map(|index| {
+            let part = index as f64 / count as f64;
+            let grown = 0.5 - 0.5 * (0.5 * TAU * part).cos();
+            let growing = 0.25 * TAU * (0.5 * TAU * part).sin() / length;
+            let posture = &cycle[index % cycle.len()];
+            let away = |joint: usize| posture.angles[joint] - standing[joint];
+            let angles = (0..standing.len()).map(|joint| standing[joint] + grown * away(joint)).collect();
+            let velocities = (0..standing.len())
+                .map(|joint| grown * posture.velocities[joint] + growing * away(joint))
+                .collect();
+            Posture { angles, velocities }
+        })
+        .collect()
+}

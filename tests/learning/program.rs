@@ -1,0 +1,331 @@
+//! LegChain programs: forces against hand-computed equilibria, inverse kinematics against forward kinematics and the simulator's own,
+//! the evolution strategy on published test functions, and the whole for determinism.
+
+use std::sync::Arc;
+
+use gaitwright_learning::learn::{Cancel, Stop};
+use gaitwright_learning::program::cma::Cma;
+use gaitwright_learning::program::gaits::{gaits, named};
+use gaitwright_learning::program::legs::Legs;
+use gaitwright_learning::program::refine::{Refinement, Subject, seeds};
+use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, Wanted, program};
+use gaitwright_learning::program::rollout::STRIDES;
+use gaitwright_learning::program::template::{SAMPLES, shares, stride};
+use gaitwright_physics::motion::Player;
+use gaitwright_physics::scene::{Accuracy, Scene};
+use gaitwright_physics::sim::{State, link_poses};
+use gaitwright_physics::stance::Stance;
+use nalgebra::{Vector2, Vector3};
+
+const GRAVITY: f64 = 9.81;
+
+fn subject(name: &str, direction: [f64; 3]) -> Subject {
+    let path = crate::common::example_path(name);
+    let reading = gaitwright_physics::character::read_file(&path, Default::default()).unwrap();
+    let model = Arc::new(gaitwright_physics::model::Model::new(
+        Arc::new(reading.character),
+        gaitwright_physics::model::Base::Floating,
+    ));
+    let scene = Scene::default();
+    let stance = Arc::new(Stance::find(&model, &scene));
+    Subject::new(&model, &stance, &scene, &Accuracy::default(), direction).unwrap()
+}
+
+fn trot(legs: &Legs) -> Wanted {
+    Wanted::at_froude(legs, named("trot", legs).unwrap(), 0.4, GRAVITY)
+}
+
+/// The stride time of the trot that stays up on the bundled quadruped.
+fn brisk() -> Vec<f64> {
+    let mut parameters = vec![0.0; PARAMETERS];
+    parameters[PERIOD] = -2.0;
+    parameters
+}
+
+#[test]
+fn shares_balance_as_a_beam_does() {
+    // Fore feet 0.1 m before, hind feet 0.3 m behind the centre of mass: three quarters are in front.
+    let feet = [(0.1, 0.2), (-0.3, 0.2), (0.1, -0.2), (-0.3, -0.2)].map(|(x, y)| Vector2::new(x, y));
+    for (share, wanted) in shares(&feet).iter().zip([0.375, 0.125, 0.375, 0.125]) {
+        assert!((share - wanted).abs() < 1e-12, "{share} instead of {wanted}");
+    }
+    // All feet before the centre of mass: nothing balances, but nothing pulls and the weight is carried as near as can be.
+    let ahead = [(0.1, 0.2), (0.5, 0.2), (0.1, -0.2), (0.5, -0.2)].map(|(x, y)| Vector2::new(x, y));
+    assert!(shares(&ahead).iter().all(|share| *share >= -1e-12));
+}
+
+#[test]
+fn forces_carry_the_weight_and_the_trunk_obeys_newton_and_euler() {
+    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
+    let legs = &subject.legs;
+    for gait in gaits(4) {
+        let wanted = Wanted::at_froude(legs, *gait, 0.4, GRAVITY);
+        let program = program(legs, &wanted, &[]);
+        let moments = stride(legs, &program, GRAVITY);
+        let count = SAMPLES as f64;
+        // Back from the root's axes, which are pitched.
+        let level = |sample: usize| -> Vec<Vector3<f64>> {
+            let (sine, cosine) = moments[sample].pitch.sin_cos();
+            let turned = moments[sample].forces.iter();
+            turned.map(|f| Vector3::new(cosine * f.x + sine * f.z, f.y, cosine * f.z - sine * f.x)).collect()
+        };
+        let total = |sample: usize| level(sample).iter().sum::<Vector3<f64>>();
+        let mean = (0..SAMPLES).map(total).sum::<Vector3<f64>>() / count;
+        assert!((mean.z / (legs.mass * GRAVITY) - 1.0).abs() < 1e-9, "{}: {mean}", gait.name);
+        // Central differences of the course are the accelerations that the forces give.
+        let dt = program.period / count;
+        for sample in 0..SAMPLES {
+            let [before, after] = [(sample + SAMPLES - 1) % SAMPLES, (sample + 1) % SAMPLES];
+            let second =
+                (moments[before].shift + moments[after].shift - 2.0 * moments[sample].shift) / (dt * dt);
+            // The trapezoidal rule averages the force over three samples.
+            let force = (total(before) + 2.0 * total(sample) + total(after)) / 4.0;
+            let wanted = Vector2::new(force.x - mean.x, force.z - mean.z) / legs.mass;
+            assert!((second - wanted).norm() < 1e-6 * GRAVITY, "{}: {second} instead of {wanted}", gait.name);
+        }
+        // A foot that stands moves back at the trunk's speed.
+        for (leg, step) in program.steps.iter().enumerate() {
+            for sample in 1..SAMPLES {
+                let since = |sample: usize| (sample as f64 / count - step.phase).rem_euclid(1.0);
+                if since(sample) >= step.duty || since(sample - 1) >= since(sample) {
+                    continue;
+                }
+                let foot = |sample: usize| {
+                    let moment = &moments[sample];
+                    let (sine, cosine) = moment.pitch.sin_cos();
+                    let at = moment.feet[leg] - legs.center;
+                    let level = Vector2::new(cosine * at.x + sine * at.z, cosine * at.z - sine * at.x);
+                    level + moment.shift
+                };
+                let moved = (foot(sample) - foot(sample - 1)) / dt;
+                assert!(
+                    (moved.x + program.speed).abs() < 1e-9 && moved.y.abs() < 1e-9,
+                    "{}: {moved}",
+                    gait.name
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_pair_of_legs_under_the_centre_of_mass_carries_half_each() {
+    let subject = subject("biped.urdf", [1.0, 0.0, 0.0]);
+    let legs = &subject.legs;
+    let wanted = Wanted::at_froude(legs, gaits(2)[0], 0.1, GRAVITY);
+    let program = program(legs, &wanted, &[]);
+    let moments = stride(legs, &program, GRAVITY);
+    // Half the weight over a share β of the stride, as a half-sine, has the peak m g π / (4 β).
+    let duty = program.steps[0].duty;
+    let peak = moments.iter().map(|moment| moment.forces[0].norm()).fold(0.0, f64::max);
+    let wanted = legs.mass * GRAVITY * std::f64::consts::PI / (4.0 * duty);
+    assert!((peak / wanted - 1.0).abs() < 0.02, "{peak} instead of {wanted}");
+}
+
+#[test]
+fn legs_are_where_the_simulator_has_them() {
+    for name in ["quadruped.urdf", "biped.urdf", "hexapod.json"] {
+        let subject = subject(name, [1.0, 0.0, 0.0]);
+        for leg in &subject.legs.legs {
+            let mut state = State::new(&subject.model);
+            let angles: Vec<f64> = leg.standing.iter().map(|angle| angle + 0.1).collect();
+            state.angles.copy_from_slice(&subject.stance.angles);
+            for (&joint, &angle) in leg.joints.iter().zip(&angles) {
+                state.angles[joint] = angle;
+            }
+            let poses = link_poses(&subject.model, &state);
+            let place = leg.place(&angles);
+            // The foot's body turned as the simulator turns it.
+            let link = subject.model.links.iter().position(|link| link.body == leg.body).unwrap();
+            let body = poses[link] * subject.model.links[link].pose.inverse();
+            let wanted = body.rotation.to_rotation_matrix();
+            assert!((place.rotation - wanted.matrix()).amax() < 1e-12, "{name}");
+            // The last joint sits where the body's origin is.
+            let origin = place.origin(leg.joints.len() - 1);
+            assert!((origin - body.translation.vector).norm() < 1e-12, "{name}");
+        }
+    }
+}
+
+#[test]
+fn inverse_kinematics_finds_what_forward_kinematics_gave() {
+    for name in ["quadruped.urdf", "biped.urdf", "hexapod.json"] {
+        let subject = subject(name, [1.0, 0.0, 0.0]);
+        for leg in &subject.legs.legs {
+            for change in [-0.15, 0.1, 0.2] {
+                let mut wanted: Vec<f64> = leg.standing.iter().map(|angle| angle + change).collect();
+                for (&joint, angle) in leg.joints.iter().zip(&mut wanted) {
+                    let [lower, upper] = subject.model.limits[joint].unwrap_or([f64::MIN, f64::MAX]);
+                    *angle = angle.clamp(lower, upper);
+                }
+                let goal = leg.place(&wanted);
+                let mut found = leg.standing.clone();
+                let left = leg.reach(&mut found, goal.foot, goal.up);
+                assert!(left < 1e-4 * leg.length, "{name}: {left} m");
+                assert!((leg.place(&found).foot - goal.foot).norm() < 1e-4 * leg.length);
+            }
+            // What cannot be reached is approached, within the ranges of motion.
+            let mut found = leg.standing.clone();
+            let left = leg.reach(&mut found, leg.hip - Vector3::z() * (2.0 * leg.length), Vector3::z());
+            assert!(left > 0.5 * leg.length);
+            for (&joint, angle) in leg.joints.iter().zip(&found) {
+                let [lower, upper] = subject.model.limits[joint].unwrap_or([f64::MIN, f64::MAX]);
+                assert!((lower..=upper).contains(angle));
+            }
+        }
+    }
+}
+
+#[test]
+fn left_and_fore_follow_the_direction_of_travel() {
+    let ahead = subject("quadruped.urdf", [1.0, 0.0, 0.0]).legs;
+    let back = subject("quadruped.urdf", [-1.0, 0.0, 0.0]).legs;
+    // LF, LH, RF, RH: the other way round, left fore is what was right hind.
+    for (leg, other) in [(0, 3), (1, 2), (2, 1), (3, 0)] {
+        assert_eq!(ahead.legs[leg].joints, back.legs[other].joints);
+        assert!((ahead.legs[leg].hip + back.legs[other].hip).xy().norm() < 1e-12);
+    }
+    assert!(ahead.legs[0].hip.x > 0.0 && ahead.legs[0].hip.y > 0.0);
+    // The mass and its inertia are those of the character.
+    assert!((ahead.mass - 12.0).abs() < 1e-9);
+    assert!((ahead.inertia[(1, 1)] - back.inertia[(1, 1)]).abs() < 1e-12);
+}
+
+#[test]
+fn keyframes_stay_within_the_ranges_of_motion_and_repeat() {
+    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
+    let wanted = trot(&subject.legs);
+    // Far out, where the legs do not reach.
+    let (ring, _) = subject.ring(&wanted, &[3.0; PARAMETERS]);
+    let player = Player::from_postures(
+        &subject.stance.angles,
+        ring.entry.iter().map(|posture| posture.parts()),
+        ring.cycle.iter().map(|posture| posture.parts()),
+        ring.transition_time(),
+    );
+    assert!((player.lead() - ring.lead()).abs() < 1e-12);
+    assert!((player.period() - ring.period).abs() < 1e-12);
+    let mut angles = vec![0.0; subject.model.joint_count()];
+    for sample in 0..=400 {
+        player.targets(ring.lead() + ring.period * f64::from(sample) / 400.0, &mut angles);
+        for (angle, limits) in angles.iter().zip(&subject.model.limits) {
+            let [lower, upper] = limits.unwrap();
+            assert!((lower - 1e-9..=upper + 1e-9).contains(angle));
+        }
+    }
+}
+
+#[test]
+fn the_mirrored_half_of_a_trot_follows_half_a_stride_later() {
+    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
+    let (ring, _) = subject.ring(&trot(&subject.legs), &brisk());
+    let legs = &subject.legs.legs;
+    let half = ring.cycle.len() / 2;
+    for row in 0..2 {
+        let (left, right) = (&legs[row], &legs[row + 2]);
+        for (knot, posture) in ring.cycle.iter().enumerate() {
+            let later = &ring.cycle[(knot + half) % ring.cycle.len()];
+            for (place, (&a, &b)) in left.joints.iter().zip(&right.joints).enumerate() {
+                // Abduction is mirrored; swing and knee are the same on both sides.
+                let sign = if place == 0 { -1.0 } else { 1.0 };
+                let apart = posture.angles[a] - sign * later.angles[b];
+                assert!(apart.abs() < 1e-3, "row {row}, joint {place}: {apart} rad");
+            }
+        }
+    }
+}
+
+/// Minimises `function` from 3 in each of `n` dimensions and gives the least value of a generation's best.
+fn minimised(function: impl Fn(&[f64]) -> f64, n: usize, generations: u32) -> f64 {
+    let mut search = Cma::new(&vec![3.0; n], 1.0, 16, 5);
+    let mut least = f64::INFINITY;
+    for _ in 0..generations {
+        let asked = search.ask();
+        let costs: Vec<f64> = asked.iter().map(|x| function(x)).collect();
+        least = costs.iter().copied().fold(least, f64::min);
+        search.tell(&asked, &costs);
+    }
+    least
+}
+
+#[test]
+fn the_evolution_strategy_solves_the_published_test_functions() {
+    // Hansen 2016 and Hansen & Ostermeier 2001: sphere, ellipsoid of condition 10⁶, Rosenbrock's valley.
+    let sphere = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
+    let ellipsoid =
+        |x: &[f64]| x.iter().enumerate().map(|(i, x)| 10f64.powf(6.0 * i as f64 / 9.0) * x * x).sum::<f64>();
+    let rosenbrock = |x: &[f64]| {
+        x.windows(2).map(|p| 100.0 * (p[1] - p[0] * p[0]).powi(2) + (1.0 - p[0]).powi(2)).sum::<f64>()
+    };
+    assert!(minimised(sphere, 10, 200) < 1e-10);
+    assert!(minimised(ellipsoid, 10, 600) < 1e-8);
+    assert!(minimised(rosenbrock, 8, 800) < 1e-8);
+    // It depends on the order of the costs alone, and what is not a number ranks last.
+    let mut searches = [(); 2].map(|()| Cma::new(&[1.0; 4], 0.5, 8, 9));
+    for _ in 0..5 {
+        let [a, b] = &mut searches;
+        let (asked, same) = (a.ask(), b.ask());
+        assert_eq!(asked, same);
+        let mut costs: Vec<f64> = asked.iter().map(|x| sphere(x)).collect();
+        let squashed: Vec<f64> = costs.iter().map(|cost| cost.ln()).collect();
+        b.tell(&same, &squashed);
+        // The worst of them is not among the parents either way.
+        let worst = (0..8).max_by(|&i, &j| costs[i].total_cmp(&costs[j])).unwrap();
+        costs[worst] = f64::NAN;
+        a.tell(&asked, &costs);
+        assert_eq!((a.mean(), a.sigma()), (b.mean(), b.sigma()));
+    }
+}
+
+/// A few generations with this many threads.
+fn refined(subject: &Subject, threads: usize) -> Refinement {
+    let wanted = trot(&subject.legs);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let arena = subject.arena().unwrap();
+    let stop = Stop::new(&Cancel::default(), None);
+    let starts = &seeds()[..4];
+    let mut refinement = Refinement::new(&pool, subject, &arena, &wanted, starts, 7).unwrap();
+    for _ in 0..2 {
+        refinement.generation((&pool, &stop), subject, &arena, &wanted).unwrap();
+    }
+    refinement
+}
+
+#[test]
+fn a_refinement_gives_the_same_bits_with_any_threads() {
+    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
+    let (alone, together) = (refined(&subject, 1), refined(&subject, 3));
+    assert_eq!(alone.best(), together.best());
+    assert_eq!(alone.evaluations, 4 + 2 * 16);
+    // A cancelled generation leaves everything as it was.
+    let cancel = Cancel::default();
+    cancel.cancel();
+    let mut stopped = alone.clone();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let (arena, wanted) = (subject.arena().unwrap(), trot(&subject.legs));
+    let stop = Stop::new(&cancel, None);
+    assert!(stopped.generation((&pool, &stop), &subject, &arena, &wanted).is_err());
+    assert_eq!(stopped.best(), alone.best());
+}
+
+#[test]
+fn the_template_trots_before_any_search() {
+    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
+    let wanted = trot(&subject.legs);
+    let arena = subject.arena().unwrap();
+    let (ring, gains) = subject.ring(&wanted, &brisk());
+    let figures = arena.run(&ring, &gains, false, 4 * STRIDES);
+    assert_eq!(figures.upright, 1.0);
+    assert!((figures.speed / wanted.speed - 1.0).abs() < 0.2, "{} m/s", figures.speed);
+    // Diagonal legs push together, half a stride after the others.
+    let apart = |a: usize, b: usize| {
+        let apart = figures.phases[a] - figures.phases[b];
+        (apart - apart.round()).abs()
+    };
+    assert!(apart(0, 3) < 0.08 && apart(1, 2) < 0.08, "{:?}", figures.phases);
+    assert!(apart(0, 1) > 0.4 && apart(0, 2) > 0.4, "{:?}", figures.phases);
+    // The same motion at half the step.
+    let finer = Subject { accuracy: Accuracy { step: 0.001, ..subject.accuracy }, ..subject.clone() };
+    let again = finer.arena().unwrap().run(&ring, &gains, false, 4 * STRIDES);
+    assert!((again.speed / figures.speed - 1.0).abs() < 0.05, "{} and {} m/s", figures.speed, again.speed);
+}
