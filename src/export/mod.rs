@@ -3,12 +3,14 @@
 mod bend;
 mod curve;
 mod diagram;
+mod formats;
 mod front;
 mod motion;
 mod recording;
 
 pub use curve::{Curve, CurveFormat};
 pub use diagram::{DiagramError, gait_diagram};
+pub use formats::{DEFAULT_FPS, ExportFormat, ExportOptions, MotionClip, MotionFrame, SampledMotion, export};
 pub use front::front_diagram;
 pub use motion::{Performance, motion};
 pub use recording::{Recording, RecordingError, RecordingSubject};
