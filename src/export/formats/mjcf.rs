@@ -17,8 +17,8 @@ use gaitwright_physics::scene::Ground;
 /// Longest step of the model, s: MuJoCo's own default.
 const STEP: f64 = 0.002;
 
-/// A model that stands for the character on its ground, and as keyframes `start` (where the entry begins), then every
-/// frame of the entry and of the loop.
+/// A model that stands for the character on its ground, with a key for every frame of the entry and then of the loop,
+/// on one clock.
 pub(super) fn write(sampled: &SampledMotion<'_>, motion: &Motion) -> Result<String, InputError> {
     let skeleton = &sampled.skeleton;
     let character = skeleton.character;
@@ -67,9 +67,8 @@ pub(super) fn write(sampled: &SampledMotion<'_>, motion: &Motion) -> Result<Stri
 }
 
 /// How the file is replayed.
-const REPLAY: &str = "  <!-- Start at the key \"start\". At time t the controls are those of the keys, linear between \
-    them by their time; after the last key go back to the first key \"loop_0\" and on: the time since then is t less \
-    its time, modulo that of the last key less that of \"loop_0\". -->\n";
+const REPLAY: &str = "  <!-- Start at key 0. At the time t the controls are those of the keys, linear between them; after \
+    the last key the loop begins again at the key \"loop_0\". -->\n";
 
 struct Model<'a> {
     sampled: &'a SampledMotion<'a>,
@@ -183,11 +182,12 @@ impl Model<'_> {
 
     fn keys(&self) -> String {
         let mut text = String::new();
-        self.key(&mut text, "start", 0.0, start(self.sampled));
         let mut clock = 0.0;
         for (name, clip) in [("entry", self.sampled.entry.as_ref()), ("loop", Some(&self.sampled.cycle))] {
             let Some(clip) = clip else { continue };
-            for (index, frame) in clip.frames.iter().enumerate() {
+            // The entry's last frame is the loop's first.
+            let count = clip.frames.len() - usize::from(name == "entry");
+            for (index, frame) in clip.frames[..count].iter().enumerate() {
                 self.key(&mut text, &format!("{name}_{index}"), clock + frame.time, frame);
             }
             clock += clip.duration();

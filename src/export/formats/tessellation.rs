@@ -97,6 +97,10 @@ impl DisplayMesh {
         }
         let row = SIDES as u32 + 1;
         for (ring, pair) in profile.windows(2).enumerate() {
+            // Two arcs may meet in one circle.
+            if pair[0][..2] == pair[1][..2] {
+                continue;
+            }
             let lower = first + ring as u32 * row;
             for side in 0..SIDES as u32 {
                 let [a, b, c, d] =
