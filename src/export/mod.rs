@@ -1,4 +1,4 @@
-//! What is handed back: the motion document, recordings, learning curves, diagrams.
+//! What is handed back: the motion document and its forms for other programs, recordings, learning curves, diagrams.
 
 mod bend;
 mod curve;

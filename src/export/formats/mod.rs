@@ -1,6 +1,6 @@
 //! A motion in the forms that other programs open.
 //!
-//! [`sampled`] turns the motion document and its character into evenly spaced frames, once for all formats; each
+//! `sampled` turns the motion document and its character into evenly spaced frames, once for all formats; each
 //! format is written by a file of its own from those frames.
 
 mod bvh;
@@ -21,8 +21,7 @@ use gaitwright_physics::character::Character;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::motion::Motion;
 
-pub use sampled::MotionFrame;
-pub use sampled::{MotionClip, SampledMotion};
+pub use sampled::{MotionClip, MotionFrame, SampledMotion};
 
 /// Frames per second where no rate is asked for.
 pub const DEFAULT_FPS: f64 = 60.0;
