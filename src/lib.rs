@@ -11,7 +11,7 @@
 //!
 //! | room of this crate | what it holds |
 //! |---|---|
-//! | [`export`] | recordings, curves, diagrams |
+//! | [`export`] | motions for other programs, recordings, curves, diagrams |
 //! | [`jobs`] | jobs, their store, queue and workers |
 //! | [`http`] | the REST service |
 //!

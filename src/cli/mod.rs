@@ -3,6 +3,7 @@
 mod accuracy;
 mod check;
 mod demo;
+mod export;
 mod failure;
 mod gait;
 mod input;
@@ -46,6 +47,8 @@ enum Command {
     Accuracy(accuracy::AccuracyCommand),
     /// Report the gait of a motion, as JSON
     Gait(gait::GaitCommand),
+    /// Write a motion in the form that another program opens
+    Export(export::ExportCommand),
     /// Print the JSON Schema of character documents
     Schema,
 }
@@ -67,6 +70,7 @@ pub fn main() -> ExitCode {
         Command::Simulate(simulate) => simulate.run(),
         Command::Accuracy(accuracy) => accuracy.run(),
         Command::Gait(gait) => gait.run(),
+        Command::Export(export) => export.run(),
         Command::Schema => schema::run(),
     };
     done.map_or_else(CommandError::exit, |()| ExitCode::SUCCESS)

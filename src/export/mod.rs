@@ -1,14 +1,16 @@
-//! What is handed back: the motion document, recordings, learning curves, diagrams.
+//! What is handed back: the motion document and its forms for other programs, recordings, learning curves, diagrams.
 
 mod bend;
 mod curve;
 mod diagram;
+mod formats;
 mod front;
 mod motion;
 mod recording;
 
 pub use curve::{Curve, CurveFormat};
 pub use diagram::{DiagramError, gait_diagram};
+pub use formats::{DEFAULT_FPS, ExportFormat, ExportOptions, MotionClip, MotionFrame, SampledMotion, export};
 pub use front::front_diagram;
 pub use motion::{Performance, motion};
 pub use recording::{Recording, RecordingError, RecordingSubject};

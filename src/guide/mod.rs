@@ -5,6 +5,7 @@
 //! | [first steps](first_steps) | from a file to a motion that plays; how the learner works |
 //! | [characters] | URDF, JSON and zip; faults and repairs; loops and passive joints |
 //! | [formats] | scenario, job, motion, recording |
+//! | [exports] | glTF, BVH, CSV, ROS 2, MuJoCo: the motion in other programs |
 //! | [service] | REST, curl, where jobs are kept |
 //! | [accuracy] | how finely to simulate, and what it costs |
 //! | [other engines](other_engines) | speed and accuracy beside MuJoCo and rapier3d |
@@ -27,6 +28,9 @@ pub mod characters {}
 
 #[doc = include_str!("formats.md")]
 pub mod formats {}
+
+#[doc = include_str!("exports.md")]
+pub mod exports {}
 
 #[doc = include_str!("service.md")]
 pub mod service {}

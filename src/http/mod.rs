@@ -5,6 +5,7 @@ mod accuracy;
 mod app;
 mod characters;
 mod events;
+mod exports;
 mod extract;
 mod jobs;
 mod openapi;
@@ -78,6 +79,9 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(events::events))
         .routes(routes!(results::recording))
         .routes(routes!(results::motion))
+        .routes(routes!(exports::glb))
+        .routes(routes!(exports::bvh))
+        .routes(routes!(exports::csv))
         .routes(routes!(results::gait))
         .routes(routes!(results::diagram))
         .routes(routes!(results::curve))

@@ -44,6 +44,11 @@ problems! {
     NoSuchJob { "404": "No such job" }
     /// The job has no motion.
     NoMotion { "4XX": "404 for no such job, 409 for one without a motion (yet)" }
+    /// The motion was not exported.
+    NotExported {
+        "4XX": "400 for a query that cannot be read, 404 for no such job, 409 for one without a motion (yet), \
+            422 for a rate that is out of range"
+    }
     /// The job has no report.
     NoReport { "4XX": "404 for no such job, 409 for one without results (yet)" }
     /// The job has no table.

@@ -193,7 +193,7 @@ async fn published(
     }
 }
 
-fn not_ready(job: &Job, what: &str) -> ProblemDetails {
+pub(super) fn not_ready(job: &Job, what: &str) -> ProblemDetails {
     let why = match &job.error {
         Some(error) => format!(": {error}"),
         None => String::new(),

@@ -19,9 +19,11 @@ use super::order::{Order, read_character};
 use super::request::{CharacterChoice, Settings};
 use super::store::{Store, StoreError};
 use super::study::StudyRequest;
+use crate::export::{ExportFormat, ExportOptions, export};
 use gaitwright_learning::learn::Generation;
 use gaitwright_physics::character::{Options, Source};
 use gaitwright_physics::fault::InputError;
+use gaitwright_physics::motion::Motion;
 use gaitwright_physics::scene::Scene;
 
 /// How long a short computation may wait for its turn.
@@ -340,6 +342,32 @@ impl Jobs {
     /// Where an artefact of the job called `id` lies, whether or not it is there yet.
     pub fn artefact(&self, id: Uuid, artefact: Artefact) -> PathBuf {
         artefact.path(&self.folder(id))
+    }
+
+    /// A job's motion in a format that other programs open; `None` when the job has none (yet).
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::UnknownJob`]; [`ServiceError::Input`] when the format cannot hold what is asked for.
+    pub async fn exported(
+        &self,
+        id: Uuid,
+        format: ExportFormat,
+        options: ExportOptions,
+    ) -> Result<Option<Vec<u8>>, ServiceError> {
+        self.job(id).await?;
+        let motion = match tokio::fs::read(self.artefact(id, Artefact::Motion)).await {
+            Ok(motion) => motion,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(error.into()),
+        };
+        let character = self.shared.store.job_input(id).await?;
+        self.compute(move |_| {
+            let motion = Motion::parse(&motion)?;
+            let reading = read_character(&character, None, Options::default())?;
+            Ok(Some(export(&motion, &reading.character, format, &options)?))
+        })
+        .await
     }
 
     /// Keeps a character for later jobs, and gives its id and what was found in it.

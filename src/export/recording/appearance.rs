@@ -71,7 +71,7 @@ impl Appearance {
 }
 
 /// Colour of each link by the limb it belongs to.
-fn limb_colors(character: &Character) -> Vec<[u8; 4]> {
+pub(in crate::export) fn limb_colors(character: &Character) -> Vec<[u8; 4]> {
     let mut limbs: Vec<Option<usize>> = Vec::with_capacity(character.links.len());
     let mut count = 0;
     for link in &character.links {

@@ -41,6 +41,7 @@ use re_sdk_types::archetypes::{Scalars, TextDocument};
 
 use appearance::Appearance;
 pub use appearance::RecordingSubject;
+pub(super) use appearance::limb_colors;
 use gaitwright_learning::learn::Generation;
 use gaitwright_physics::playback::Trace;
 use paths::{APPLICATION, GENERATION, SIM_TIME};

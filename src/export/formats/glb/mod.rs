@@ -1,0 +1,150 @@
+//! glTF 2.0 binary: the character as a node tree with its shapes, and its animations.
+//!
+//! Key frames are joined linearly (quaternions on the shortest arc), which every program plays alike; the last of a
+//! loop equals the first, seen from the travelling root node.
+
+mod document;
+
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+
+use super::sampled::{MotionClip, MotionFrame, SampledMotion};
+use super::tessellation::DisplayMesh;
+use super::up::y_up;
+use crate::export::recording::limb_colors;
+use document::{Document, Index, Node};
+use gaitwright_physics::character::Link;
+use gaitwright_physics::fault::InputError;
+
+/// The nodes that move: the travelling frame and every link.
+struct Nodes {
+    travel: Index<Node>,
+    links: Vec<Index<Node>>,
+}
+
+/// The scene's one root node travels evenly over the ground (y up); below it stands a node that turns z up to y up,
+/// and below that the root link with all others, each moving as it does in the travelling frame. So the animation
+/// with root motion differs from the one in place by the root node alone.
+pub(super) fn write(sampled: &SampledMotion<'_>, in_place: bool) -> Result<Vec<u8>, InputError> {
+    let mut document = Document::default();
+    let nodes = nodes(&mut document, sampled);
+    let name = &sampled.name;
+    if !in_place {
+        animation(&mut document, sampled, &nodes, (name, &sampled.cycle), true);
+    }
+    animation(&mut document, sampled, &nodes, (&format!("{name}_in_place"), &sampled.cycle), false);
+    if let Some(entry) = &sampled.entry {
+        animation(&mut document, sampled, &nodes, (&format!("{name}_entry"), entry), false);
+    }
+    let character = &sampled.skeleton.character.name;
+    document.finish(character).map_err(|error| InputError::impossible("", error.to_string()))
+}
+
+fn nodes(document: &mut Document, sampled: &SampledMotion<'_>) -> Nodes {
+    let skeleton = &sampled.skeleton;
+    let links = &skeleton.character.links;
+    let rest = sampled.entry.as_ref().unwrap_or(&sampled.cycle).frames.first();
+    let mut indices: Vec<Option<Index<Node>>> = vec![None; links.len()];
+    let colors = limb_colors(skeleton.character);
+    // Children come after their parents, and a node is written once all that it carries is.
+    for (index, link) in links.iter().enumerate().rev() {
+        let local = rest.map_or_else(Isometry3::identity, |frame| local(sampled, index, frame));
+        let children = skeleton.children(index).filter_map(|child| indices[child]).collect();
+        let mesh = mesh(document, link, colors[index].map(|part| f32::from(part) / 255.0));
+        indices[index] = Some(document.node(&link.name, Some(&local), mesh, children));
+    }
+    let links: Vec<Index<Node>> = indices.into_iter().flatten().collect();
+    let names: Vec<&str> = skeleton.character.links.iter().map(|link| &*link.name).collect();
+    let turned = Isometry3::from_parts(Default::default(), y_up());
+    let up = document.node(&unused("z_up", &names), Some(&turned), None, vec![links[0]]);
+    let travel = document.node(&unused("root_motion", &names), None, None, vec![up]);
+    document.scene(travel);
+    Nodes { travel, links }
+}
+
+/// A name that no link has.
+fn unused(name: &str, taken: &[&str]) -> String {
+    let mut name = name.to_owned();
+    while taken.contains(&&*name) {
+        name.push('_');
+    }
+    name
+}
+
+/// A link's frame in its parent's; the root link's in the travelling frame.
+fn local(sampled: &SampledMotion<'_>, link: usize, frame: &MotionFrame) -> Isometry3<f64> {
+    if link == 0 { frame.root } else { sampled.skeleton.local(link, &frame.angles) }
+}
+
+/// The shapes of a link, those of one colour together.
+fn mesh(document: &mut Document, link: &Link, fallback: [f32; 4]) -> Option<Index<document::Mesh>> {
+    let shapes = if link.visuals.is_empty() { &link.collisions } else { &link.visuals };
+    let mut parts: Vec<([f32; 4], DisplayMesh)> = Vec::new();
+    for placed in shapes {
+        let color = placed.color.map_or(fallback, |color| color.map(|part| part.clamp(0.0, 1.0)));
+        let part = match parts.iter().position(|(other, _)| *other == color) {
+            Some(part) => part,
+            None => {
+                parts.push((color, DisplayMesh::default()));
+                parts.len() - 1
+            }
+        };
+        parts[part].1.add(&placed.shape, &placed.pose);
+    }
+    parts.retain(|(_, mesh)| !mesh.indices.is_empty());
+    document.mesh(&link.name, &parts)
+}
+
+fn animation(
+    document: &mut Document,
+    sampled: &SampledMotion<'_>,
+    nodes: &Nodes,
+    (name, clip): (&str, &MotionClip),
+    travels: bool,
+) {
+    let mut animation = document.animation(name, clip.frames.iter().map(|frame| frame.time as f32));
+    if travels {
+        let turned = |frame: &MotionFrame| {
+            Isometry3::from_parts(
+                (y_up() * frame.travel.translation.vector).into(),
+                y_up() * frame.travel.rotation * y_up().inverse(),
+            )
+        };
+        let poses: Vec<Isometry3<f64>> = clip.frames.iter().map(turned).collect();
+        animation.translation(nodes.travel, &positions(&poses));
+        animation.rotation(nodes.travel, &rotations(&poses));
+    }
+    for (link, &node) in nodes.links.iter().enumerate() {
+        let moves = link == 0 || sampled.skeleton.angle_of[link].is_some();
+        if !moves {
+            continue;
+        }
+        let poses: Vec<Isometry3<f64>> =
+            clip.frames.iter().map(|frame| local(sampled, link, frame)).collect();
+        if link == 0 || !sampled.skeleton.turns(link) {
+            animation.translation(node, &positions(&poses));
+        }
+        if link == 0 || sampled.skeleton.turns(link) {
+            animation.rotation(node, &rotations(&poses));
+        }
+    }
+    animation.finish();
+}
+
+fn positions(poses: &[Isometry3<f64>]) -> Vec<[f32; 3]> {
+    poses.iter().map(|pose| Vector3::cast::<f32>(pose.translation.vector).into()).collect()
+}
+
+/// Quaternions x, y, z, w, each on the side of the one before it.
+fn rotations(poses: &[Isometry3<f64>]) -> Vec<[f32; 4]> {
+    let mut before: Option<UnitQuaternion<f64>> = None;
+    let one = |pose: &Isometry3<f64>| {
+        let mut q = pose.rotation;
+        if before.is_some_and(|before| before.dot(&q) < 0.0) {
+            q = UnitQuaternion::new_unchecked(-q.into_inner());
+        }
+        before = Some(q);
+        let q: Quaternion<f32> = q.into_inner().cast();
+        [q.i, q.j, q.k, q.w]
+    };
+    poses.iter().map(one).collect()
+}

@@ -1,0 +1,249 @@
+//! A MuJoCo model (MJCF) with keyframes that hold poses and controls.
+//!
+//! The actuators are those of the motion's drive: `kp` and `kv` are its stiffness and damping. MuJoCo damps the
+//! joint's velocity and not its difference to the target's, so that a control is the target plus the target's rate
+//! times kv/kp: the torque is then kp (q* − q) + kv (q̇* − q̇), as here.
+
+use std::fmt::Write;
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::sampled::{MotionFrame, SampledMotion};
+use gaitwright_physics::character::{Inertial, JointKind, Placed, Shape};
+use gaitwright_physics::fault::{Fault, InputError};
+use gaitwright_physics::motion::Motion;
+use gaitwright_physics::scene::Ground;
+
+/// Longest step of the model, s: MuJoCo's own default.
+const STEP: f64 = 0.002;
+
+/// A model that stands for the character on its ground, with a key for every frame of the entry and then of the loop,
+/// on one clock.
+pub(super) fn write(sampled: &SampledMotion<'_>, motion: &Motion) -> Result<String, InputError> {
+    let skeleton = &sampled.skeleton;
+    let character = skeleton.character;
+    let mut faults = Vec::new();
+    if let Some(first) = character.loops.first() {
+        let reason = format!("the loop \"{}\" closes a chain, which this export does not hold", first.name);
+        faults.push(Fault::new("/character", reason));
+    }
+    let height = match &motion.scene.ground {
+        Some(Ground::Plane { height }) => Some(*height),
+        None => None,
+        Some(_) => {
+            faults.push(Fault::new("/scene/ground", "only level ground can be exported to MuJoCo"));
+            None
+        }
+    };
+    if !motion.scene.obstacles.is_empty() {
+        faults.push(Fault::new("/scene/obstacles", "obstacles cannot be exported to MuJoCo"));
+    }
+    if !faults.is_empty() {
+        return Err(InputError::Impossible(faults));
+    }
+    let mut model = Model { sampled, motion, text: String::new(), meshes: String::new(), order: Vec::new() };
+    let mut ground = String::new();
+    if let Some(height) = height {
+        let friction = motion.scene.friction;
+        let _ = writeln!(
+            ground,
+            "    <geom name=\"ground\" type=\"plane\" pos=\"0 0 {height:?}\" size=\"0 0 1\" \
+             friction=\"{friction:?} 0.005 0.0001\" contype=\"0\" conaffinity=\"1\"/>"
+        );
+    }
+    model.body(0, 2);
+    let gravity = numbers(&motion.scene.gravity);
+    let step = motion.provenance.accuracy.step.min(STEP);
+    let (actuators, keys) = (model.actuators(), model.keys());
+    let Model { text, meshes, .. } = model;
+    Ok(format!(
+        "<mujoco model={}>\n{REPLAY}  <compiler angle=\"radian\" autolimits=\"true\" inertiafromgeom=\"false\" \
+         balanceinertia=\"true\"/>\n  <option timestep=\"{step:?}\" gravity=\"{gravity}\" \
+         integrator=\"implicitfast\" cone=\"elliptic\"/>\n  <asset>\n{meshes}  </asset>\n  <worldbody>\n\
+         {ground}{text}  </worldbody>\n  <actuator>\n{actuators}  </actuator>\n  <keyframe>\n{keys}  </keyframe>\n\
+         </mujoco>\n",
+        quoted(&character.name)
+    ))
+}
+
+/// How the file is replayed.
+const REPLAY: &str = "  <!-- Start at key 0. At the time t the controls are those of the keys, linear between them; after \
+    the last key the loop begins again at the key \"loop_0\". -->\n";
+
+struct Model<'a> {
+    sampled: &'a SampledMotion<'a>,
+    motion: &'a Motion,
+    text: String,
+    meshes: String,
+    /// Places of the angles in the order in which MuJoCo meets the joints.
+    order: Vec<usize>,
+}
+
+// Writing to a string cannot fail, so that its results are dropped below.
+impl Model<'_> {
+    fn body(&mut self, link: usize, depth: usize) {
+        let sampled = self.sampled;
+        let own = &sampled.skeleton.character.links[link];
+        let indent = "  ".repeat(depth);
+        let frame = match &own.joint {
+            Some(joint) => joint.origin,
+            None => start(sampled).placed_root(false),
+        };
+        let _ = writeln!(self.text, "{indent}<body name={} {}>", quoted(&own.name), pose(&frame));
+        if let Some(inertial) = own.inertial.as_ref().filter(|inertial| inertial.mass > 0.0) {
+            let _ = writeln!(self.text, "{indent}  {}", inertia(inertial));
+        }
+        match (&own.joint, sampled.skeleton.angle_of[link]) {
+            (None, _) => {
+                let _ = writeln!(self.text, "{indent}  <freejoint name=\"root\"/>");
+            }
+            (Some(joint), Some(angle)) => {
+                self.order.push(angle);
+                let kind = if joint.kind == JointKind::Revolute { "hinge" } else { "slide" };
+                let range = joint.limits.as_ref().map_or(String::new(), |limits| {
+                    format!(" range=\"{:?} {:?}\"", limits.lower, limits.upper)
+                });
+                let _ = writeln!(
+                    self.text,
+                    "{indent}  <joint name={} type=\"{kind}\" axis=\"{}\"{range} damping=\"{:?}\" \
+                     frictionloss=\"{:?}\" armature=\"{:?}\"/>",
+                    quoted(&joint.name),
+                    numbers(joint.axis.as_slice()),
+                    joint.damping,
+                    joint.friction,
+                    joint.armature
+                );
+            }
+            (Some(_), None) => {}
+        }
+        for placed in &own.collisions {
+            let geom = self.geom(placed);
+            let _ = writeln!(self.text, "{indent}  {geom}");
+        }
+        for child in sampled.skeleton.children(link) {
+            self.body(child, depth + 1);
+        }
+        let _ = writeln!(self.text, "{indent}</body>");
+    }
+
+    fn geom(&mut self, placed: &Placed) -> String {
+        let shape = match &placed.shape {
+            Shape::Sphere { radius } => format!("type=\"sphere\" size=\"{radius:?}\""),
+            Shape::Box { half_extents } => {
+                format!("type=\"box\" size=\"{}\"", numbers(half_extents.as_slice()))
+            }
+            Shape::Cylinder { radius, half_length } => {
+                format!("type=\"cylinder\" size=\"{radius:?} {half_length:?}\"")
+            }
+            Shape::Capsule { radius, half_length } => {
+                format!("type=\"capsule\" size=\"{radius:?} {half_length:?}\"")
+            }
+            Shape::Hull { vertices, .. } => {
+                // MuJoCo moves a mesh to its centre of mass and back by itself.
+                let name = format!("hull_{}", self.meshes.lines().count());
+                let corners: Vec<String> =
+                    vertices.iter().map(|corner| numbers(corner.coords.as_slice())).collect();
+                let _ = writeln!(
+                    self.meshes,
+                    "    <mesh name=\"{name}\" inertia=\"convex\" vertex=\"{}\"/>",
+                    corners.join(" ")
+                );
+                format!("type=\"mesh\" mesh=\"{name}\"")
+            }
+        };
+        // Shapes meet the ground and not each other.
+        let friction = self.motion.scene.friction;
+        format!(
+            "<geom {shape} {} friction=\"{friction:?} 0.005 0.0001\" contype=\"1\" conaffinity=\"0\"/>",
+            pose(&placed.pose)
+        )
+    }
+
+    /// The joints with an actuator, by the place of their angle, with the index of each in the motion.
+    fn driven(&self) -> Vec<(usize, usize)> {
+        let joints = self.sampled.skeleton.movable().enumerate().filter(|(_, joint)| joint.driven);
+        let own = |name: &str| self.motion.joints.iter().position(|other| other == name);
+        joints.filter_map(|(angle, joint)| Some((angle, own(&joint.name)?))).collect()
+    }
+
+    fn actuators(&self) -> String {
+        let drive = &self.motion.drive;
+        let line = |(angle, joint): (usize, usize)| {
+            let name = quoted(&self.sampled.joints()[angle]);
+            let force = drive.max_torque[joint]
+                .map_or(String::new(), |most| format!(" forcerange=\"-{most:?} {most:?}\""));
+            format!(
+                "    <position name={name} joint={name} kp=\"{:?}\" kv=\"{:?}\"{force}/>\n",
+                drive.stiffness[joint], drive.damping[joint]
+            )
+        };
+        self.driven().into_iter().map(line).collect()
+    }
+
+    fn keys(&self) -> String {
+        let mut text = String::new();
+        let mut clock = 0.0;
+        for (name, clip) in [("entry", self.sampled.entry.as_ref()), ("loop", Some(&self.sampled.cycle))] {
+            let Some(clip) = clip else { continue };
+            // The entry's last frame is the loop's first.
+            let count = clip.frames.len() - usize::from(name == "entry");
+            for (index, frame) in clip.frames[..count].iter().enumerate() {
+                self.key(&mut text, &format!("{name}_{index}"), clock + frame.time, frame);
+            }
+            clock += clip.duration();
+        }
+        text
+    }
+
+    fn key(&self, text: &mut String, name: &str, time: f64, frame: &MotionFrame) {
+        let root = frame.placed_root(false);
+        let (p, q) = (root.translation.vector, root.rotation);
+        let angles = self.order.iter().map(|&angle| frame.angles[angle]);
+        let state: Vec<f64> = [p.x, p.y, p.z, q.w, q.i, q.j, q.k].into_iter().chain(angles).collect();
+        let drive = &self.motion.drive;
+        let control = |(angle, joint): (usize, usize)| {
+            let (stiffness, damping) = (drive.stiffness[joint], drive.damping[joint]);
+            let ahead = if stiffness > 0.0 { damping / stiffness } else { 0.0 };
+            frame.targets[angle] + ahead * frame.target_rates[angle]
+        };
+        let controls: Vec<f64> = self.driven().into_iter().map(control).collect();
+        let _ = writeln!(
+            text,
+            "    <key name=\"{name}\" time=\"{time:?}\" qpos=\"{}\" ctrl=\"{}\"/>",
+            numbers(&state),
+            numbers(&controls)
+        );
+    }
+}
+
+/// Where the motion begins.
+fn start<'a>(sampled: &'a SampledMotion<'_>) -> &'a MotionFrame {
+    &sampled.entry.as_ref().unwrap_or(&sampled.cycle).frames[0]
+}
+
+fn inertia(inertial: &Inertial) -> String {
+    let i = &inertial.inertia;
+    let full = [i[(0, 0)], i[(1, 1)], i[(2, 2)], i[(0, 1)], i[(0, 2)], i[(1, 2)]];
+    format!(
+        "<inertial pos=\"{}\" mass=\"{:?}\" fullinertia=\"{}\"/>",
+        numbers(inertial.center_of_mass.coords.as_slice()),
+        inertial.mass,
+        numbers(&full)
+    )
+}
+
+fn pose(frame: &Isometry3<f64>) -> String {
+    let q = frame.rotation;
+    let position: &Vector3<f64> = &frame.translation.vector;
+    format!("pos=\"{}\" quat=\"{}\"", numbers(position.as_slice()), numbers(&[q.w, q.i, q.j, q.k]))
+}
+
+fn numbers(values: &[f64]) -> String {
+    values.iter().map(|value| format!("{value:?}")).collect::<Vec<_>>().join(" ")
+}
+
+/// A name as an attribute, in its quotes.
+fn quoted(name: &str) -> String {
+    let escaped = name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+    format!("\"{escaped}\"")
+}

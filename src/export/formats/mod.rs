@@ -1,0 +1,121 @@
+//! A motion in the forms that other programs open.
+//!
+//! `sampled` turns the motion document and its character into evenly spaced frames, once for all formats; each
+//! format is written by a file of its own from those frames.
+
+mod bvh;
+mod csv;
+mod glb;
+mod ground_travel;
+mod mjcf;
+mod ros;
+mod sampled;
+mod skeleton;
+mod tessellation;
+mod track;
+mod up;
+
+use std::str::FromStr;
+
+use gaitwright_physics::character::Character;
+use gaitwright_physics::fault::InputError;
+use gaitwright_physics::motion::Motion;
+
+pub use sampled::{MotionClip, MotionFrame, SampledMotion};
+
+/// Frames per second where no rate is asked for.
+pub const DEFAULT_FPS: f64 = 60.0;
+
+/// A form in which a motion is handed to other programs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExportFormat {
+    /// glTF 2.0 binary: the character with its animations.
+    Glb,
+    /// Biovision hierarchy: the skeleton and one cycle of the loop.
+    Bvh,
+    /// Comma-separated values: root, angles and targets, a row a frame.
+    Csv,
+    /// ROS 2 `trajectory_msgs/JointTrajectory`, as YAML.
+    Ros,
+    /// A MuJoCo model with keyframes that hold poses and controls.
+    Mujoco,
+}
+
+impl ExportFormat {
+    /// All formats.
+    pub const ALL: [Self; 5] = [Self::Glb, Self::Bvh, Self::Csv, Self::Ros, Self::Mujoco];
+
+    /// Its name, which is also the file extension of `glb`, `bvh` and `csv`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Glb => "glb",
+            Self::Bvh => "bvh",
+            Self::Csv => "csv",
+            Self::Ros => "ros",
+            Self::Mujoco => "mujoco",
+        }
+    }
+
+    /// The media type of its files.
+    pub fn media_type(self) -> &'static str {
+        match self {
+            Self::Glb => "model/gltf-binary",
+            Self::Bvh => "text/plain; charset=utf-8",
+            Self::Csv => "text/csv; charset=utf-8",
+            Self::Ros => "application/yaml",
+            Self::Mujoco => "application/xml",
+        }
+    }
+}
+
+impl FromStr for ExportFormat {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let names = || Self::ALL.map(Self::name).join(", ");
+        let found = Self::ALL.into_iter().find(|format| format.name() == name);
+        found.ok_or_else(|| format!("unknown format \"{name}\", expected one of {}", names()))
+    }
+}
+
+/// How a motion is exported.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExportOptions {
+    /// Frames per second. The nearest rate at which a cycle of the loop is a whole number of frames is used.
+    pub fps: f64,
+    /// Whether the root stays where the loop starts instead of travelling.
+    pub in_place: bool,
+}
+
+impl Default for ExportOptions {
+    fn default() -> Self {
+        Self { fps: DEFAULT_FPS, in_place: false }
+    }
+}
+
+/// Writes `motion` of `character` in a format that other programs open.
+///
+/// # Errors
+///
+/// [`InputError::Impossible`] when the motion was made for another character or is faulty, when the rate cannot be
+/// used, and when the format cannot hold what is asked for.
+pub fn export(
+    motion: &Motion,
+    character: &Character,
+    format: ExportFormat,
+    options: &ExportOptions,
+) -> Result<Vec<u8>, InputError> {
+    if options.in_place && matches!(format, ExportFormat::Ros | ExportFormat::Mujoco) {
+        let reason =
+            format!("the format {} holds no motion of the root that could stay in place", format.name());
+        return Err(InputError::impossible("in_place", reason));
+    }
+    let sampled = SampledMotion::new(motion, character, options.fps)?;
+    match format {
+        ExportFormat::Glb => glb::write(&sampled, options.in_place),
+        ExportFormat::Bvh => Ok(bvh::write(&sampled, options.in_place).into_bytes()),
+        ExportFormat::Csv => csv::write(&sampled, options.in_place),
+        ExportFormat::Ros => Ok(ros::write(&sampled).into_bytes()),
+        ExportFormat::Mujoco => mjcf::write(&sampled, motion).map(String::into_bytes),
+    }
+}

@@ -1,0 +1,91 @@
+//! A job's motion in the forms that other programs open.
+
+use axum::extract::State;
+use axum::http::header::CONTENT_TYPE;
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::app::App;
+use super::extract::{UrlPath, UrlQuery};
+use super::problem::ProblemDetails;
+use super::responses::{JobId, NotExported};
+use super::results::not_ready;
+use crate::export::{DEFAULT_FPS, ExportFormat, ExportOptions};
+
+/// How a motion is wanted.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Wanted {
+    fps: Option<f64>,
+    #[serde(default)]
+    in_place: bool,
+}
+
+/// The character and its motion as glTF binary.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/motion.glb", operation_id = "motion_glb", tag = "results",
+    params(JobId,
+        ("fps" = Option<f64>, Query, description = "Frames per second, 1 to 1000; 60 if left out"),
+        ("in_place" = Option<bool>, Query, description = "Only the animation without root motion, and the entry")),
+    responses(
+        (status = 200, description = "Animations of the loop, with root motion and in place, and of the entry",
+            content_type = "model/gltf-binary", body = Vec<u8>),
+        NotExported))]
+pub(super) async fn glb(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+    UrlQuery(wanted): UrlQuery<Wanted>,
+) -> Result<Response, ProblemDetails> {
+    exported(&app, id, ExportFormat::Glb, &wanted).await
+}
+
+/// One cycle of the motion as BVH.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/motion.bvh", operation_id = "motion_bvh", tag = "results",
+    params(JobId,
+        ("fps" = Option<f64>, Query, description = "Frames per second, 1 to 1000; 60 if left out"),
+        ("in_place" = Option<bool>, Query, description = "Whether the root stays where it is")),
+    responses(
+        (status = 200, description = "Skeleton and frames", content_type = "text/plain", body = String),
+        NotExported))]
+pub(super) async fn bvh(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+    UrlQuery(wanted): UrlQuery<Wanted>,
+) -> Result<Response, ProblemDetails> {
+    exported(&app, id, ExportFormat::Bvh, &wanted).await
+}
+
+/// The motion as comma-separated values, a row a frame.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/motion.csv", operation_id = "motion_csv", tag = "results",
+    params(JobId,
+        ("fps" = Option<f64>, Query, description = "Frames per second, 1 to 1000; 60 if left out"),
+        ("in_place" = Option<bool>, Query, description = "Whether the root stays where it is")),
+    responses(
+        (status = 200, description = "Root, angles and targets", content_type = "text/csv", body = String),
+        NotExported))]
+pub(super) async fn csv(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+    UrlQuery(wanted): UrlQuery<Wanted>,
+) -> Result<Response, ProblemDetails> {
+    exported(&app, id, ExportFormat::Csv, &wanted).await
+}
+
+async fn exported(
+    app: &App,
+    id: Uuid,
+    format: ExportFormat,
+    wanted: &Wanted,
+) -> Result<Response, ProblemDetails> {
+    let options = ExportOptions { fps: wanted.fps.unwrap_or(DEFAULT_FPS), in_place: wanted.in_place };
+    match app.jobs.exported(id, format, options).await? {
+        Some(file) => Ok(([(CONTENT_TYPE, format.media_type())], file).into_response()),
+        None => {
+            let job = app.jobs.job(id).await?;
+            Err(not_ready(&job, &format!("motion.{}", format.name())))
+        }
+    }
+}

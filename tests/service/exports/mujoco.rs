@@ -1,0 +1,120 @@
+//! MuJoCo: the model as text, and replayed by MuJoCo itself.
+
+use std::process::Command;
+
+use gaitwright::export::{ExportFormat, SampledMotion};
+use gaitwright_physics::motion::Player;
+use gaitwright_physics::scene::{Accuracy, Effect, Feedforward, Scene};
+use gaitwright_physics::sim::{Command as SimulatorCommand, Simulator, State};
+use serde_json::Value;
+
+use super::{Example, at};
+use crate::common;
+
+fn numbers(node: roxmltree::Node<'_, '_>, attribute: &str) -> Vec<f64> {
+    node.attribute(attribute).unwrap().split(' ').map(|word| word.parse().unwrap()).collect()
+}
+
+#[test]
+fn keys_hold_poses_and_controls() {
+    let example = Example::with_poses();
+    let text = String::from_utf8(example.export(ExportFormat::Mujoco, at(60.0))).unwrap();
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let all = |tag: &'static str| document.descendants().filter(move |node| node.has_tag_name(tag));
+    assert_eq!(all("body").count(), example.character().links.len());
+    let joints: Vec<&str> = all("joint").map(|joint| joint.attribute("name").unwrap()).collect();
+    let mass: f64 = all("inertial").map(|inertial| numbers(inertial, "mass")[0]).sum();
+    assert!((mass - example.character().mass()).abs() < 1e-9);
+    let sampled = SampledMotion::new(&example.motion, example.character(), 60.0).unwrap();
+    let entry = &sampled.entry.as_ref().unwrap().frames;
+    let frames = entry[..entry.len() - 1].iter().chain(&sampled.cycle.frames);
+    let times: Vec<f64> = all("key").map(|key| numbers(key, "time")[0]).collect();
+    assert!(times[0] == 0.0 && times.windows(2).all(|pair| pair[0] < pair[1]), "{times:?}");
+    let actuators: Vec<_> = all("position").collect();
+    for (key, frame) in all("key").zip(frames.clone()) {
+        let state = numbers(key, "qpos");
+        assert_eq!(state[0], frame.placed_root(false).translation.x);
+        for (joint, angle) in joints.iter().zip(&state[7..]) {
+            let own = sampled.joints().iter().position(|name| name == joint).unwrap();
+            assert_eq!(*angle, frame.angles[own], "{joint}");
+        }
+        // A control is the target plus its rate times damping by stiffness.
+        for (actuator, control) in actuators.iter().zip(numbers(key, "ctrl")) {
+            let joint = actuator.attribute("joint").unwrap();
+            let own = sampled.joints().iter().position(|name| name == joint).unwrap();
+            let ahead = numbers(*actuator, "kv")[0] / numbers(*actuator, "kp")[0];
+            assert!((control - frame.targets[own] - ahead * frame.target_rates[own]).abs() < 1e-9);
+        }
+    }
+    assert_eq!(all("key").count(), frames.count());
+}
+
+/// Replays the controls as the guide says, and prints angles and the state of the root in the end.
+const REPLAY: &str = r#"
+import json, sys
+import numpy as np, mujoco
+model = mujoco.MjModel.from_xml_path(sys.argv[1])
+data = mujoco.MjData(model)
+seconds = float(sys.argv[2])
+mujoco.mj_resetDataKeyframe(model, data, 0)
+begin, end = model.key("loop_0").time[0], model.key_time[-1]
+upright = 1.0
+while data.time < seconds - 1e-9:
+    t = data.time if data.time < end else begin + (data.time - begin) % (end - begin)
+    data.ctrl[:] = [np.interp(t, model.key_time, model.key_ctrl[:, a]) for a in range(model.nu)]
+    mujoco.mj_step(model, data)
+    upright = min(upright, 1 - 2 * (data.qpos[4] ** 2 + data.qpos[5] ** 2))
+angles = {model.joint(j).name: data.joint(j).qpos[0] for j in range(1, model.njnt)}
+print(json.dumps({"upright": upright, "height": data.qpos[2], "angles": angles}))
+"#;
+
+fn replayed(example: &Example, seconds: f64) -> Value {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("walk.xml");
+    std::fs::write(&path, example.export(ExportFormat::Mujoco, at(1000.0))).unwrap();
+    let arguments = [path.to_str().unwrap(), &seconds.to_string()];
+    let output = Command::new("python3").args(["-c", REPLAY]).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// The bundled motion in MuJoCo, which is without its feedforward there: it stays upright.
+#[test]
+#[ignore = "needs MuJoCo: pip install mujoco numpy"]
+fn mujoco_keeps_it_upright() {
+    let found = replayed(&Example::new(), 5.0);
+    assert!(found["upright"].as_f64().unwrap() > 0.8, "{found}");
+    assert!(found["height"].as_f64().unwrap() > 0.15, "{found}");
+}
+
+/// Without ground both engines drive the same limbs with the same servos: after the entry and two cycles the
+/// joints stand at the same angles.
+#[test]
+#[ignore = "needs MuJoCo: pip install mujoco numpy"]
+fn mujoco_moves_the_joints_as_the_simulator_does() {
+    const SECONDS: f64 = 0.5;
+    let mut example = Example::new();
+    example.motion.scene.ground = None;
+    example.motion.drive.feedforward = Feedforward::None;
+    let found = replayed(&example, SECONDS);
+    let motion = &example.motion;
+    let player = Player::new(motion, &example.model.joint_names).unwrap();
+    let step = 1e-4;
+    let accuracy = Accuracy { step, ..Accuracy::default() };
+    let scene = Scene { ground: None, ..common::without(&[Effect::SelfCollision]) };
+    let plan = common::plan(&example.model, &scene, &accuracy, Some(&motion.drive));
+    let mut state = State::new(&example.model);
+    player.targets(0.0, &mut state.angles);
+    let mut simulator = Simulator::new(plan, state);
+    let (mut now, mut next) = (vec![0.0; 12], vec![0.0; 12]);
+    for index in 0..(SECONDS / step).round() as usize {
+        player.targets(index as f64 * step, &mut now);
+        player.targets((index + 1) as f64 * step, &mut next);
+        simulator.step(SimulatorCommand::Track { now: &now, next: &next }).unwrap();
+    }
+    let start = &motion.entry[0].angles;
+    for ((name, angle), start) in example.model.joint_names.iter().zip(&simulator.state().angles).zip(start) {
+        let found = found["angles"][name].as_f64().unwrap();
+        assert!((found - angle).abs() < 0.01, "{name}: {found}, {angle}; it began at {start}");
+    }
+}

@@ -1,0 +1,37 @@
+//! Motions in the forms that other programs open, over HTTP.
+
+use serde_json::json;
+
+use super::client::Service;
+
+#[test]
+fn a_motion_is_exported_once_its_job_has_ended() {
+    let service = Service::with(&["--workers", "1"]);
+    let job = service.post_job(&json!({ "generations": 2 }));
+    // It waits for the first.
+    let waiting = service.post_job(&json!({ "generations": 2 }));
+    let problem = service.curl(&format!("{waiting}/motion.glb"), &[]).problem(409);
+    assert!(problem["detail"].as_str().unwrap().contains("motion.glb"), "{problem}");
+    assert_eq!(service.wait_for_end(&job)["state"], "succeeded");
+
+    let glb = service.curl(&format!("{job}/motion.glb"), &[]);
+    assert_eq!((glb.status, &*glb.headers["content-type"]), (200, "model/gltf-binary"));
+    let file = gltf::Gltf::from_slice(&glb.body).unwrap();
+    assert_eq!(file.animations().count(), 3);
+    let bvh = service.curl(&format!("{job}/motion.bvh?in_place=true"), &[]);
+    assert_eq!(bvh.status, 200);
+    assert!(bvh.text().starts_with("HIERARCHY\nROOT plate"));
+    let rows = |query: &str| {
+        let answer = service.curl(&format!("{job}/motion.csv{query}"), &[]);
+        assert!(answer.headers["content-type"].starts_with("text/csv"), "{}", answer.text());
+        answer.text().lines().filter(|line| line.starts_with("loop,")).count()
+    };
+    let seconds = service.json(&format!("{job}/motion"))["loop"]["end"].as_f64().unwrap();
+    assert_eq!(rows("?fps=100"), (100.0 * seconds).round() as usize + 1);
+    assert_eq!(rows(""), (60.0 * seconds).round() as usize + 1);
+
+    for (query, status) in [("?fps=0", 422), ("?fps=quick", 400), ("?speed=2", 400)] {
+        service.curl(&format!("{job}/motion.csv{query}"), &[]).problem(status);
+    }
+    service.curl("/v1/jobs/01890000-0000-7000-8000-000000000000/motion.bvh", &[]).problem(404);
+}
