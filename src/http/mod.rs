@@ -74,7 +74,9 @@ pub async fn serve(listener: TcpListener, jobs: Jobs) -> io::Result<()> {
 fn routes() -> OpenApiRouter<App> {
     OpenApiRouter::with_openapi(openapi::introduction())
         .routes(routes!(jobs::submit, jobs::list))
-        .routes(routes!(jobs::show, jobs::remove))
+        .routes(routes!(jobs::show, jobs::delete))
+        .routes(routes!(jobs::cancel))
+        .routes(routes!(jobs::retry))
         .routes(routes!(events::events))
         .routes(routes!(results::recording))
         .routes(routes!(results::motion))

@@ -149,6 +149,8 @@ impl From<ServiceError> for ProblemDetails {
                 Self::not_found(error.to_string())
             }
             ServiceError::Full(_) | ServiceError::Busy => Self::busy(error.to_string()),
+            ServiceError::WrongState { .. } => Self::conflict(error.to_string()),
+            ServiceError::KeyReused => Self::new(StatusCode::UNPROCESSABLE_ENTITY, error.to_string()),
             ServiceError::GivenUp => Self::new(StatusCode::REQUEST_TIMEOUT, error.to_string()),
             ServiceError::ShuttingDown => {
                 Self::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string()).retry_after(SHUTDOWN_RETRY)

@@ -15,6 +15,7 @@ use super::check::{Findings, check_until};
 use super::files::{self, Artefact};
 use super::job::{CharacterName, Job, JobState};
 use super::live::Live;
+use super::once::IdempotencyKey;
 use super::order::{Order, read_character};
 use super::request::{CharacterChoice, Settings};
 use super::store::{Store, StoreError};
@@ -39,6 +40,19 @@ pub enum ServiceError {
     /// There is no character of this id.
     #[error("there is no character {0}")]
     UnknownCharacter(Uuid),
+    /// The job is not in a state for what was asked.
+    #[error("the job {id} is {}; {needs}", state.name())]
+    WrongState {
+        /// The job.
+        id: Uuid,
+        /// Where it stands.
+        state: JobState,
+        /// Which jobs it can be asked of.
+        needs: &'static str,
+    },
+    /// The key of the request has come before with another request.
+    #[error("the idempotency key has been used for another request")]
+    KeyReused,
     /// As many jobs wait as may wait.
     #[error("{0} jobs are waiting already")]
     Full(u64),
@@ -169,13 +183,31 @@ impl Jobs {
         Ok(self.shared.store.ping().await?)
     }
 
-    /// Queues a job.
+    /// The job that was posted under `key` before, where there is one.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::KeyReused`] when it was another request.
+    pub async fn posted(&self, key: &IdempotencyKey) -> Result<Option<Job>, ServiceError> {
+        match self.shared.store.posted(key).await? {
+            Some((_, false)) => Err(ServiceError::KeyReused),
+            Some((job, true)) => Ok(Some(job)),
+            None => Ok(None),
+        }
+    }
+
+    /// Queues a job; with a key that has come before, it gives the job of that time.
     ///
     /// # Errors
     ///
     /// [`ServiceError::Input`] with every fault of the character and of what is wanted of it;
-    /// [`ServiceError::Full`]; [`ServiceError::ShuttingDown`].
-    pub async fn submit(&self, character: CharacterChoice, settings: Settings) -> Result<Job, ServiceError> {
+    /// [`ServiceError::KeyReused`]; [`ServiceError::Full`]; [`ServiceError::ShuttingDown`].
+    pub async fn submit(
+        &self,
+        character: CharacterChoice,
+        settings: Settings,
+        key: Option<IdempotencyKey>,
+    ) -> Result<Job, ServiceError> {
         let (bytes, source, place) = match character {
             CharacterChoice::Urdf(text) => (text.into_bytes(), Some(Source::Urdf), "/character/urdf"),
             CharacterChoice::Json(fields) => {
@@ -189,7 +221,7 @@ impl Jobs {
                 (bytes, None, "")
             }
         };
-        self.submit_bytes(bytes, source, place, settings).await
+        self.submit_bytes(bytes, source, place, settings, key).await
     }
 
     /// Queues a job for the character in `bytes`; faults of a character document are named from
@@ -204,6 +236,7 @@ impl Jobs {
         source: Option<Source>,
         place: &'static str,
         settings: Settings,
+        key: Option<IdempotencyKey>,
     ) -> Result<Job, ServiceError> {
         self.check_not_shutting_down()?;
         let bytes = Arc::new(bytes);
@@ -216,7 +249,7 @@ impl Jobs {
             })
             .await?
         };
-        self.queue(Job::queued(name, settings), &bytes).await
+        self.queue(Job::queued(name, settings), bytes, key).await
     }
 
     /// Queues a study of what accuracy costs.
@@ -238,21 +271,37 @@ impl Jobs {
             })
             .await?
         };
-        self.queue(Job::queued(name, request), &bytes).await
+        self.queue(Job::queued(name, request), bytes, None).await
     }
 
     /// Puts a job that works on `input` into the queue.
-    async fn queue(&self, job: Job, input: &[u8]) -> Result<Job, ServiceError> {
-        let running = self.shared.running.lock().await;
+    async fn queue(
+        &self,
+        job: Job,
+        input: Arc<Vec<u8>>,
+        key: Option<IdempotencyKey>,
+    ) -> Result<Job, ServiceError> {
+        let jobs = self.clone();
+        uninterrupted(async move {
+            let _turn = jobs.shared.running.lock().await;
+            // The same request may have come twice at once.
+            if let Some(key) = &key
+                && let Some(job) = jobs.posted(key).await?
+            {
+                return Ok(job);
+            }
+            jobs.check_queue().await?;
+            jobs.shared.store.insert(&job, &input, key.as_ref()).await?;
+            jobs.shared.posted.notify_one();
+            metrics::counter!("gaitwright_jobs_posted_total").increment(1);
+            Ok(job)
+        })
+        .await
+    }
+
+    async fn check_queue(&self) -> Result<(), ServiceError> {
         let waiting = self.shared.store.count(JobState::Queued).await?;
-        if waiting >= self.shared.queue {
-            return Err(ServiceError::Full(waiting));
-        }
-        self.shared.store.insert(&job, input).await?;
-        drop(running);
-        self.shared.posted.notify_one();
-        metrics::counter!("gaitwright_jobs_posted_total").increment(1);
-        Ok(job)
+        if waiting >= self.shared.queue { Err(ServiceError::Full(waiting)) } else { Ok(()) }
     }
 
     /// The job called `id`.
@@ -287,37 +336,87 @@ impl Jobs {
         Ok(self.shared.store.count(state).await?)
     }
 
-    /// Cancels a job that waits or runs, and gives it as it then is; deletes one that has ended, and
-    /// gives nothing. A running job ends within a second of this, and is not taken up again even if the
-    /// process ends first.
+    /// Cancels a job that waits or runs, and gives it as it then is; the same again changes nothing. A running job
+    /// ends within a second of this, and is not taken up again even if the process ends first.
     ///
     /// # Errors
     ///
-    /// [`ServiceError::UnknownJob`].
-    pub async fn remove(&self, id: Uuid) -> Result<Option<Job>, ServiceError> {
-        let running = self.shared.running.lock().await;
-        let mut job = self.job(id).await?;
-        match job.state {
-            JobState::Queued => {
-                job.end(JobState::Cancelled);
-                self.shared.store.update(&job, &[]).await?;
-                self.shared.changes.send_replace(());
-            }
-            JobState::Running => {
-                if let Some(live) = running.get(&id) {
-                    self.shared.store.abandon(id).await?;
-                    live.abandon();
+    /// [`ServiceError::UnknownJob`]; [`ServiceError::WrongState`] when it has ended otherwise.
+    pub async fn cancel(&self, id: Uuid) -> Result<Job, ServiceError> {
+        let jobs = self.clone();
+        uninterrupted(async move {
+            let running = jobs.shared.running.lock().await;
+            let mut job = jobs.job(id).await?;
+            match job.state {
+                JobState::Queued => {
+                    job.end(JobState::Cancelled);
+                    jobs.shared.store.update(&job, &[]).await?;
+                    jobs.shared.changes.send_replace(());
+                }
+                JobState::Running => {
+                    jobs.shared.store.abandon(id).await?;
+                    if let Some(live) = running.get(&id) {
+                        live.abandon();
+                    }
+                }
+                JobState::Cancelled => {}
+                state @ (JobState::Succeeded | JobState::Failed) => {
+                    let needs = "only a job that waits or runs can be cancelled";
+                    return Err(ServiceError::WrongState { id, state, needs });
                 }
             }
-            JobState::Succeeded | JobState::Failed | JobState::Cancelled => {
-                self.shared.store.delete(id).await?;
-                match std::fs::remove_dir_all(self.folder(id)) {
-                    Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error.into()),
-                    _ => return Ok(None),
-                }
+            Ok(job)
+        })
+        .await
+    }
+
+    /// Queues a failed or cancelled job again; it goes on from its last checkpoint.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::UnknownJob`]; [`ServiceError::WrongState`] when it has neither failed nor been cancelled;
+    /// [`ServiceError::Full`]; [`ServiceError::ShuttingDown`].
+    pub async fn retry(&self, id: Uuid) -> Result<Job, ServiceError> {
+        self.check_not_shutting_down()?;
+        let jobs = self.clone();
+        uninterrupted(async move {
+            let _turn = jobs.shared.running.lock().await;
+            let mut job = jobs.job(id).await?;
+            if !matches!(job.state, JobState::Failed | JobState::Cancelled) {
+                let needs = "only a job that failed or was cancelled can be tried again";
+                return Err(ServiceError::WrongState { id, state: job.state, needs });
             }
-        }
-        Ok(Some(job))
+            jobs.check_queue().await?;
+            job.reopen();
+            jobs.shared.store.requeue(&job).await?;
+            jobs.shared.posted.notify_one();
+            jobs.shared.changes.send_replace(());
+            Ok(job)
+        })
+        .await
+    }
+
+    /// Deletes a job that has ended, with its files.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::UnknownJob`]; [`ServiceError::WrongState`] unless it has ended.
+    pub async fn delete(&self, id: Uuid) -> Result<(), ServiceError> {
+        let jobs = self.clone();
+        uninterrupted(async move {
+            let _turn = jobs.shared.running.lock().await;
+            let state = jobs.job(id).await?.state;
+            if !state.is_final() {
+                let needs = "only a job that has ended can be deleted; cancel it first";
+                return Err(ServiceError::WrongState { id, state, needs });
+            }
+            jobs.shared.store.delete(id).await?;
+            match std::fs::remove_dir_all(jobs.folder(id)) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error.into()),
+                _ => Ok(()),
+            }
+        })
+        .await
     }
 
     /// A job's learning curve so far.
@@ -409,4 +508,11 @@ impl Jobs {
     fn check_not_shutting_down(&self) -> Result<(), ServiceError> {
         if self.shared.shutdown.is_cancelled() { Err(ServiceError::ShuttingDown) } else { Ok(()) }
     }
+}
+
+/// Does something to its end even if nobody waits for it any more: a client that hangs up must not leave it half done.
+async fn uninterrupted<T: Send + 'static>(
+    work: impl Future<Output = Result<T, ServiceError>> + Send + 'static,
+) -> Result<T, ServiceError> {
+    tokio::spawn(work).await?
 }

@@ -14,6 +14,7 @@ use uuid::Uuid;
 
 use super::check::Findings;
 use super::job::{Job, JobState};
+use super::once::IdempotencyKey;
 use gaitwright_learning::learn::Generation;
 
 static MIGRATIONS: Migrator = sqlx::migrate!("src/jobs/migrations");
@@ -70,16 +71,52 @@ impl Store {
         Ok(())
     }
 
-    /// Adds a job and the bytes of what it works on.
+    /// Adds a job, the bytes of what it works on, and the key that it was posted under.
     ///
     /// # Errors
     ///
     /// When the database refuses.
-    pub async fn insert(&self, job: &Job, input: &[u8]) -> Result<(), StoreError> {
-        sqlx::query("INSERT INTO jobs (id, record, input) VALUES (?, ?, ?)")
+    pub async fn insert(
+        &self,
+        job: &Job,
+        input: &[u8],
+        key: Option<&IdempotencyKey>,
+    ) -> Result<(), StoreError> {
+        sqlx::query("INSERT INTO jobs (id, record, input, key, request) VALUES (?, ?, ?, ?, ?)")
             .bind(job.id.to_string())
             .bind(document(job)?)
             .bind(input)
+            .bind(key.map(|key| &key.key))
+            .bind(key.map(|key| &key.digest))
+            .execute(&self.pool)
+            .await?;
+        Ok(())
+    }
+
+    /// The job that was posted under `key`, and whether it was the same request.
+    ///
+    /// # Errors
+    ///
+    /// When the database refuses.
+    pub async fn posted(&self, key: &IdempotencyKey) -> Result<Option<(Job, bool)>, StoreError> {
+        let row = sqlx::query("SELECT record, request FROM jobs WHERE key = ?")
+            .bind(&key.key)
+            .fetch_optional(&self.pool)
+            .await?;
+        let Some(row) = row else { return Ok(None) };
+        let request: String = row.try_get("request")?;
+        Ok(Some((read(row.try_get("record")?)?, request == key.digest)))
+    }
+
+    /// Writes the record of a job that is queued again; that its end was asked for is forgotten.
+    ///
+    /// # Errors
+    ///
+    /// When the database refuses.
+    pub async fn requeue(&self, job: &Job) -> Result<(), StoreError> {
+        sqlx::query("UPDATE jobs SET record = ?, unwanted = 0 WHERE id = ?")
+            .bind(document(job)?)
+            .bind(job.id.to_string())
             .execute(&self.pool)
             .await?;
         Ok(())

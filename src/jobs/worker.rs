@@ -19,7 +19,7 @@ use super::job::{Job, JobState, Stage};
 use super::live::Live;
 use super::order::Order;
 use super::request::Settings;
-use super::run::{PreparedRun, RunError, RunOutcome, RunWatcher, run};
+use super::run::{PreparedRun, RunError, RunOutcome, RunWatcher, Unsuccessful, run};
 use super::service::{Jobs, ServiceError, Shared};
 use super::study;
 use super::work::Work;
@@ -125,10 +125,14 @@ impl Worker {
             Work::Accuracy(_) => self.study(&mut job, live),
         }));
         stopper.abort();
-        match result {
-            Ok(Ok(())) => {}
-            Ok(Err(error)) => fail(&mut job, error.to_string()),
-            Err(panic) => fail(&mut job, format!("the program broke off: {}", message(&*panic))),
+        let failed = match result {
+            Ok(Ok(())) => None,
+            Ok(Err(error)) => Some(error.to_string()),
+            Err(panic) => Some(format!("the program broke off: {}", message(&*panic))),
+        };
+        if let Some(reason) = failed {
+            fail(&mut job, reason);
+            self.withdraw(&job);
         }
         self.runtime.block_on(async {
             let mut running = self.shared.running.lock().await;
@@ -167,7 +171,12 @@ impl Worker {
         let outcome =
             run(&order, self.threads, &folder, (&cancel, CANCELLED_CHECK), checkpoint, &mut reporter);
         reporter.flush();
-        conclude(job, live, outcome?);
+        let outcome = outcome?;
+        let not_begun = outcome.motion == Err(Unsuccessful::NotBegun);
+        conclude(job, live, outcome);
+        if not_begun && job.state.is_final() {
+            self.withdraw(job);
+        }
         Ok(())
     }
 
@@ -185,6 +194,13 @@ impl Worker {
             None => call_off(job, live),
         }
         Ok(())
+    }
+
+    /// Removes what an earlier run of a job that was tried again has left as its results.
+    fn withdraw(&self, job: &Job) {
+        if let Err(error) = files::withdraw(&files::folder(&self.shared.data, job.id)) {
+            tracing::error!(%error, "the results of an earlier run could not be removed");
+        }
     }
 
     /// The folder of a job's files.

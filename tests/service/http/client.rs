@@ -86,6 +86,16 @@ impl Service {
         self.post(path, "application/json", document.to_string().as_bytes())
     }
 
+    /// The answer to the wish that the job at `path` be cancelled.
+    pub fn cancel(&self, path: &str) -> Answer {
+        self.curl(&format!("{path}/cancel"), &["-X", "POST"])
+    }
+
+    /// The answer to the wish that the job at `path` be tried again.
+    pub fn retry(&self, path: &str) -> Answer {
+        self.curl(&format!("{path}/retry"), &["-X", "POST"])
+    }
+
     /// Posts a job for the paddler that is quick unless `learning` says otherwise, and gives its path.
     pub fn post_job(&self, learning: &Value) -> String {
         let mut quick = json!({ "population": 4, "islands": 1, "elite": 1, "episodes": 2, "trial_seconds": 0.5,

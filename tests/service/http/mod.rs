@@ -2,6 +2,7 @@
 
 mod characters;
 mod client;
+mod ends;
 mod interface;
 mod life;
 mod refusals;
