@@ -54,6 +54,8 @@ problems! {
     }
     /// The job cannot be deleted.
     NotDeleted { "404": "No such job", "409": "The job has not ended" }
+    /// The job is not followed.
+    NotFollowed { "404": "No such job", "503": "As many streams are followed as may be at once" }
     /// The job has no motion.
     NoMotion { "4XX": "404 for no such job, 409 for one that has not ended or has no motion" }
     /// The job has no report.
@@ -64,7 +66,8 @@ problems! {
     NoDiagram { "4XX": "404 for no such job, 409 for one that has not ended or has no diagram" }
     /// The job has no recording, or not at the range asked for.
     NoRecording {
-        "4XX": "404 for no such job, 409 for one that has recorded nothing, 416 for a range beyond the end"
+        "4XX": "404 for no such job, 409 for one that has recorded nothing, 416 for a range beyond the end",
+        "503": "As many streams are followed as may be at once"
     }
     /// The service takes no requests.
     NotReady { "503": "Not ready, and why" }

@@ -15,7 +15,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 use tokio::fs::File;
 use tokio::io::{AsyncReadExt, AsyncSeekExt};
-use tokio::sync::mpsc;
+use tokio::sync::{OwnedSemaphorePermit, mpsc};
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
@@ -58,7 +58,8 @@ pub(super) async fn recording(
     if job.state == JobState::Running
         && let Some(live) = app.jobs.live(id).await
     {
-        return Ok(growing(&request, path, live, app.jobs.shutdown().clone()));
+        let place = app.stream()?;
+        return Ok(growing(&request, path, live, app.jobs.shutdown().clone(), place));
     }
     if !tokio::fs::try_exists(&path).await.unwrap_or(false) {
         return Err(not_ready(&job, "recording"));
@@ -239,13 +240,20 @@ fn not_ready(job: &Job, what: &str) -> ProblemDetails {
 }
 
 /// Answers with a file that grows until its job is over.
-fn growing(request: &Request, path: PathBuf, live: Arc<Live>, shutdown: CancellationToken) -> Response {
+fn growing(
+    request: &Request,
+    path: PathBuf,
+    live: Arc<Live>,
+    shutdown: CancellationToken,
+    place: OwnedSemaphorePermit,
+) -> Response {
     let body = if request.method() == Method::HEAD {
         // A body of length 0 would be wrong: the length of what there will be is not known.
         Body::from_stream(tokio_stream::empty::<std::io::Result<Bytes>>())
     } else {
         let (sender, receiver) = mpsc::channel(4);
         tokio::spawn(async move {
+            let _place = place;
             // The status has been sent: breaking the stream off is all that can still be done.
             if let Err(error) = follow(path, live, shutdown, &sender).await {
                 let _ = sender.send(Err(error)).await;

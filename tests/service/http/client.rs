@@ -44,10 +44,28 @@ impl Service {
 
     /// A service on a data folder that may hold jobs already.
     pub fn on(data: &Path, arguments: &[&str]) -> Self {
+        Self::spawn(data, arguments, None)
+    }
+
+    /// A service with a new data folder that lets in who brings `token`.
+    pub fn with_token(token: &str, arguments: &[&str]) -> Self {
+        let folder = TempDir::new().unwrap();
+        let mut service = Self::spawn(folder.path(), arguments, Some(token));
+        service._folder = Some(folder);
+        service
+    }
+
+    fn spawn(data: &Path, arguments: &[&str], token: Option<&str>) -> Self {
+        let listen: &[&str] =
+            if arguments.contains(&"--listen") { &[] } else { &["--listen", "127.0.0.1:0"] };
         let mut child = Command::new(env!("CARGO_BIN_EXE_gaitwright"))
-            .args(["serve", "--listen", "127.0.0.1:0", "--data"])
+            .arg("serve")
+            .args(listen)
+            .arg("--data")
             .arg(data)
             .args(arguments)
+            .env_remove("GAITWRIGHT_TOKEN")
+            .envs(token.map(|token| ("GAITWRIGHT_TOKEN", token)))
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();

@@ -1,5 +1,6 @@
 //! The service, driven from outside: the built program, and `curl` as its client.
 
+mod access;
 mod characters;
 mod client;
 mod ends;
