@@ -30,6 +30,9 @@ const CROWDED_RETRY: u32 = 5;
 /// Most faults that an answer lists.
 const MOST_FAULTS: usize = 100;
 
+/// Retry-After of an answer from a service that cannot write at present, s.
+const STORE_RETRY: u32 = 5;
+
 /// Retry-After of an answer from a service that shuts down, s.
 const SHUTDOWN_RETRY: u32 = 5;
 
@@ -127,7 +130,7 @@ impl ProblemDetails {
         Self::new(StatusCode::INTERNAL_SERVER_ERROR, "the request could not be answered; the log says why")
     }
 
-    fn retry_after(mut self, pause: u32) -> Self {
+    pub(super) fn retry_after(mut self, pause: u32) -> Self {
         self.retry_after = Some(pause);
         self
     }
@@ -188,6 +191,14 @@ impl From<ServiceError> for ProblemDetails {
             ServiceError::GivenUp => Self::new(StatusCode::REQUEST_TIMEOUT, error.to_string()),
             ServiceError::ShuttingDown => {
                 Self::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string()).retry_after(SHUTDOWN_RETRY)
+            }
+            ServiceError::Store(error) if error.is_unavailable() => {
+                tracing::error!(%error, "the store is not available");
+                let detail = "the data folder cannot be read or written at present; see /readyz";
+                Self::new(StatusCode::SERVICE_UNAVAILABLE, detail).retry_after(STORE_RETRY)
+            }
+            ServiceError::Unmanned { .. } => {
+                Self::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string()).retry_after(STORE_RETRY)
             }
             ServiceError::Store(_) | ServiceError::File(_) | ServiceError::Broken(_) => {
                 Self::internal(&error)

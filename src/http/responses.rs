@@ -29,10 +29,11 @@ problems! {
     NotQueued {
         "4XX": "Refused: 400, 413, 415, 422 also for a key that was used for another body, or 429 when too many \
             jobs wait",
-        "503": "Shutting down"
+        "503": "Shutting down, or unable to write at present"
     }
     /// A character was not kept.
-    NotKept { "4XX": "Refused: 400, 413, 415, 422, or 429 when too much is computed" }
+    NotKept { "4XX": "Refused: 400, 413, 415, 422, or 429 when too much is computed",
+        "503": "Unable to write at present" }
     /// A simulation was not started.
     NotSimulated {
         "4XX": "Refused: 400, 413, 415, 422 also for more than 1,000,000 steps, or 429 when too many run"
@@ -44,16 +45,16 @@ problems! {
     /// The id names no job.
     NoSuchJob { "404": "No such job" }
     /// The job cannot be cancelled.
-    NotCancelled { "404": "No such job", "409": "The job has ended otherwise" }
+    NotCancelled { "404": "No such job", "409": "The job has ended otherwise", "503": "Unable to write at present" }
     /// The job cannot be queued again.
     NotRetried {
         "404": "No such job",
         "409": "The job has neither failed nor been cancelled",
         "429": "Too many jobs wait",
-        "503": "Shutting down"
+        "503": "Shutting down, or unable to write at present"
     }
     /// The job cannot be deleted.
-    NotDeleted { "404": "No such job", "409": "The job has not ended" }
+    NotDeleted { "404": "No such job", "409": "The job has not ended", "503": "Unable to write at present" }
     /// The job is not followed.
     NotFollowed { "404": "No such job", "503": "As many streams are followed as may be at once" }
     /// The job has no motion.

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use tokio::sync::{Mutex, Notify, Semaphore, watch};
@@ -27,6 +28,9 @@ use gaitwright_physics::scene::Scene;
 
 /// How long a short computation may wait for its turn.
 const TURN_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// Bytes written to see whether files can be: as many as the recording of a short job has.
+const PROBE_SIZE: usize = 1 << 20;
 
 /// Why a question could not be answered.
 #[derive(Debug, thiserror::Error)]
@@ -65,6 +69,14 @@ pub enum ServiceError {
     /// The service is about to end.
     #[error("the service is shutting down")]
     ShuttingDown,
+    /// Workers have ended although the service has not.
+    #[error("{alive} of {workers} workers are left")]
+    Unmanned {
+        /// Workers that are left.
+        alive: usize,
+        /// Workers that there should be.
+        workers: usize,
+    },
     /// The store failed.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -97,6 +109,10 @@ pub struct Jobs {
 pub(super) struct Shared {
     pub(super) data: PathBuf,
     pub(super) workers: usize,
+    /// How often a job has been put back because a file failed, by job.
+    pub(super) setbacks: Mutex<BTreeMap<Uuid, u32>>,
+    /// Workers that have begun and not ended.
+    pub(super) alive: AtomicUsize,
     pub(super) store: Store,
     queue: u64,
     /// Held by whoever moves a job from one state to another, so that no two do at once.
@@ -142,6 +158,8 @@ impl Jobs {
         let shared = Shared {
             data: options.data,
             workers: options.workers.max(1),
+            setbacks: Mutex::default(),
+            alive: AtomicUsize::new(0),
             store,
             queue: options.queue,
             running: Mutex::default(),
@@ -173,14 +191,18 @@ impl Jobs {
         &self.shared.shutdown
     }
 
-    /// Whether the store answers and jobs are taken.
+    /// Whether jobs are taken and worked at, and the data folder can be written.
     ///
     /// # Errors
     ///
     /// When not, and why.
     pub async fn ready(&self) -> Result<(), ServiceError> {
         self.check_not_shutting_down()?;
-        Ok(self.shared.store.ping().await?)
+        let (alive, workers) = (self.shared.alive.load(Ordering::Relaxed), self.shared.workers);
+        if alive < workers {
+            return Err(ServiceError::Unmanned { alive, workers });
+        }
+        self.shared.probe().await
     }
 
     /// The job that was posted under `key` before, where there is one.
@@ -507,6 +529,26 @@ impl Jobs {
 
     fn check_not_shutting_down(&self) -> Result<(), ServiceError> {
         if self.shared.shutdown.is_cancelled() { Err(ServiceError::ShuttingDown) } else { Ok(()) }
+    }
+}
+
+impl Shared {
+    /// Whether store and files can be written, by writing to both.
+    ///
+    /// # Errors
+    ///
+    /// When one of them cannot.
+    pub(super) async fn probe(&self) -> Result<(), ServiceError> {
+        self.store.probe().await?;
+        let folder = self.data.join("jobs");
+        tokio::task::spawn_blocking(move || {
+            // Removed when it is dropped.
+            let mut file = tempfile::Builder::new().prefix(".probe").tempfile_in(folder)?;
+            file.write_all(&vec![0; PROBE_SIZE])?;
+            file.as_file().sync_all()
+        })
+        .await??;
+        Ok(())
     }
 }
 

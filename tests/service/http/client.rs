@@ -44,21 +44,36 @@ impl Service {
 
     /// A service on a data folder that may hold jobs already.
     pub fn on(data: &Path, arguments: &[&str]) -> Self {
-        Self::spawn(data, arguments, None)
+        Self::spawn(program(), data, arguments, None)
     }
 
     /// A service with a new data folder that lets in who brings `token`.
     pub fn with_token(token: &str, arguments: &[&str]) -> Self {
         let folder = TempDir::new().unwrap();
-        let mut service = Self::spawn(folder.path(), arguments, Some(token));
+        let mut service = Self::spawn(program(), folder.path(), arguments, Some(token));
         service._folder = Some(folder);
         service
     }
 
-    fn spawn(data: &Path, arguments: &[&str], token: Option<&str>) -> Self {
+    /// A service that gets an error, and not a signal that ends it, for a file that is larger than it may be.
+    pub fn with_limits(data: &Path, arguments: &[&str]) -> Self {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_gaitwright")]);
+        Self::spawn(shell, data, arguments, None)
+    }
+
+    /// Bounds the size of the files that the service may write; what is beyond fails as on a full disk.
+    pub fn limit_files(&self, bytes: Option<u64>) {
+        let limit = bytes.map_or("unlimited".to_owned(), |bytes| bytes.to_string());
+        let (id, limit) = (self.child.id().to_string(), format!("--fsize={limit}:unlimited"));
+        let set = Command::new("prlimit").args(["--pid", &id, &limit]).status();
+        assert!(set.expect("this test needs the program prlimit, which was not found").success());
+    }
+
+    fn spawn(mut program: Command, data: &Path, arguments: &[&str], token: Option<&str>) -> Self {
         let listen: &[&str] =
             if arguments.contains(&"--listen") { &[] } else { &["--listen", "127.0.0.1:0"] };
-        let mut child = Command::new(env!("CARGO_BIN_EXE_gaitwright"))
+        let mut child = program
             .arg("serve")
             .args(listen)
             .arg("--data")
@@ -180,6 +195,11 @@ impl Drop for Service {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// The program under test.
+fn program() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_gaitwright"))
 }
 
 /// An answer.

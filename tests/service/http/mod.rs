@@ -4,6 +4,7 @@ mod access;
 mod characters;
 mod client;
 mod ends;
+mod faults;
 mod interface;
 mod life;
 mod refusals;
