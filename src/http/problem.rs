@@ -58,8 +58,9 @@ pub struct ProblemDetails {
     #[schemars(default)]
     errors: Vec<FaultBody>,
     /// Number of further faults that are not listed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    errors_left_out: Option<usize>,
+    #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(default)]
+    errors_left_out: u32,
     /// s.
     #[serde(skip)]
     retry_after: Option<u32>,
@@ -74,6 +75,10 @@ struct FaultBody {
     detail: String,
 }
 
+fn is_zero(number: &u32) -> bool {
+    *number == 0
+}
+
 impl ProblemDetails {
     /// A problem whose kind is its status.
     pub(super) fn new(status: StatusCode, detail: impl Into<String>) -> Self {
@@ -84,7 +89,7 @@ impl ProblemDetails {
             detail: detail.into(),
             pointer: None,
             errors: Vec::new(),
-            errors_left_out: None,
+            errors_left_out: 0,
             retry_after: None,
         }
     }
@@ -172,7 +177,7 @@ impl From<InputError> for ProblemDetails {
             detail,
             pointer: faults.first().map(|fault| fault.pointer.clone()),
             errors: faults.iter().map(body).collect(),
-            errors_left_out: (more > 0).then_some(more),
+            errors_left_out: more.try_into().unwrap_or(u32::MAX),
             retry_after: None,
         }
     }

@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tokio::sync::{Mutex, Notify, Semaphore, watch};
 use tokio_util::sync::CancellationToken;
@@ -28,6 +28,9 @@ use gaitwright_physics::scene::Scene;
 
 /// How long a short computation may wait for its turn.
 const TURN_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// How long it is taken for granted that the data folder can be written, once it could.
+const PROBE_EVERY: Duration = Duration::from_millis(500);
 
 /// Bytes written to see whether files can be: as many as the recording of a short job has.
 const PROBE_SIZE: usize = 1 << 20;
@@ -109,6 +112,8 @@ pub struct Jobs {
 pub(super) struct Shared {
     pub(super) data: PathBuf,
     pub(super) workers: usize,
+    /// When the data folder could be written last, as far as somebody has asked.
+    proven: Mutex<Option<Instant>>,
     /// How often a job has been put back because a file failed, by job.
     pub(super) setbacks: Mutex<BTreeMap<Uuid, u32>>,
     /// Workers that have begun and not ended.
@@ -158,6 +163,7 @@ impl Jobs {
         let shared = Shared {
             data: options.data,
             workers: options.workers.max(1),
+            proven: Mutex::default(),
             setbacks: Mutex::default(),
             alive: AtomicUsize::new(0),
             store,
@@ -202,7 +208,14 @@ impl Jobs {
         if alive < workers {
             return Err(ServiceError::Unmanned { alive, workers });
         }
-        self.shared.probe().await
+        // One at a time, and not at the rate at which anybody may ask.
+        let mut proven = self.shared.proven.lock().await;
+        if proven.is_none_or(|at| at.elapsed() >= PROBE_EVERY) {
+            *proven = None;
+            self.shared.probe().await?;
+            *proven = Some(Instant::now());
+        }
+        Ok(())
     }
 
     /// The job that was posted under `key` before, where there is one.
