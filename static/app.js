@@ -203,9 +203,15 @@ function showActions(job, over) {
   }
   element("curve").closest("figure").hidden = job.kind === "accuracy";
   element("diagram").hidden = !metrics && !studied;
-  const end = make("button", { className: "plain", textContent: over ? "Delete" : "Cancel" });
-  end.addEventListener("click", () => remove(job, over));
-  element("actions").replaceChildren(...actions, end);
+  const button = (text, act) => {
+    const made = make("button", { className: "plain", textContent: text });
+    made.addEventListener("click", () => act(job));
+    actions.push(made);
+  };
+  if (["failed", "cancelled"].includes(state)) button("Try again", retry);
+  if (over) button("Delete", remove);
+  else button("Cancel", cancel);
+  element("actions").replaceChildren(...actions);
 }
 
 function showDiagram(source, caption) {
@@ -220,11 +226,28 @@ function advice({ accuracy, because }) {
   return accuracy ? `${accuracy.integrator.replaceAll("_", " ")}, ${1000 * accuracy.step} ms` : because;
 }
 
-async function remove(job, over) {
+async function cancel(job) {
   try {
-    const left = await call(job.links.self, { method: "DELETE" });
-    if (over) element("watch").hidden = true;
-    else if (left) showJob(left);
+    showJob(await call(`${job.links.self}/cancel`, { method: "POST" }));
+  } catch (error) {
+    complain(error);
+  }
+  listJobs();
+}
+
+async function retry(job) {
+  try {
+    watch(await call(`${job.links.self}/retry`, { method: "POST" }));
+  } catch (error) {
+    complain(error);
+  }
+  listJobs();
+}
+
+async function remove(job) {
+  try {
+    await call(job.links.self, { method: "DELETE" });
+    element("watch").hidden = true;
   } catch (error) {
     complain(error);
   }

@@ -9,13 +9,15 @@ use gaitwright::jobs::ServiceOptions;
 use gaitwright_learning::learn::Learning;
 use gaitwright_physics::fault::InputError;
 use indicatif::{ProgressBar, ProgressStyle};
+use reqwest::header::{AUTHORIZATION, HeaderMap, HeaderValue};
 use reqwest::{Client, Response};
 use serde_json::{Value, json};
 use tokio::io::AsyncWriteExt;
 use tokio::runtime::Runtime;
 
 use super::failure::CommandError;
-use super::serve::{Service, interrupted};
+use super::serve::{CONNECTIONS, STREAMS, Service, access, interrupted, token};
+use gaitwright::http::{HttpOptions, Unprotected};
 
 /// The character of the demonstration.
 const QUADRUPED: &str = include_str!("../../examples/quadruped.urdf");
@@ -44,15 +46,18 @@ pub struct DemoCommand {
 impl DemoCommand {
     pub fn run(self) -> Result<(), CommandError> {
         self.check().map_err(CommandError::input("the command line"))?;
+        let listen = self.listen.unwrap_or_else(|| (Ipv4Addr::LOCALHOST, 0).into());
+        let token = token()?;
+        let access = access(listen, token.as_deref(), Unprotected::Refuse, Vec::new())?;
+        let offer = HttpOptions { access, connections: CONNECTIONS, streams: STREAMS };
         let runtime = Runtime::new().context("the runtime cannot be started")?;
         let done = runtime.block_on(async {
-            let listen = self.listen.unwrap_or_else(|| (Ipv4Addr::LOCALHOST, 0).into());
             let options = ServiceOptions { data: self.out.clone(), workers: 1, queue: 64 };
-            let mut service = Service::start(listen, options).await?;
+            let mut service = Service::start(listen, options, offer).await?;
             let base = format!("http://{}", service.address);
             eprintln!("the page: {base}/");
             let shown = tokio::select! {
-                shown = self.show(&base) => shown,
+                shown = self.show(&base, token.as_deref()) => shown,
                 interrupted = interrupted() => interrupted.map_err(anyhow::Error::from),
             };
             if shown.is_ok() && !self.exit {
@@ -76,8 +81,8 @@ impl DemoCommand {
     }
 
     /// Posts the job, follows its events, and downloads its recording and motion.
-    async fn show(&self, base: &str) -> anyhow::Result<()> {
-        let client = Client::new();
+    async fn show(&self, base: &str, token: Option<&str>) -> anyhow::Result<()> {
+        let client = client(token)?;
         let request = json!({
             "format": "gaitwright/job@1",
             "character": { "urdf": QUADRUPED },
@@ -103,6 +108,16 @@ impl DemoCommand {
         eprintln!("it moves at {speed:.2} m/s; to watch it: {} or the page {base}/", at("viewer")?);
         Ok(())
     }
+}
+
+/// A client that brings the token with every request.
+fn client(token: Option<&str>) -> anyhow::Result<Client> {
+    let mut headers = HeaderMap::new();
+    if let Some(token) = token {
+        let value = HeaderValue::try_from(format!("Bearer {token}")).context("the token cannot be sent")?;
+        headers.insert(AUTHORIZATION, value);
+    }
+    Ok(Client::builder().default_headers(headers).build()?)
 }
 
 /// An answer that is no error; the detail of its problem document otherwise.

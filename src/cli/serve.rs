@@ -6,8 +6,9 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
-use gaitwright::http;
+use gaitwright::http::{self, AccessPolicy, HttpOptions, Unprotected};
 use gaitwright::jobs::{Jobs, ServiceOptions, start};
+use gaitwright_physics::fault::InputError;
 use tokio::net::TcpListener;
 use tokio::runtime::{Handle, Runtime};
 use tokio::signal::unix::{SignalKind, signal};
@@ -18,12 +19,34 @@ use super::failure::CommandError;
 /// How long the workers may take to put their jobs back into the queue at the end.
 const STOP_TIMEOUT: Duration = Duration::from_secs(5);
 
+/// The environment variable with the token that every request has to bring.
+const TOKEN: &str = "GAITWRIGHT_TOKEN";
+
+/// Connections that may be open at once, unless told otherwise: most systems give a process 1024 open files.
+pub const CONNECTIONS: usize = 896;
+
+/// Streams that may be followed at once, unless told otherwise.
+pub const STREAMS: usize = 640;
+
 /// Runs the service until it is interrupted.
 #[derive(Debug, clap::Args)]
 pub struct ServeCommand {
-    /// Address and port to listen on
+    /// Address and port to listen on; one that others reach needs a token in the environment variable
+    /// GAITWRIGHT_TOKEN
     #[arg(long, default_value = "127.0.0.1:8080")]
     listen: SocketAddr,
+    /// Let in everybody at an address that others reach
+    #[arg(long)]
+    insecure: bool,
+    /// Further name by which the service is called, such as behind a proxy; may be given more than once
+    #[arg(long, value_name = "NAME")]
+    allow_host: Vec<String>,
+    /// Connections that may be open at once; others wait
+    #[arg(long, default_value_t = CONNECTIONS, value_parser = at_least_one)]
+    connections: usize,
+    /// Streams of events and growing recordings that may be followed at once
+    #[arg(long, default_value_t = STREAMS, value_parser = at_least_one)]
+    streams: usize,
     /// Folder of jobs and results
     #[arg(long, default_value = "gaitwright-data")]
     data: PathBuf,
@@ -38,9 +61,12 @@ pub struct ServeCommand {
 impl ServeCommand {
     pub fn run(self) -> Result<(), CommandError> {
         let options = ServiceOptions { data: self.data, workers: self.workers.into(), queue: self.queue };
+        let unprotected = if self.insecure { Unprotected::Allow } else { Unprotected::Refuse };
+        let access = access(self.listen, token()?.as_deref(), unprotected, self.allow_host)?;
+        let offer = HttpOptions { access, connections: self.connections, streams: self.streams };
         let runtime = Runtime::new().context("the runtime cannot be started")?;
         let served = runtime.block_on(async {
-            let mut service = Service::start(self.listen, options).await?;
+            let mut service = Service::start(self.listen, options, offer).await?;
             eprintln!("listening on http://{}", service.address);
             service.until_interrupted().await?;
             service.stop().await
@@ -49,6 +75,37 @@ impl ServeCommand {
         runtime.shutdown_timeout(Duration::from_millis(100));
         served.map_err(CommandError::from)
     }
+}
+
+/// A number of things of which there has to be one.
+fn at_least_one(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) => Err("must be at least 1".to_owned()),
+        Ok(number) if number > tokio::sync::Semaphore::MAX_PERMITS => Err("is too many".to_owned()),
+        Ok(number) => Ok(number),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+/// The token of the environment, where there is one.
+pub fn token() -> Result<Option<String>, CommandError> {
+    match std::env::var(TOKEN) {
+        Ok(token) => Ok(Some(token)),
+        Err(std::env::VarError::NotPresent) => Ok(None),
+        Err(error) => Err(CommandError::input(TOKEN)(InputError::impossible("", error.to_string()))),
+    }
+}
+
+/// Who may come in at `listen`.
+pub fn access(
+    listen: SocketAddr,
+    token: Option<&str>,
+    unprotected: Unprotected,
+    hosts: Vec<String>,
+) -> Result<AccessPolicy, CommandError> {
+    AccessPolicy::new(listen, token, unprotected, hosts).map_err(|error| {
+        CommandError::input("the command line")(InputError::impossible("", error.to_string()))
+    })
 }
 
 /// A service at work.
@@ -62,7 +119,11 @@ pub struct Service {
 
 impl Service {
     /// Opens the data folder, starts the workers and listens.
-    pub async fn start(listen: SocketAddr, options: ServiceOptions) -> anyhow::Result<Self> {
+    pub async fn start(
+        listen: SocketAddr,
+        options: ServiceOptions,
+        offer: HttpOptions,
+    ) -> anyhow::Result<Self> {
         let data = options.data.display().to_string();
         let jobs = Jobs::open(options, CancellationToken::new())
             .await
@@ -71,7 +132,7 @@ impl Service {
             TcpListener::bind(listen).await.with_context(|| format!("cannot listen on {listen}"))?;
         let address = listener.local_addr()?;
         let workers = start(&jobs, &Handle::current()).context("the workers cannot be started")?;
-        let server = tokio::spawn(http::serve(listener, jobs.clone()));
+        let server = tokio::spawn(http::serve(listener, jobs.clone(), offer));
         Ok(Self { address, jobs, workers, server })
     }
 

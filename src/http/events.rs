@@ -7,7 +7,7 @@ use axum::http::HeaderMap;
 use axum::response::IntoResponse;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use serde::Serialize;
-use tokio::sync::mpsc;
+use tokio::sync::{OwnedSemaphorePermit, mpsc};
 use tokio_stream::wrappers::ReceiverStream;
 use uuid::Uuid;
 
@@ -15,7 +15,7 @@ use super::app::App;
 use super::extract::UrlPath;
 use super::jobs::JobBody;
 use super::problem::ProblemDetails;
-use super::responses::{JobId, NoSuchJob};
+use super::responses::{JobId, NotFollowed};
 use crate::jobs::{Job, JobState, Jobs, Live};
 use gaitwright_learning::learn::Generation;
 
@@ -32,13 +32,14 @@ use gaitwright_learning::learn::Generation;
     responses(
         (status = 200, description = "Events `state`, `generation` and `end`",
             content_type = "text/event-stream", body = String),
-        NoSuchJob))]
+        NotFollowed))]
 pub(super) async fn events(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, ProblemDetails> {
     app.jobs.job(id).await?;
+    let place = app.stream()?;
     let last = headers.get("last-event-id").and_then(|value| value.to_str().ok()?.parse::<u32>().ok());
     let (sender, receiver) = mpsc::channel(16);
     let events = EventSender {
@@ -47,6 +48,7 @@ pub(super) async fn events(
         next: last.map_or(0, |last| last.saturating_add(1)),
         sent: None,
         sender,
+        _place: place,
     };
     tokio::spawn(events.run());
     Ok(Sse::new(ReceiverStream::new(receiver)).keep_alive(KeepAlive::default()))
@@ -63,6 +65,7 @@ struct EventSender {
     /// The state sent last.
     sent: Option<JobState>,
     sender: mpsc::Sender<Result<Event, Infallible>>,
+    _place: OwnedSemaphorePermit,
 }
 
 impl EventSender {

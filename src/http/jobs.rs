@@ -1,8 +1,8 @@
-//! Jobs: posting, looking, cancelling.
+//! Jobs: posting, looking, cancelling, trying again, deleting.
 
 use axum::extract::State;
-use axum::http::StatusCode;
 use axum::http::header::LOCATION;
+use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::{Json, body::Bytes};
 use schemars::JsonSchema;
@@ -12,8 +12,8 @@ use uuid::Uuid;
 use super::app::App;
 use super::extract::{Upload, UrlPath, UrlQuery};
 use super::problem::ProblemDetails;
-use super::responses::{JobId, NoSuchJob, NotQueued, UnreadableQuery};
-use crate::jobs::{Job, JobRequest, JobState, ServiceError, Settings, Work};
+use super::responses::{JobId, NoSuchJob, NotCancelled, NotDeleted, NotQueued, NotRetried, UnreadableQuery};
+use crate::jobs::{IdempotencyKey, Job, JobRequest, JobState, ServiceError, Settings, Work};
 
 /// Jobs of a page unless the client asks for another number.
 const PAGE: u32 = 20;
@@ -129,6 +129,9 @@ pub(super) struct Selection {
 /// Queues a job.
 #[utoipa::path(
     post, path = "/v1/jobs", operation_id = "submit_job", tag = "jobs",
+    params(("Idempotency-Key" = Option<String>, Header,
+        description = "1 to 255 visible characters. The same key and body again are the same job, as long as it is \
+            kept; the same key and another body are refused")),
     request_body(description = "A job document; or a URDF, or a zip of one with its meshes, for a job with \
         defaults; or a form with the parts `character` (URDF, JSON or zip) and `job` (a job document without \
         a character)", content(
@@ -139,25 +142,63 @@ pub(super) struct Selection {
         (status = 202, description = "Queued", body = ref("#/components/schemas/Job"),
             headers(("Location" = String, description = "Where the job is"))),
         NotQueued))]
-pub(super) async fn submit(State(app): State<App>, upload: Upload) -> Result<Response, ProblemDetails> {
-    let job = match upload {
-        Upload::Json(body) => {
+pub(super) async fn submit(
+    State(app): State<App>,
+    headers: HeaderMap,
+    upload: Upload,
+) -> Result<Response, ProblemDetails> {
+    let key = idempotency_key(&headers, &upload)?;
+    let before = match &key {
+        Some(key) => app.jobs.posted(key).await?,
+        None => None,
+    };
+    let job = match (before, upload) {
+        (Some(job), _) => job,
+        (None, Upload::Json(body)) => {
             let request = app.jobs.compute(move |_| Ok(JobRequest::parse(&body)?)).await?;
-            app.jobs.submit(request.character, request.settings).await?
+            app.jobs.submit(request.character, request.settings, key).await?
         }
-        Upload::Urdf(body) => submit_bytes(&app, body, Settings::default()).await?,
-        Upload::Zip(body) => submit_bytes(&app, body, Settings::default()).await?,
-        Upload::Form(form) => {
+        (None, Upload::Urdf(body) | Upload::Zip(body)) => {
+            submit_bytes(&app, body, Settings::default(), key).await?
+        }
+        (None, Upload::Form(form)) => {
             let settings = form.job.as_deref().map(Settings::parse).transpose()?.unwrap_or_default();
-            submit_bytes(&app, form.character, settings).await?
+            submit_bytes(&app, form.character, settings, key).await?
         }
     };
-    let body = JobBody::from(job);
-    Ok((StatusCode::ACCEPTED, [(LOCATION, body.place().to_owned())], Json(body)).into_response())
+    Ok(accepted(job))
 }
 
-async fn submit_bytes(app: &App, body: Bytes, settings: Settings) -> Result<Job, ServiceError> {
-    app.jobs.submit_bytes(body.into(), None, "", settings).await
+/// The key under which a request comes, where it has one.
+fn idempotency_key(headers: &HeaderMap, upload: &Upload) -> Result<Option<IdempotencyKey>, ProblemDetails> {
+    let Some(key) = headers.get("idempotency-key") else { return Ok(None) };
+    let pieces: Vec<&[u8]> = match upload {
+        Upload::Json(body) => vec![b"json", body],
+        Upload::Urdf(body) => vec![b"urdf", body],
+        Upload::Zip(body) => vec![b"zip", body],
+        // The boundary between the parts differs from one sending to the next.
+        Upload::Form(form) => {
+            [Some(&b"form"[..]), Some(&form.character), form.job.as_deref()].into_iter().flatten().collect()
+        }
+    };
+    let key = IdempotencyKey::new(key.as_bytes(), &pieces);
+    let unusable = |error| ProblemDetails::new(StatusCode::BAD_REQUEST, format!("Idempotency-Key: {error}"));
+    key.map(Some).map_err(unusable)
+}
+
+async fn submit_bytes(
+    app: &App,
+    body: Bytes,
+    settings: Settings,
+    key: Option<IdempotencyKey>,
+) -> Result<Job, ServiceError> {
+    app.jobs.submit_bytes(body.into(), None, "", settings, key).await
+}
+
+/// The answer to a request that changes the job in time.
+fn accepted(job: Job) -> Response {
+    let body = JobBody::from(job);
+    (StatusCode::ACCEPTED, [(LOCATION, body.place().to_owned())], Json(body)).into_response()
 }
 
 /// Lists jobs, the newest first.
@@ -206,21 +247,45 @@ pub(super) async fn show(
     Ok(Json(app.jobs.job(id).await?.into()))
 }
 
-/// Cancels a job that waits or runs; deletes one that has ended.
+/// Cancels a job that waits or runs; the same again changes nothing.
 #[utoipa::path(
-    delete, path = "/v1/jobs/{id}", operation_id = "remove_job", tag = "jobs",
+    post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_job", tag = "jobs",
     params(JobId),
     responses(
         (status = 202, description = "The job is cancelled, or will be within a second",
-            body = ref("#/components/schemas/Job")),
-        (status = 204, description = "The job and its files are deleted"),
-        NoSuchJob))]
-pub(super) async fn remove(
+            body = ref("#/components/schemas/Job"), headers(("Location" = String, description = "Where the job is"))),
+        NotCancelled))]
+pub(super) async fn cancel(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
 ) -> Result<Response, ProblemDetails> {
-    Ok(match app.jobs.remove(id).await? {
-        Some(job) => (StatusCode::ACCEPTED, Json(JobBody::from(job))).into_response(),
-        None => StatusCode::NO_CONTENT.into_response(),
-    })
+    Ok(accepted(app.jobs.cancel(id).await?))
+}
+
+/// Queues a failed or cancelled job again, from its last checkpoint.
+#[utoipa::path(
+    post, path = "/v1/jobs/{id}/retry", operation_id = "retry_job", tag = "jobs",
+    params(JobId),
+    responses(
+        (status = 202, description = "Queued again",
+            body = ref("#/components/schemas/Job"), headers(("Location" = String, description = "Where the job is"))),
+        NotRetried))]
+pub(super) async fn retry(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
+    Ok(accepted(app.jobs.retry(id).await?))
+}
+
+/// Deletes a job that has ended, with its files.
+#[utoipa::path(
+    delete, path = "/v1/jobs/{id}", operation_id = "delete_job", tag = "jobs",
+    params(JobId),
+    responses((status = 204, description = "The job and its files are deleted"), NotDeleted))]
+pub(super) async fn delete(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<StatusCode, ProblemDetails> {
+    app.jobs.delete(id).await?;
+    Ok(StatusCode::NO_CONTENT)
 }

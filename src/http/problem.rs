@@ -1,6 +1,8 @@
 //! Errors as problem documents (RFC 9457): the one place where anything that went wrong becomes an
 //! answer.
 
+use std::error::Error;
+
 use axum::body::Body;
 use axum::extract::Request;
 use axum::extract::multipart::{MultipartError, MultipartRejection};
@@ -11,6 +13,7 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use schemars::JsonSchema;
 use serde::Serialize;
+use tower_http::timeout::TimeoutError;
 
 use crate::jobs::ServiceError;
 use gaitwright_physics::fault::{Fault, InputError};
@@ -20,6 +23,15 @@ pub(super) const PROBLEM_JSON: &str = "application/problem+json";
 
 /// Retry-After of an answer from a full queue, s.
 const FULL_QUEUE_RETRY: u32 = 10;
+
+/// Retry-After of an answer from a service that has no place for another stream, s.
+const CROWDED_RETRY: u32 = 5;
+
+/// Most faults that an answer lists.
+const MOST_FAULTS: usize = 100;
+
+/// Retry-After of an answer from a service that cannot write at present, s.
+const STORE_RETRY: u32 = 5;
 
 /// Retry-After of an answer from a service that shuts down, s.
 const SHUTDOWN_RETRY: u32 = 5;
@@ -41,10 +53,14 @@ pub struct ProblemDetails {
     /// Where the first fault of an input is: a JSON pointer, or line and element of a URDF.
     #[serde(skip_serializing_if = "Option::is_none")]
     pointer: Option<String>,
-    /// Every fault of an input.
+    /// The faults of an input, at most 100.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[schemars(default)]
     errors: Vec<FaultBody>,
+    /// Number of further faults that are not listed.
+    #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(default)]
+    errors_left_out: u32,
     /// s.
     #[serde(skip)]
     retry_after: Option<u32>,
@@ -59,6 +75,10 @@ struct FaultBody {
     detail: String,
 }
 
+fn is_zero(number: &u32) -> bool {
+    *number == 0
+}
+
 impl ProblemDetails {
     /// A problem whose kind is its status.
     pub(super) fn new(status: StatusCode, detail: impl Into<String>) -> Self {
@@ -69,6 +89,7 @@ impl ProblemDetails {
             detail: detail.into(),
             pointer: None,
             errors: Vec::new(),
+            errors_left_out: 0,
             retry_after: None,
         }
     }
@@ -93,13 +114,28 @@ impl ProblemDetails {
         Self::new(StatusCode::TOO_MANY_REQUESTS, detail).retry_after(FULL_QUEUE_RETRY)
     }
 
+    /// There is no place for another stream.
+    pub(super) fn crowded(detail: impl Into<String>) -> Self {
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, detail).retry_after(CROWDED_RETRY)
+    }
+
+    /// A body that could not be read: too late when it stopped coming, otherwise with the given status.
+    fn unread(error: &(dyn Error + 'static), status: StatusCode, detail: String) -> Self {
+        let mut causes =
+            std::iter::successors(Some(error), |error: &&(dyn Error + 'static)| (*error).source());
+        if causes.any(|cause| cause.is::<TimeoutError>()) {
+            return Self::new(StatusCode::REQUEST_TIMEOUT, "the body has stopped coming");
+        }
+        Self::new(status, detail)
+    }
+
     /// A failure of the service itself; what failed goes to the log and not to the client.
     fn internal(error: &dyn std::fmt::Display) -> Self {
         tracing::error!(%error, "a request could not be answered");
         Self::new(StatusCode::INTERNAL_SERVER_ERROR, "the request could not be answered; the log says why")
     }
 
-    fn retry_after(mut self, pause: u32) -> Self {
+    pub(super) fn retry_after(mut self, pause: u32) -> Self {
         self.retry_after = Some(pause);
         self
     }
@@ -127,15 +163,21 @@ impl From<InputError> for ProblemDetails {
             InputError::TooLarge(_) => (StatusCode::PAYLOAD_TOO_LARGE, "The input is too large"),
             InputError::Impossible(_) => (StatusCode::UNPROCESSABLE_ENTITY, "The input is impossible"),
         };
-        let faults = error.faults();
+        let all = error.faults();
+        let (faults, more) = (&all[..all.len().min(MOST_FAULTS)], all.len().saturating_sub(MOST_FAULTS));
+        let detail = match more {
+            0 => error.to_string(),
+            more => format!("{}; and {more} more", InputError::Impossible(faults.to_vec())),
+        };
         let body = |fault: &Fault| FaultBody { pointer: fault.pointer.clone(), detail: fault.reason.clone() };
         Self {
             kind: "urn:gaitwright:input",
             title,
             status: status.as_u16(),
-            detail: error.to_string(),
+            detail,
             pointer: faults.first().map(|fault| fault.pointer.clone()),
             errors: faults.iter().map(body).collect(),
+            errors_left_out: more.try_into().unwrap_or(u32::MAX),
             retry_after: None,
         }
     }
@@ -149,9 +191,19 @@ impl From<ServiceError> for ProblemDetails {
                 Self::not_found(error.to_string())
             }
             ServiceError::Full(_) | ServiceError::Busy => Self::busy(error.to_string()),
+            ServiceError::WrongState { .. } => Self::conflict(error.to_string()),
+            ServiceError::KeyReused => Self::new(StatusCode::UNPROCESSABLE_ENTITY, error.to_string()),
             ServiceError::GivenUp => Self::new(StatusCode::REQUEST_TIMEOUT, error.to_string()),
             ServiceError::ShuttingDown => {
                 Self::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string()).retry_after(SHUTDOWN_RETRY)
+            }
+            ServiceError::Store(error) if error.is_unavailable() => {
+                tracing::error!(%error, "the store is not available");
+                let detail = "the data folder cannot be read or written at present; see /readyz";
+                Self::new(StatusCode::SERVICE_UNAVAILABLE, detail).retry_after(STORE_RETRY)
+            }
+            ServiceError::Unmanned { .. } => {
+                Self::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string()).retry_after(STORE_RETRY)
             }
             ServiceError::Store(_) | ServiceError::File(_) | ServiceError::Broken(_) => {
                 Self::internal(&error)
@@ -175,7 +227,8 @@ impl From<QueryRejection> for ProblemDetails {
 
 impl From<BytesRejection> for ProblemDetails {
     fn from(rejection: BytesRejection) -> Self {
-        Self::new(rejection.status(), rejection.body_text())
+        let (status, detail) = (rejection.status(), rejection.body_text());
+        Self::unread(&rejection, status, detail)
     }
 }
 
@@ -187,7 +240,8 @@ impl From<MultipartRejection> for ProblemDetails {
 
 impl From<MultipartError> for ProblemDetails {
     fn from(error: MultipartError) -> Self {
-        Self::new(error.status(), error.body_text())
+        let (status, detail) = (error.status(), error.body_text());
+        Self::unread(&error, status, detail)
     }
 }
 

@@ -27,11 +27,13 @@ macro_rules! problems {
 problems! {
     /// A job could not be queued.
     NotQueued {
-        "4XX": "Refused: 400, 413, 415, 422, or 429 when too many jobs wait",
-        "503": "Shutting down"
+        "4XX": "Refused: 400, 413, 415, 422 also for a key that was used for another body, or 429 when too many \
+            jobs wait",
+        "503": "Shutting down, or unable to write at present"
     }
     /// A character was not kept.
-    NotKept { "4XX": "Refused: 400, 413, 415, 422, or 429 when too much is computed" }
+    NotKept { "4XX": "Refused: 400, 413, 415, 422, or 429 when too much is computed",
+        "503": "Unable to write at present" }
     /// A simulation was not started.
     NotSimulated {
         "4XX": "Refused: 400, 413, 415, 422 also for more than 1,000,000 steps, or 429 when too many run"
@@ -42,22 +44,36 @@ problems! {
     NoSuchCharacter { "404": "No such character" }
     /// The id names no job.
     NoSuchJob { "404": "No such job" }
+    /// The job cannot be cancelled.
+    NotCancelled { "404": "No such job", "409": "The job has ended otherwise", "503": "Unable to write at present" }
+    /// The job cannot be queued again.
+    NotRetried {
+        "404": "No such job",
+        "409": "The job has neither failed nor been cancelled",
+        "429": "Too many jobs wait",
+        "503": "Shutting down, or unable to write at present"
+    }
+    /// The job cannot be deleted.
+    NotDeleted { "404": "No such job", "409": "The job has not ended", "503": "Unable to write at present" }
+    /// The job is not followed.
+    NotFollowed { "404": "No such job", "503": "As many streams are followed as may be at once" }
     /// The job has no motion.
-    NoMotion { "4XX": "404 for no such job, 409 for one without a motion (yet)" }
+    NoMotion { "4XX": "404 for no such job, 409 for one that has not ended or has no motion" }
     /// The motion was not exported.
     NotExported {
-        "4XX": "400 for a query that cannot be read, 404 for no such job, 409 for one without a motion (yet), \
+        "4XX": "400 for a query that cannot be read, 404 for no such job, 409 for one that has not ended or has no motion, \
             422 for a rate that is out of range"
     }
     /// The job has no report.
-    NoReport { "4XX": "404 for no such job, 409 for one without results (yet)" }
+    NoReport { "4XX": "404 for no such job, 409 for one that has not ended or has no report" }
     /// The job has no table.
-    NoTable { "4XX": "404 for no such job, 409 for one without a table (yet)" }
+    NoTable { "4XX": "404 for no such job, 409 for one that has not ended or has no table" }
     /// The job has no diagram.
-    NoDiagram { "4XX": "404 for no such job, 409 for one without a diagram (yet)" }
+    NoDiagram { "4XX": "404 for no such job, 409 for one that has not ended or has no diagram" }
     /// The job has no recording, or not at the range asked for.
     NoRecording {
-        "4XX": "404 for no such job, 409 for one that has recorded nothing, 416 for a range beyond the end"
+        "4XX": "404 for no such job, 409 for one that has recorded nothing, 416 for a range beyond the end",
+        "503": "As many streams are followed as may be at once"
     }
     /// The service takes no requests.
     NotReady { "503": "Not ready, and why" }
@@ -83,5 +99,22 @@ impl IntoParams for JobId {
             .description(Some("The job's id"))
             .schema(Some(ObjectBuilder::new().schema_type(Type::String).build()));
         vec![id.build()]
+    }
+}
+
+/// Whether the results of a job that has not ended are wanted, in the query.
+pub(super) struct PreliminaryQuery;
+
+impl IntoParams for PreliminaryQuery {
+    fn into_params(_: impl Fn() -> Option<ParameterIn>) -> Vec<Parameter> {
+        let preliminary = ParameterBuilder::new()
+            .name("preliminary")
+            .parameter_in(ParameterIn::Query)
+            .required(Required::False)
+            .description(Some(
+                "Gives what there is so far of a job that has not ended; JSON is marked `\"preliminary\": true`",
+            ))
+            .schema(Some(ObjectBuilder::new().schema_type(Type::Boolean).build()));
+        vec![preliminary.build()]
     }
 }

@@ -11,19 +11,23 @@ use axum::extract::{Request, State};
 use axum::http::header::{ACCEPT_RANGES, CACHE_CONTROL, CONTENT_TYPE};
 use axum::http::{HeaderMap, HeaderValue, Method};
 use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use serde_json::{Map, Value};
 use tokio::fs::File;
 use tokio::io::{AsyncReadExt, AsyncSeekExt};
-use tokio::sync::mpsc;
+use tokio::sync::{OwnedSemaphorePermit, mpsc};
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 
 use super::accept::prefers_csv;
 use super::app::App;
-use super::extract::UrlPath;
+use super::extract::{UrlPath, UrlQuery};
 use super::problem::ProblemDetails;
 use super::ranges;
-use super::responses::{JobId, NoDiagram, NoMotion, NoRecording, NoReport, NoSuchJob, NoTable};
+use super::responses::{
+    JobId, NoDiagram, NoMotion, NoRecording, NoReport, NoSuchJob, NoTable, PreliminaryQuery,
+};
 use crate::export::Curve;
 use crate::jobs::{Artefact, Job, JobState, Live};
 
@@ -54,7 +58,8 @@ pub(super) async fn recording(
     if job.state == JobState::Running
         && let Some(live) = app.jobs.live(id).await
     {
-        return Ok(growing(&request, path, live, app.jobs.shutdown().clone()));
+        let place = app.stream()?;
+        return Ok(growing(&request, path, live, app.jobs.shutdown().clone(), place));
     }
     if !tokio::fs::try_exists(&path).await.unwrap_or(false) {
         return Err(not_ready(&job, "recording"));
@@ -67,57 +72,61 @@ pub(super) async fn recording(
 /// The motion document.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/motion", tag = "results",
-    params(JobId),
+    params(JobId, PreliminaryQuery),
     responses(
         (status = 200, description = "The motion", body = ref("#/components/schemas/Motion")),
         NoMotion))]
 pub(super) async fn motion(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    UrlQuery(choice): UrlQuery<Choice>,
 ) -> Result<Response, ProblemDetails> {
-    published(&app, id, Artefact::Motion, "application/json").await
+    published(&app, id, &choice, Artefact::Motion, "application/json").await
 }
 
 /// The gait report.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/gait", tag = "results",
-    params(JobId),
+    params(JobId, PreliminaryQuery),
     responses(
         (status = 200, description = "The gait report", body = ref("#/components/schemas/GaitReport")),
         NoMotion))]
 pub(super) async fn gait(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    UrlQuery(choice): UrlQuery<Choice>,
 ) -> Result<Response, ProblemDetails> {
-    published(&app, id, Artefact::Gait, "application/json").await
+    published(&app, id, &choice, Artefact::Gait, "application/json").await
 }
 
 /// The gait diagram.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/gait.svg", tag = "results",
-    params(JobId),
+    params(JobId, PreliminaryQuery),
     responses(
         (status = 200, description = "The gait diagram", content_type = "image/svg+xml", body = String),
         NoMotion))]
 pub(super) async fn diagram(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    UrlQuery(choice): UrlQuery<Choice>,
 ) -> Result<Response, ProblemDetails> {
-    published(&app, id, Artefact::Diagram, "image/svg+xml").await
+    published(&app, id, &choice, Artefact::Diagram, "image/svg+xml").await
 }
 
 /// Everything about a job and what came of it.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/report", tag = "results",
-    params(JobId),
+    params(JobId, PreliminaryQuery),
     responses(
         (status = 200, description = "The report", body = ref("#/components/schemas/Report")),
         NoReport))]
 pub(super) async fn report(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    UrlQuery(choice): UrlQuery<Choice>,
 ) -> Result<Response, ProblemDetails> {
-    published(&app, id, Artefact::Report, "application/json").await
+    published(&app, id, &choice, Artefact::Report, "application/json").await
 }
 
 /// The learning curve so far.
@@ -145,7 +154,7 @@ pub(super) async fn curve(
 /// What every setting of a study costs and how exact it is.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/table", tag = "results",
-    params(JobId),
+    params(JobId, PreliminaryQuery),
     responses(
         (status = 200, description = "The table, as JSON or CSV by the header Accept", content(
             (ref("#/components/schemas/Table") = "application/json"), (String = "text/csv"))),
@@ -153,44 +162,73 @@ pub(super) async fn curve(
 pub(super) async fn table(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    UrlQuery(choice): UrlQuery<Choice>,
     headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     if prefers_csv(&headers) {
-        published(&app, id, Artefact::TableCsv, "text/csv; charset=utf-8").await
+        published(&app, id, &choice, Artefact::TableCsv, "text/csv; charset=utf-8").await
     } else {
-        published(&app, id, Artefact::Table, "application/json").await
+        published(&app, id, &choice, Artefact::Table, "application/json").await
     }
 }
 
 /// The work-precision diagram of a study.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/front.svg", tag = "results",
-    params(JobId),
+    params(JobId, PreliminaryQuery),
     responses(
         (status = 200, description = "The diagram", content_type = "image/svg+xml", body = String),
         NoDiagram))]
 pub(super) async fn front(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    UrlQuery(choice): UrlQuery<Choice>,
 ) -> Result<Response, ProblemDetails> {
-    published(&app, id, Artefact::Front, "image/svg+xml").await
+    published(&app, id, &choice, Artefact::Front, "image/svg+xml").await
 }
 
-/// A file that appears whole when the job has ended.
+/// Whether results are wanted before their job has ended.
+#[derive(Debug, Deserialize)]
+pub(super) struct Choice {
+    #[serde(default)]
+    preliminary: bool,
+}
+
+/// A file that is the job's once it has ended. Before that it is what an earlier run has left, or what is just being
+/// written, and is given to those only who ask for it.
 async fn published(
     app: &App,
     id: Uuid,
+    choice: &Choice,
     artefact: Artefact,
     media_type: &'static str,
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
-    match tokio::fs::read(app.jobs.artefact(id, artefact)).await {
-        Ok(contents) => Ok(([(CONTENT_TYPE, media_type)], contents).into_response()),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            Err(not_ready(&job, artefact.file_name()))
-        }
-        Err(error) => Err(crate::jobs::ServiceError::from(error).into()),
+    let ended = job.state.is_final();
+    if !ended && !choice.preliminary {
+        return Err(not_ready(&job, artefact.file_name()));
     }
+    let contents = match tokio::fs::read(app.jobs.artefact(id, artefact)).await {
+        Ok(contents) => contents,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            return Err(not_ready(&job, artefact.file_name()));
+        }
+        Err(error) => return Err(crate::jobs::ServiceError::from(error).into()),
+    };
+    if ended {
+        return Ok(([(CONTENT_TYPE, media_type)], contents).into_response());
+    }
+    let contents = if media_type == "application/json" { marked(contents) } else { contents };
+    Ok(([(CONTENT_TYPE, media_type), (CACHE_CONTROL, "no-store")], contents).into_response())
+}
+
+/// A JSON document with the mark of what is not final.
+fn marked(contents: Vec<u8>) -> Vec<u8> {
+    let document = serde_json::from_slice::<Map<String, Value>>(&contents).map(|mut document| {
+        document.insert("preliminary".to_owned(), Value::Bool(true));
+        document
+    });
+    document.and_then(|document| serde_json::to_vec(&document)).unwrap_or(contents)
 }
 
 pub(super) fn not_ready(job: &Job, what: &str) -> ProblemDetails {
@@ -202,13 +240,20 @@ pub(super) fn not_ready(job: &Job, what: &str) -> ProblemDetails {
 }
 
 /// Answers with a file that grows until its job is over.
-fn growing(request: &Request, path: PathBuf, live: Arc<Live>, shutdown: CancellationToken) -> Response {
+fn growing(
+    request: &Request,
+    path: PathBuf,
+    live: Arc<Live>,
+    shutdown: CancellationToken,
+    place: OwnedSemaphorePermit,
+) -> Response {
     let body = if request.method() == Method::HEAD {
         // A body of length 0 would be wrong: the length of what there will be is not known.
         Body::from_stream(tokio_stream::empty::<std::io::Result<Bytes>>())
     } else {
         let (sender, receiver) = mpsc::channel(4);
         tokio::spawn(async move {
+            let _place = place;
             // The status has been sent: breaking the stream off is all that can still be done.
             if let Err(error) = follow(path, live, shutdown, &sender).await {
                 let _ = sender.send(Err(error)).await;

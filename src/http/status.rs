@@ -14,6 +14,9 @@ use super::problem::ProblemDetails;
 use super::responses::NotReady;
 use crate::jobs::JobState;
 
+/// Retry-After of a service that is not ready, s.
+const READY_RETRY: u32 = 5;
+
 /// Collects figures from here on, to be shown by [`metrics()`].
 ///
 /// # Errors
@@ -45,7 +48,7 @@ pub(super) async fn alive() -> &'static str {
     "ok\n"
 }
 
-/// Readiness: the store answers and jobs are taken.
+/// Readiness: jobs are taken and worked at, and the data folder can be written.
 #[utoipa::path(
     get, path = "/readyz", tag = "service",
     responses(
@@ -54,7 +57,10 @@ pub(super) async fn alive() -> &'static str {
 pub(super) async fn ready(State(app): State<App>) -> Result<&'static str, ProblemDetails> {
     match app.jobs.ready().await {
         Ok(()) => Ok("ready\n"),
-        Err(error) => Err(ProblemDetails::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string())),
+        Err(error) => {
+            Err(ProblemDetails::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string())
+                .retry_after(READY_RETRY))
+        }
     }
 }
 

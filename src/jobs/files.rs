@@ -31,6 +31,18 @@ pub enum Artefact {
     Checkpoint,
 }
 
+/// What is left by a job that has ended, and served as its results.
+const RESULTS: [Artefact; 8] = [
+    Artefact::Motion,
+    Artefact::Report,
+    Artefact::Gait,
+    Artefact::Curve,
+    Artefact::Diagram,
+    Artefact::Table,
+    Artefact::TableCsv,
+    Artefact::Front,
+];
+
 impl Artefact {
     /// Its name in the job's folder.
     pub fn file_name(self) -> &'static str {
@@ -65,6 +77,30 @@ impl Artefact {
         unfinished.persist(self.path(folder))?;
         Ok(())
     }
+
+    /// Removes it from `folder`, where it is there.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be removed.
+    pub fn remove(self, folder: &Path) -> io::Result<()> {
+        match std::fs::remove_file(self.path(folder)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Removes the results of an earlier run of a job that has ended without new ones.
+///
+/// # Errors
+///
+/// When a file that is there cannot be removed.
+pub fn withdraw(folder: &Path) -> io::Result<()> {
+    for artefact in RESULTS {
+        artefact.remove(folder)?;
+    }
+    Ok(())
 }
 
 /// The folder of the job called `id` under the folder `data`.

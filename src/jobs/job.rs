@@ -165,6 +165,18 @@ impl Job {
         self.timings.learning_seconds = Some(figures.elapsed);
     }
 
+    /// Puts a job that has ended back into the queue.
+    pub fn reopen(&mut self) {
+        self.state = JobState::Queued;
+        self.stage = None;
+        self.error = None;
+        self.timings.ended = None;
+        if let Work::Learning(learned) = &mut self.work {
+            learned.ended_by = None;
+            learned.metrics = None;
+        }
+    }
+
     /// Ends the job.
     pub fn end(&mut self, state: JobState) {
         self.state = state;

@@ -7,6 +7,7 @@ mod check;
 mod files;
 mod job;
 mod live;
+mod once;
 mod order;
 mod request;
 mod run;
@@ -20,6 +21,7 @@ pub use check::{Findings, JointFinding, ShapeFinding, Standing, check};
 pub use files::Artefact;
 pub use job::{CharacterName, Job, JobState, Progress, Stage, Timings};
 pub use live::{Live, Moment};
+pub use once::{IdempotencyKey, IdempotencyKeyError};
 pub use order::{Order, read_character};
 pub use request::{CharacterChoice, JobRequest, Settings};
 pub use run::{

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Duration;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 use tokio::sync::{Mutex, Notify, Semaphore, watch};
 use tokio_util::sync::CancellationToken;
@@ -15,6 +16,7 @@ use super::check::{Findings, check_until};
 use super::files::{self, Artefact};
 use super::job::{CharacterName, Job, JobState};
 use super::live::Live;
+use super::once::IdempotencyKey;
 use super::order::{Order, read_character};
 use super::request::{CharacterChoice, Settings};
 use super::store::{Store, StoreError};
@@ -29,6 +31,12 @@ use gaitwright_physics::scene::Scene;
 /// How long a short computation may wait for its turn.
 const TURN_TIMEOUT: Duration = Duration::from_secs(5);
 
+/// How long it is taken for granted that the data folder can be written, once it could.
+const PROBE_EVERY: Duration = Duration::from_millis(500);
+
+/// Bytes written to see whether files can be: as many as the recording of a short job has.
+const PROBE_SIZE: usize = 1 << 20;
+
 /// Why a question could not be answered.
 #[derive(Debug, thiserror::Error)]
 pub enum ServiceError {
@@ -41,6 +49,19 @@ pub enum ServiceError {
     /// There is no character of this id.
     #[error("there is no character {0}")]
     UnknownCharacter(Uuid),
+    /// The job is not in a state for what was asked.
+    #[error("the job {id} is {}; {needs}", state.name())]
+    WrongState {
+        /// The job.
+        id: Uuid,
+        /// Where it stands.
+        state: JobState,
+        /// Which jobs it can be asked of.
+        needs: &'static str,
+    },
+    /// The key of the request has come before with another request.
+    #[error("the idempotency key has been used for another request")]
+    KeyReused,
     /// As many jobs wait as may wait.
     #[error("{0} jobs are waiting already")]
     Full(u64),
@@ -53,6 +74,14 @@ pub enum ServiceError {
     /// The service is about to end.
     #[error("the service is shutting down")]
     ShuttingDown,
+    /// Workers have ended although the service has not.
+    #[error("{alive} of {workers} workers are left")]
+    Unmanned {
+        /// Workers that are left.
+        alive: usize,
+        /// Workers that there should be.
+        workers: usize,
+    },
     /// The store failed.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -85,6 +114,12 @@ pub struct Jobs {
 pub(super) struct Shared {
     pub(super) data: PathBuf,
     pub(super) workers: usize,
+    /// When the data folder could be written last, as far as somebody has asked.
+    proven: Mutex<Option<Instant>>,
+    /// How often a job has been put back because a file failed, by job.
+    pub(super) setbacks: Mutex<BTreeMap<Uuid, u32>>,
+    /// Workers that have begun and not ended.
+    pub(super) alive: AtomicUsize,
     pub(super) store: Store,
     queue: u64,
     /// Held by whoever moves a job from one state to another, so that no two do at once.
@@ -130,6 +165,9 @@ impl Jobs {
         let shared = Shared {
             data: options.data,
             workers: options.workers.max(1),
+            proven: Mutex::default(),
+            setbacks: Mutex::default(),
+            alive: AtomicUsize::new(0),
             store,
             queue: options.queue,
             running: Mutex::default(),
@@ -161,23 +199,52 @@ impl Jobs {
         &self.shared.shutdown
     }
 
-    /// Whether the store answers and jobs are taken.
+    /// Whether jobs are taken and worked at, and the data folder can be written.
     ///
     /// # Errors
     ///
     /// When not, and why.
     pub async fn ready(&self) -> Result<(), ServiceError> {
         self.check_not_shutting_down()?;
-        Ok(self.shared.store.ping().await?)
+        let (alive, workers) = (self.shared.alive.load(Ordering::Relaxed), self.shared.workers);
+        if alive < workers {
+            return Err(ServiceError::Unmanned { alive, workers });
+        }
+        // One at a time, and not at the rate at which anybody may ask.
+        let mut proven = self.shared.proven.lock().await;
+        if proven.is_none_or(|at| at.elapsed() >= PROBE_EVERY) {
+            *proven = None;
+            self.shared.probe().await?;
+            *proven = Some(Instant::now());
+        }
+        Ok(())
     }
 
-    /// Queues a job.
+    /// The job that was posted under `key` before, where there is one.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::KeyReused`] when it was another request.
+    pub async fn posted(&self, key: &IdempotencyKey) -> Result<Option<Job>, ServiceError> {
+        match self.shared.store.posted(key).await? {
+            Some((_, false)) => Err(ServiceError::KeyReused),
+            Some((job, true)) => Ok(Some(job)),
+            None => Ok(None),
+        }
+    }
+
+    /// Queues a job; with a key that has come before, it gives the job of that time.
     ///
     /// # Errors
     ///
     /// [`ServiceError::Input`] with every fault of the character and of what is wanted of it;
-    /// [`ServiceError::Full`]; [`ServiceError::ShuttingDown`].
-    pub async fn submit(&self, character: CharacterChoice, settings: Settings) -> Result<Job, ServiceError> {
+    /// [`ServiceError::KeyReused`]; [`ServiceError::Full`]; [`ServiceError::ShuttingDown`].
+    pub async fn submit(
+        &self,
+        character: CharacterChoice,
+        settings: Settings,
+        key: Option<IdempotencyKey>,
+    ) -> Result<Job, ServiceError> {
         let (bytes, source, place) = match character {
             CharacterChoice::Urdf(text) => (text.into_bytes(), Some(Source::Urdf), "/character/urdf"),
             CharacterChoice::Json(fields) => {
@@ -191,7 +258,7 @@ impl Jobs {
                 (bytes, None, "")
             }
         };
-        self.submit_bytes(bytes, source, place, settings).await
+        self.submit_bytes(bytes, source, place, settings, key).await
     }
 
     /// Queues a job for the character in `bytes`; faults of a character document are named from
@@ -206,6 +273,7 @@ impl Jobs {
         source: Option<Source>,
         place: &'static str,
         settings: Settings,
+        key: Option<IdempotencyKey>,
     ) -> Result<Job, ServiceError> {
         self.check_not_shutting_down()?;
         let bytes = Arc::new(bytes);
@@ -218,7 +286,7 @@ impl Jobs {
             })
             .await?
         };
-        self.queue(Job::queued(name, settings), &bytes).await
+        self.queue(Job::queued(name, settings), bytes, key).await
     }
 
     /// Queues a study of what accuracy costs.
@@ -240,21 +308,37 @@ impl Jobs {
             })
             .await?
         };
-        self.queue(Job::queued(name, request), &bytes).await
+        self.queue(Job::queued(name, request), bytes, None).await
     }
 
     /// Puts a job that works on `input` into the queue.
-    async fn queue(&self, job: Job, input: &[u8]) -> Result<Job, ServiceError> {
-        let running = self.shared.running.lock().await;
+    async fn queue(
+        &self,
+        job: Job,
+        input: Arc<Vec<u8>>,
+        key: Option<IdempotencyKey>,
+    ) -> Result<Job, ServiceError> {
+        let jobs = self.clone();
+        uninterrupted(async move {
+            let _turn = jobs.shared.running.lock().await;
+            // The same request may have come twice at once.
+            if let Some(key) = &key
+                && let Some(job) = jobs.posted(key).await?
+            {
+                return Ok(job);
+            }
+            jobs.check_queue().await?;
+            jobs.shared.store.insert(&job, &input, key.as_ref()).await?;
+            jobs.shared.posted.notify_one();
+            metrics::counter!("gaitwright_jobs_posted_total").increment(1);
+            Ok(job)
+        })
+        .await
+    }
+
+    async fn check_queue(&self) -> Result<(), ServiceError> {
         let waiting = self.shared.store.count(JobState::Queued).await?;
-        if waiting >= self.shared.queue {
-            return Err(ServiceError::Full(waiting));
-        }
-        self.shared.store.insert(&job, input).await?;
-        drop(running);
-        self.shared.posted.notify_one();
-        metrics::counter!("gaitwright_jobs_posted_total").increment(1);
-        Ok(job)
+        if waiting >= self.shared.queue { Err(ServiceError::Full(waiting)) } else { Ok(()) }
     }
 
     /// The job called `id`.
@@ -289,37 +373,87 @@ impl Jobs {
         Ok(self.shared.store.count(state).await?)
     }
 
-    /// Cancels a job that waits or runs, and gives it as it then is; deletes one that has ended, and
-    /// gives nothing. A running job ends within a second of this, and is not taken up again even if the
-    /// process ends first.
+    /// Cancels a job that waits or runs, and gives it as it then is; the same again changes nothing. A running job
+    /// ends within a second of this, and is not taken up again even if the process ends first.
     ///
     /// # Errors
     ///
-    /// [`ServiceError::UnknownJob`].
-    pub async fn remove(&self, id: Uuid) -> Result<Option<Job>, ServiceError> {
-        let running = self.shared.running.lock().await;
-        let mut job = self.job(id).await?;
-        match job.state {
-            JobState::Queued => {
-                job.end(JobState::Cancelled);
-                self.shared.store.update(&job, &[]).await?;
-                self.shared.changes.send_replace(());
-            }
-            JobState::Running => {
-                if let Some(live) = running.get(&id) {
-                    self.shared.store.abandon(id).await?;
-                    live.abandon();
+    /// [`ServiceError::UnknownJob`]; [`ServiceError::WrongState`] when it has ended otherwise.
+    pub async fn cancel(&self, id: Uuid) -> Result<Job, ServiceError> {
+        let jobs = self.clone();
+        uninterrupted(async move {
+            let running = jobs.shared.running.lock().await;
+            let mut job = jobs.job(id).await?;
+            match job.state {
+                JobState::Queued => {
+                    job.end(JobState::Cancelled);
+                    jobs.shared.store.update(&job, &[]).await?;
+                    jobs.shared.changes.send_replace(());
+                }
+                JobState::Running => {
+                    jobs.shared.store.abandon(id).await?;
+                    if let Some(live) = running.get(&id) {
+                        live.abandon();
+                    }
+                }
+                JobState::Cancelled => {}
+                state @ (JobState::Succeeded | JobState::Failed) => {
+                    let needs = "only a job that waits or runs can be cancelled";
+                    return Err(ServiceError::WrongState { id, state, needs });
                 }
             }
-            JobState::Succeeded | JobState::Failed | JobState::Cancelled => {
-                self.shared.store.delete(id).await?;
-                match std::fs::remove_dir_all(self.folder(id)) {
-                    Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error.into()),
-                    _ => return Ok(None),
-                }
+            Ok(job)
+        })
+        .await
+    }
+
+    /// Queues a failed or cancelled job again; it goes on from its last checkpoint.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::UnknownJob`]; [`ServiceError::WrongState`] when it has neither failed nor been cancelled;
+    /// [`ServiceError::Full`]; [`ServiceError::ShuttingDown`].
+    pub async fn retry(&self, id: Uuid) -> Result<Job, ServiceError> {
+        self.check_not_shutting_down()?;
+        let jobs = self.clone();
+        uninterrupted(async move {
+            let _turn = jobs.shared.running.lock().await;
+            let mut job = jobs.job(id).await?;
+            if !matches!(job.state, JobState::Failed | JobState::Cancelled) {
+                let needs = "only a job that failed or was cancelled can be tried again";
+                return Err(ServiceError::WrongState { id, state: job.state, needs });
             }
-        }
-        Ok(Some(job))
+            jobs.check_queue().await?;
+            job.reopen();
+            jobs.shared.store.requeue(&job).await?;
+            jobs.shared.posted.notify_one();
+            jobs.shared.changes.send_replace(());
+            Ok(job)
+        })
+        .await
+    }
+
+    /// Deletes a job that has ended, with its files.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::UnknownJob`]; [`ServiceError::WrongState`] unless it has ended.
+    pub async fn delete(&self, id: Uuid) -> Result<(), ServiceError> {
+        let jobs = self.clone();
+        uninterrupted(async move {
+            let _turn = jobs.shared.running.lock().await;
+            let state = jobs.job(id).await?.state;
+            if !state.is_final() {
+                let needs = "only a job that has ended can be deleted; cancel it first";
+                return Err(ServiceError::WrongState { id, state, needs });
+            }
+            jobs.shared.store.delete(id).await?;
+            match std::fs::remove_dir_all(jobs.folder(id)) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error.into()),
+                _ => Ok(()),
+            }
+        })
+        .await
     }
 
     /// A job's learning curve so far.
@@ -437,4 +571,31 @@ impl Jobs {
     fn check_not_shutting_down(&self) -> Result<(), ServiceError> {
         if self.shared.shutdown.is_cancelled() { Err(ServiceError::ShuttingDown) } else { Ok(()) }
     }
+}
+
+impl Shared {
+    /// Whether store and files can be written, by writing to both.
+    ///
+    /// # Errors
+    ///
+    /// When one of them cannot.
+    pub(super) async fn probe(&self) -> Result<(), ServiceError> {
+        self.store.probe().await?;
+        let folder = self.data.join("jobs");
+        tokio::task::spawn_blocking(move || {
+            // Removed when it is dropped.
+            let mut file = tempfile::Builder::new().prefix(".probe").tempfile_in(folder)?;
+            file.write_all(&vec![0; PROBE_SIZE])?;
+            file.as_file().sync_all()
+        })
+        .await??;
+        Ok(())
+    }
+}
+
+/// Does something to its end even if nobody waits for it any more: a client that hangs up must not leave it half done.
+async fn uninterrupted<T: Send + 'static>(
+    work: impl Future<Output = Result<T, ServiceError>> + Send + 'static,
+) -> Result<T, ServiceError> {
+    tokio::spawn(work).await?
 }

@@ -8,6 +8,7 @@ use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -19,7 +20,7 @@ use super::job::{Job, JobState, Stage};
 use super::live::Live;
 use super::order::Order;
 use super::request::Settings;
-use super::run::{PreparedRun, RunError, RunOutcome, RunWatcher, run};
+use super::run::{PreparedRun, RunError, RunOutcome, RunWatcher, Unsuccessful, run};
 use super::service::{Jobs, ServiceError, Shared};
 use super::study;
 use super::work::Work;
@@ -38,6 +39,9 @@ const CANCELLED_CHECK: Duration = Duration::from_millis(400);
 /// How long a worker waits after the store failed before it asks again.
 const STORE_PAUSE: Duration = Duration::from_secs(1);
 
+/// How often a job is tried again after a file failed although files can be written.
+const SETBACKS: u32 = 3;
+
 /// Starts the workers of `jobs`. They end when the service shuts down; a job that runs then is
 /// queued again, with a checkpoint to go on from.
 ///
@@ -51,11 +55,30 @@ pub fn start(jobs: &Jobs, runtime: &Handle) -> io::Result<Vec<JoinHandle<()>>> {
     (0..shared.workers)
         .map(|number| {
             let (shared, runtime) = (Arc::clone(shared), runtime.clone());
-            std::thread::Builder::new()
-                .name(format!("job-worker-{number}"))
-                .spawn(move || Worker { shared, runtime, threads }.work())
+            std::thread::Builder::new().name(format!("job-worker-{number}")).spawn(move || {
+                let _present = Present::new(&shared);
+                Worker { shared: Arc::clone(&shared), runtime, threads }.work();
+            })
         })
         .collect()
+}
+
+/// Counts a worker among those that are alive, even if it panics.
+struct Present<'a> {
+    shared: &'a Shared,
+}
+
+impl<'a> Present<'a> {
+    fn new(shared: &'a Shared) -> Self {
+        shared.alive.fetch_add(1, Ordering::Relaxed);
+        Self { shared }
+    }
+}
+
+impl Drop for Present<'_> {
+    fn drop(&mut self) {
+        self.shared.alive.fetch_sub(1, Ordering::Relaxed);
+    }
 }
 
 struct Worker {
@@ -72,14 +95,27 @@ impl Worker {
                 Ok(None) => self.runtime.block_on(self.wait()),
                 Err(error) => {
                     tracing::error!(%error, "no job could be taken from the queue");
-                    self.runtime.block_on(async {
-                        let _ = tokio::time::timeout(STORE_PAUSE, self.shared.shutdown.cancelled()).await;
-                    });
+                    self.runtime.block_on(self.pause());
                 }
             }
         }
         // The next worker that waits for a job is to see the end as well.
         self.shared.posted.notify_one();
+    }
+
+    /// Waits before the store is asked again; whether the service goes on.
+    async fn pause(&self) -> bool {
+        tokio::time::timeout(STORE_PAUSE, self.shared.shutdown.cancelled()).await.is_err()
+    }
+
+    /// Waits until the data folder can be written, or for the end.
+    async fn recover(&self) {
+        while let Err(error) = self.shared.probe().await {
+            tracing::error!(%error, "the data folder cannot be written");
+            if !self.pause().await {
+                return;
+            }
+        }
     }
 
     /// Waits for a new job or for the end.
@@ -125,29 +161,72 @@ impl Worker {
             Work::Accuracy(_) => self.study(&mut job, live),
         }));
         stopper.abort();
-        match result {
-            Ok(Ok(())) => {}
-            Ok(Err(error)) => fail(&mut job, error.to_string()),
-            Err(panic) => fail(&mut job, format!("the program broke off: {}", message(&*panic))),
+        let failed = match result {
+            Ok(Ok(())) => None,
+            // What a full disk has broken is no fault of the job.
+            Ok(Err(error)) if error.is_about_storage() && self.runtime.block_on(self.may_pass(&job)) => {
+                tracing::error!(%error, "the job is put back until the data folder can be written");
+                put_back(&mut job);
+                None
+            }
+            Ok(Err(error)) => Some(error.to_string()),
+            Err(panic) => Some(format!("the program broke off: {}", message(&*panic))),
+        };
+        if let Some(reason) = failed {
+            fail(&mut job, reason);
+            self.withdraw(&job);
         }
-        self.runtime.block_on(async {
-            let mut running = self.shared.running.lock().await;
-            // The request to cancel was accepted, and holds however far the job was.
-            if live.is_abandoned() && job.state != JobState::Cancelled {
-                job.error = None;
-                job.end(JobState::Cancelled);
-            }
-            if let Err(error) = self.shared.store.update(&job, &[]).await {
-                tracing::error!(%error, "the end of the job could not be recorded");
-            }
-            running.remove(&job.id);
-        });
+        self.runtime.block_on(self.settle(&mut job, live));
         tracing::info!(state = job.state.name(), error = job.error, "left");
         if job.state.is_final() {
             metrics::counter!("gaitwright_jobs_ended_total", "state" => job.state.name()).increment(1);
         }
         live.finish();
         self.shared.changes.send_replace(());
+    }
+
+    /// Records where a job stands that is no longer worked at, as soon as the store can be written. At the end of
+    /// the service it may stay unrecorded: the job counts as running then, and is taken up again at the next start.
+    async fn settle(&self, job: &mut Job, live: &Live) {
+        self.recover().await;
+        loop {
+            let mut running = self.shared.running.lock().await;
+            // The request to cancel was accepted, and holds however far the job was.
+            if live.is_abandoned() && job.state != JobState::Cancelled {
+                job.error = None;
+                job.end(JobState::Cancelled);
+            }
+            let recorded = self.shared.store.update(job, &[]).await;
+            let Err(error) = recorded else {
+                running.remove(&job.id);
+                if job.state.is_final() {
+                    self.shared.setbacks.lock().await.remove(&job.id);
+                }
+                return;
+            };
+            tracing::error!(%error, "the end of the job could not be recorded");
+            drop(running);
+            if !self.pause().await {
+                self.shared.running.lock().await.remove(&job.id);
+                return;
+            }
+        }
+    }
+
+    /// Whether a failure of the store or of a file is worth another try: as long as nothing can be written, and a
+    /// few times after that, for it may have passed in the meantime. Waits a while if so.
+    async fn may_pass(&self, job: &Job) -> bool {
+        if self.shared.probe().await.is_ok() {
+            let mut setbacks = self.shared.setbacks.lock().await;
+            let number = setbacks.entry(job.id).or_default();
+            *number += 1;
+            if *number > SETBACKS {
+                setbacks.remove(&job.id);
+                return false;
+            }
+        }
+        self.pause().await;
+        true
     }
 
     /// Learns what a job wants, on from its checkpoint.
@@ -167,7 +246,12 @@ impl Worker {
         let outcome =
             run(&order, self.threads, &folder, (&cancel, CANCELLED_CHECK), checkpoint, &mut reporter);
         reporter.flush();
-        conclude(job, live, outcome?);
+        let outcome = outcome?;
+        let not_begun = outcome.motion == Err(Unsuccessful::NotBegun);
+        conclude(job, live, outcome);
+        if not_begun && job.state.is_final() {
+            self.withdraw(job);
+        }
         Ok(())
     }
 
@@ -185,6 +269,13 @@ impl Worker {
             None => call_off(job, live),
         }
         Ok(())
+    }
+
+    /// Removes what an earlier run of a job that was tried again has left as its results.
+    fn withdraw(&self, job: &Job) {
+        if let Err(error) = files::withdraw(&files::folder(&self.shared.data, job.id)) {
+            tracing::error!(%error, "the results of an earlier run could not be removed");
+        }
     }
 
     /// The folder of a job's files.
@@ -312,9 +403,14 @@ fn call_off(job: &mut Job, live: &Live) {
     if live.is_abandoned() {
         job.end(JobState::Cancelled);
     } else {
-        job.state = JobState::Queued;
-        job.stage = None;
+        put_back(job);
     }
+}
+
+/// Has a job wait for a worker again.
+fn put_back(job: &mut Job) {
+    job.state = JobState::Queued;
+    job.stage = None;
 }
 
 /// The checkpoint in a job's folder, when there is one that can be read.

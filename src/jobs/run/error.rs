@@ -33,6 +33,13 @@ pub enum RunError {
     Store(#[from] StoreError),
 }
 
+impl RunError {
+    /// Whether it is about what is stored rather than about the job.
+    pub fn is_about_storage(&self) -> bool {
+        matches!(self, Self::File(_) | Self::Recording(_) | Self::Store(_))
+    }
+}
+
 impl From<StudyError> for RunError {
     fn from(error: StudyError) -> Self {
         match error {

@@ -161,6 +161,11 @@ pub(super) fn publish(
         Artefact::Motion.publish(folder, motion.to_json()?.as_bytes())?;
         Artefact::Gait.publish(folder, &json(gait)?)?;
         Artefact::Diagram.publish(folder, gait_diagram(gait)?.as_bytes())?;
+    } else {
+        // Those of an earlier run of the same job.
+        for artefact in [Artefact::Motion, Artefact::Gait, Artefact::Diagram] {
+            artefact.remove(folder)?;
+        }
     }
     let (motion, gait) = match found {
         Ok((motion, gait)) => (Ok(motion.metrics), Some(gait)),

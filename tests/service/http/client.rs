@@ -44,10 +44,43 @@ impl Service {
 
     /// A service on a data folder that may hold jobs already.
     pub fn on(data: &Path, arguments: &[&str]) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_gaitwright"))
-            .args(["serve", "--listen", "127.0.0.1:0", "--data"])
+        Self::spawn(program(), data, arguments, None)
+    }
+
+    /// A service with a new data folder that lets in who brings `token`.
+    pub fn with_token(token: &str, arguments: &[&str]) -> Self {
+        let folder = TempDir::new().unwrap();
+        let mut service = Self::spawn(program(), folder.path(), arguments, Some(token));
+        service._folder = Some(folder);
+        service
+    }
+
+    /// A service that gets an error, and not a signal that ends it, for a file that is larger than it may be.
+    pub fn with_limits(data: &Path, arguments: &[&str]) -> Self {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_gaitwright")]);
+        Self::spawn(shell, data, arguments, None)
+    }
+
+    /// Bounds the size of the files that the service may write; what is beyond fails as on a full disk.
+    pub fn limit_files(&self, bytes: Option<u64>) {
+        let limit = bytes.map_or("unlimited".to_owned(), |bytes| bytes.to_string());
+        let (id, limit) = (self.child.id().to_string(), format!("--fsize={limit}:unlimited"));
+        let set = Command::new("prlimit").args(["--pid", &id, &limit]).status();
+        assert!(set.expect("this test needs the program prlimit, which was not found").success());
+    }
+
+    fn spawn(mut program: Command, data: &Path, arguments: &[&str], token: Option<&str>) -> Self {
+        let listen: &[&str] =
+            if arguments.contains(&"--listen") { &[] } else { &["--listen", "127.0.0.1:0"] };
+        let mut child = program
+            .arg("serve")
+            .args(listen)
+            .arg("--data")
             .arg(data)
             .args(arguments)
+            .env_remove("GAITWRIGHT_TOKEN")
+            .envs(token.map(|token| ("GAITWRIGHT_TOKEN", token)))
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
@@ -84,6 +117,16 @@ impl Service {
     /// The answer to a JSON document sent to `path`.
     pub fn post_json(&self, path: &str, document: &Value) -> Answer {
         self.post(path, "application/json", document.to_string().as_bytes())
+    }
+
+    /// The answer to the wish that the job at `path` be cancelled.
+    pub fn cancel(&self, path: &str) -> Answer {
+        self.curl(&format!("{path}/cancel"), &["-X", "POST"])
+    }
+
+    /// The answer to the wish that the job at `path` be tried again.
+    pub fn retry(&self, path: &str) -> Answer {
+        self.curl(&format!("{path}/retry"), &["-X", "POST"])
     }
 
     /// Posts a job for the paddler that is quick unless `learning` says otherwise, and gives its path.
@@ -152,6 +195,11 @@ impl Drop for Service {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// The program under test.
+fn program() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_gaitwright"))
 }
 
 /// An answer.

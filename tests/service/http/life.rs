@@ -147,7 +147,7 @@ fn a_running_job_is_followed_and_cancelled() {
         assert_eq!(service.curl("/v1/jobs", &[]).status, 200);
     }
 
-    let answer = service.curl(&path, &["-X", "DELETE"]);
+    let answer = service.cancel(&path);
     assert_eq!(answer.status, 202);
     let job = service.wait_for_end(&path);
     assert_eq!(job["state"], "cancelled");
@@ -219,7 +219,7 @@ fn a_job_is_cancelled_within_a_second_whatever_it_is_about() {
         service.wait(path, stage, |job| job["stage"] == stage);
         std::thread::sleep(Duration::from_millis(300));
         let since = Instant::now();
-        assert_eq!(service.curl(path, &["-X", "DELETE"]).status, 202);
+        assert_eq!(service.cancel(path).status, 202);
         assert_eq!(service.wait_for_end(path)["state"], "cancelled", "{stage}");
         // A second, and as much again for a busy machine.
         assert!(since.elapsed() < Duration::from_secs(2), "{stage}: {:?}", since.elapsed());
@@ -251,7 +251,7 @@ fn a_waiting_job_is_cancelled_at_once() {
     service.wait(&first, "running", |job| job["state"] == "running");
     let second = service.post_job(&json!({ "generations": 1 }));
     service.curl(&format!("{second}/recording.rrd"), &[]).problem(409);
-    let answer = service.curl(&second, &["-X", "DELETE"]);
+    let answer = service.cancel(&second);
     assert_eq!(answer.status, 202);
     assert_eq!(answer.json()["state"], "cancelled");
     let told = events(&service.curl(&format!("{second}/events"), &[]).body);
@@ -266,7 +266,7 @@ fn jobs_are_listed_page_by_page() {
     service.wait(&first, "running", |job| job["state"] == "running");
     let mut posted = vec![first];
     posted.extend((0..4).map(|_| service.post_job(&json!({ "generations": 1 }))));
-    service.curl(&posted[4], &["-X", "DELETE"]);
+    assert_eq!(service.cancel(&posted[4]).status, 202);
 
     let mut seen = Vec::new();
     let mut next = Some("/v1/jobs?limit=2".to_owned());

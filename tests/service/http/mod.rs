@@ -1,8 +1,11 @@
 //! The service, driven from outside: the built program, and `curl` as its client.
 
+mod access;
 mod characters;
 mod client;
+mod ends;
 mod exports;
+mod faults;
 mod interface;
 mod life;
 mod refusals;

@@ -62,7 +62,7 @@ fn a_study_can_be_called_off() {
     let service = Service::start();
     let path = post(&service, &request(60.0));
     service.wait(&path, "studying", |job| job["stage"] == "studying");
-    assert_eq!(service.curl(&path, &["-X", "DELETE"]).status, 202);
+    assert_eq!(service.cancel(&path).status, 202);
     assert_eq!(service.wait_for_end(&path)["state"], "cancelled");
     service.curl(&format!("{path}/table"), &[]).problem(409);
 }

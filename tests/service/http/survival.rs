@@ -93,7 +93,7 @@ fn an_acknowledged_cancellation_outlives_the_process() {
     let mut service = Service::on(data.path(), &[]);
     let path = service.post_job(&learning());
     service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 1);
-    assert_eq!(service.curl(&path, &["-X", "DELETE"]).status, 202);
+    assert_eq!(service.cancel(&path).status, 202);
     service.signal("KILL");
     assert!(!service.wait_for_exit());
     let service = Service::on(data.path(), &[]);

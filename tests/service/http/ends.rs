@@ -1,0 +1,185 @@
+//! How jobs end, and what may be asked of them then: cancel, try again, delete; and posting the same job twice.
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+use super::client::{PADDLER, PADDLER_PART, Service};
+
+fn endless() -> Value {
+    json!({ "generations": 100_000 })
+}
+
+#[test]
+fn a_cancellation_holds_and_is_repeated_without_harm() {
+    let service = Service::start();
+    let path = service.post_job(&endless());
+    service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 2);
+    let answer = service.cancel(&path);
+    assert_eq!(answer.status, 202, "{}", answer.text());
+    assert_eq!(answer.headers["location"], path);
+    let job = service.wait_for_end(&path);
+    assert_eq!(job["state"], "cancelled");
+    let again = service.cancel(&path);
+    assert_eq!(again.status, 202);
+    assert_eq!(again.json(), job, "nothing has changed");
+    assert_eq!(service.json(&path), job);
+
+    let done = service.post_job(&json!({ "generations": 1 }));
+    let job = service.wait_for_end(&done);
+    service.cancel(&done).problem(409);
+    assert_eq!(service.json(&done), job);
+    let nobody = "/v1/jobs/01890000-0000-7000-8000-000000000000";
+    service.cancel(nobody).problem(404);
+    service.retry(nobody).problem(404);
+}
+
+#[test]
+fn only_a_job_that_has_ended_is_deleted() {
+    let service = Service::start();
+    let running = service.post_job(&endless());
+    service.wait(&running, "running", |job| job["state"] == "running");
+    let waiting = service.post_job(&endless());
+    for path in [&running, &waiting] {
+        service.curl(path, &["-X", "DELETE"]).problem(409);
+        assert!(["queued", "running"].contains(&service.json(path)["state"].as_str().unwrap()));
+        service.cancel(path);
+        service.wait_for_end(path);
+        assert_eq!(service.curl(path, &["-X", "DELETE"]).status, 204);
+        service.curl(path, &["-X", "DELETE"]).problem(404);
+    }
+}
+
+/// A job that is cancelled and tried again comes to what it would have come to undisturbed.
+#[test]
+fn a_cancelled_job_goes_on_from_its_checkpoint() {
+    let learning = json!({ "generations": 40, "cache_generations": 2 });
+    let service = Service::start();
+    let path = service.post_job(&learning);
+    service.retry(&path).problem(409);
+    service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 5);
+    service.retry(&path).problem(409);
+    service.cancel(&path);
+    let cancelled = service.wait_for_end(&path);
+    assert_eq!(cancelled["state"], "cancelled");
+    let reached = cancelled["progress"]["generations"].as_u64().unwrap();
+    assert!(reached < 40);
+
+    let answer = service.retry(&path);
+    assert_eq!(answer.status, 202, "{}", answer.text());
+    let queued = answer.json();
+    assert_eq!((&queued["state"], &queued["id"]), (&json!("queued"), &cancelled["id"]));
+    assert_eq!((&queued["metrics"], &queued["timings"]["ended"]), (&Value::Null, &Value::Null));
+    let job = service.wait_for_end(&path);
+    assert_eq!(job["state"], "succeeded", "{job}");
+    assert_eq!(job["progress"]["generations"], 40);
+    service.retry(&path).problem(409);
+
+    let undisturbed = service.post_job(&learning);
+    service.wait_for_end(&undisturbed);
+    let motion = |path: &str| service.json(&format!("{path}/motion"));
+    assert_eq!(motion(&path), motion(&undisturbed));
+}
+
+#[test]
+fn a_full_queue_takes_no_job_back() {
+    let service = Service::with(&["--queue", "1"]);
+    let first = service.post_job(&endless());
+    service.wait(&first, "running", |job| job["state"] == "running");
+    let second = service.post_job(&endless());
+    service.cancel(&second);
+    service.post_job(&endless());
+    let answer = service.retry(&second);
+    answer.problem(429);
+    assert_eq!(service.json(&second)["state"], "cancelled");
+}
+
+#[test]
+fn results_are_whole_or_marked() {
+    let service = Service::start();
+    let first = service.post_job(&endless());
+    service.wait(&first, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 3);
+    for result in ["motion", "gait", "gait.svg", "report"] {
+        service.curl(&format!("{first}/{result}"), &[]).problem(409);
+        service.curl(&format!("{first}/{result}?preliminary=true"), &[]).problem(409);
+    }
+    service.curl(&format!("{first}/motion?preliminary=perhaps"), &[]).problem(400);
+
+    // A job that waits to be tried again has what its earlier run has left, and shows it to those who ask.
+    let again = service.post_job(&json!({ "generations": 2 }));
+    service.cancel(&first);
+    service.wait_for_end(&again);
+    let folder = service.folder(&first);
+    let left = std::fs::read(service.folder(&again).join("motion.json")).unwrap();
+    std::fs::write(folder.join("motion.json"), &left).unwrap();
+    let busy = service.post_job(&endless());
+    service.wait(&busy, "running", |job| job["state"] == "running");
+    service.wait_for_end(&first);
+    assert_eq!(service.retry(&first).status, 202);
+    let place = format!("{first}/motion");
+    service.curl(&place, &[]).problem(409);
+    let answer = service.curl(&format!("{place}?preliminary=true"), &[]);
+    assert_eq!(answer.status, 200, "{}", answer.text());
+    assert_eq!(answer.headers["cache-control"], "no-store");
+    let mut marked = answer.json();
+    assert_eq!(marked["preliminary"], true);
+    marked.as_object_mut().unwrap().remove("preliminary");
+    assert_eq!(marked, serde_json::from_slice::<Value>(&left).unwrap());
+
+    // Whole results carry no mark, whatever is asked for.
+    let whole = service.json(&format!("{again}/motion?preliminary=true"));
+    assert!(whole.get("preliminary").is_none());
+}
+
+#[test]
+fn the_same_request_is_the_same_job() {
+    let data = TempDir::new().unwrap();
+    let mut service = Service::on(data.path(), &["--queue", "2"]);
+    let document = |seed: u64| {
+        json!({ "character": { "urdf": PADDLER }, "learning": { "generations": 100_000 }, "seed": seed })
+            .to_string()
+    };
+    let post = |service: &Service, key: &str, body: &str| {
+        let header = format!("idempotency-key: {key}");
+        service.curl("/v1/jobs", &["-H", "content-type: application/json", "-H", &header, "-d", body])
+    };
+    let first = post(&service, "k-1", &document(1));
+    assert_eq!(first.status, 202, "{}", first.text());
+    let path = first.headers["location"].clone();
+    let again = post(&service, "k-1", &document(1));
+    assert_eq!((again.status, &again.headers["location"]), (202, &path));
+    post(&service, "k-1", &document(2)).problem(422);
+    let other = post(&service, "k-2", &document(1));
+    assert_eq!(other.status, 202);
+    assert_ne!(other.headers["location"], path);
+    assert_eq!(service.json("/v1/jobs")["jobs"].as_array().unwrap().len(), 2);
+
+    // A form is the same whatever its boundary is; another form is another.
+    let form = |parts: &[&str]| {
+        let parts: Vec<&str> = parts.iter().flat_map(|part| ["-F", part]).collect();
+        service.curl("/v1/jobs", &[&["-H", "idempotency-key: form"][..], &parts].concat())
+    };
+    let sent = form(&[PADDLER_PART, r#"job={"seed":3}"#]);
+    assert_eq!(sent.status, 202, "{}", sent.text());
+    assert_eq!(form(&[PADDLER_PART, r#"job={"seed":3}"#]).headers["location"], sent.headers["location"]);
+    form(&[PADDLER_PART, r#"job={"seed":4}"#]).problem(422);
+
+    // A key that is none, and a faulty body, keep nothing.
+    post(&service, &"k".repeat(256), &document(1)).problem(400);
+    post(&service, "k 3", &document(1)).problem(400);
+    post(&service, "k-3", "{}").problem(422);
+
+    // Both outlive the process.
+    service.signal("KILL");
+    assert!(!service.wait_for_exit());
+    let service = Service::on(data.path(), &[]);
+    assert_eq!(post(&service, "k-1", &document(1)).headers["location"], path);
+    post(&service, "k-1", &document(2)).problem(422);
+
+    // With the job goes its key.
+    service.cancel(&path);
+    service.wait_for_end(&path);
+    assert_eq!(service.curl(&path, &["-X", "DELETE"]).status, 204);
+    let new = post(&service, "k-1", &document(2));
+    assert_eq!(new.status, 202);
+    assert_ne!(new.headers["location"], path);
+}
