@@ -75,6 +75,7 @@ pub struct Gains {
     /// Greatest torque, N m (N); `null` is unlimited.
     pub max_torque: Vec<Option<f64>>,
     /// How the offset torque f₀ is found.
+    #[serde(default)]
     pub feedforward: Feedforward,
 }
 
@@ -82,10 +83,10 @@ pub struct Gains {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Feedforward {
-    /// f₀ = 0.
+    /// f₀ = 0: spring and damper within the torque limit, as in a servo.
+    #[default]
     None,
     /// The torque that would follow the target exactly if nothing touched the character.
-    #[default]
     ContactFree,
     /// The torque that would follow the target exactly, contacts included.
     ContactAware,
