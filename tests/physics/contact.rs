@@ -177,7 +177,13 @@ fn contact_forces_of_a_standing_robot_sum_to_its_weight() {
 }
 
 fn gains(stiffness: f64, damping: f64, max_torque: Option<f64>, feedforward: Feedforward) -> Gains {
-    Gains { stiffness: vec![stiffness], damping: vec![damping], max_torque: vec![max_torque], feedforward }
+    Gains {
+        stiffness: vec![stiffness],
+        damping: vec![damping],
+        max_torque: vec![max_torque],
+        feedforward,
+        ..Gains::default()
+    }
 }
 
 /// One step of the bar against the closed form of its implicit spring (eqs. 19-20 for one joint).

@@ -174,19 +174,39 @@ impl Scenario {
                 fill(&mut torque, joints);
                 (None, Script::Torque(torque))
             }
-            Drive::Hold { stiffness, damping, feedforward, max_torque, joints } => {
+            Drive::Hold {
+                stiffness,
+                damping,
+                feedforward,
+                feedforward_period,
+                max_torque,
+                offset,
+                joints,
+            } => {
                 let mut targets = stance.angles.clone();
                 fill(&mut targets, joints);
                 let mut gains = stance.gains.clone();
                 adjust(&mut gains, *stiffness, *damping, Some(*feedforward), Some(*max_torque), model);
+                gains.feedforward_period = *feedforward_period;
+                add_offset(&mut gains, offset, model, faults);
                 (Some(gains), Script::Hold(targets))
             }
-            Drive::Track { stiffness, damping, feedforward, max_torque, motion } => {
+            Drive::Track {
+                stiffness,
+                damping,
+                feedforward,
+                feedforward_period,
+                max_torque,
+                offset,
+                motion,
+            } => {
                 let motion = read_motion(motion, files).map_err(|error| error.under("/drive/motion"))?;
                 let player =
                     Player::new(&motion, &model.joint_names).map_err(|error| error.under("/drive/motion"))?;
                 let mut gains = motion.gains_for(&model.joint_names);
                 adjust(&mut gains, *stiffness, *damping, *feedforward, *max_torque, model);
+                gains.feedforward_period = feedforward_period.unwrap_or(gains.feedforward_period);
+                add_offset(&mut gains, offset, model, faults);
                 (Some(gains), Script::Track(player))
             }
         })
@@ -201,6 +221,26 @@ fn read_motion(motion: &serde_json::Value, files: &impl Files) -> Result<Motion,
     match motion {
         serde_json::Value::String(path) => Motion::parse(&files.motion(path)?),
         inline => Motion::parse(inline.to_string().as_bytes()),
+    }
+}
+
+/// Replaces the offset torques by those that the drive states. Faults of its joints are added to `faults`.
+fn add_offset(gains: &mut Gains, offset: &BTreeMap<String, f64>, model: &Model, faults: &mut Vec<Fault>) {
+    if !offset.is_empty() && gains.offset.is_empty() {
+        gains.offset = vec![0.0; model.joint_count()];
+    }
+    for (name, torque) in offset {
+        match model.joint(name) {
+            _ if !torque.is_finite() => {
+                faults.push(Fault::new(member("/drive/offset", name), "must be a finite number"));
+            }
+            Some(joint) if !model.driven[joint] => {
+                let reason = format!("the joint \"{name}\" is passive: it has no actuator");
+                faults.push(Fault::new(member("/drive/offset", name), reason));
+            }
+            Some(joint) => gains.offset[joint] = *torque,
+            None => faults.push(unknown_joint("/drive/offset", name)),
+        }
     }
 }
 

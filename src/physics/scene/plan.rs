@@ -64,6 +64,10 @@ pub struct DrivePlan {
     pub max_torque: Option<Vec<f64>>,
     /// How the offset torque f₀ is found.
     pub feedforward: Feedforward,
+    /// Time within which f₀ brings a joint to its target's velocity, s.
+    pub feedforward_period: f64,
+    /// Constant torque beside spring and feedforward, N m or N, one a joint; 0 for one without an actuator.
+    pub offset: Vec<f64>,
 }
 
 impl DrivePlan {
@@ -82,6 +86,11 @@ impl DrivePlan {
             max_torque: torque_limits
                 .then(|| gains.max_torque.iter().map(|limit| limit.unwrap_or(f64::INFINITY)).collect()),
             feedforward: if feedforward { gains.feedforward } else { Feedforward::None },
+            feedforward_period: gains.feedforward_period,
+            offset: match gains.offset.is_empty() {
+                true => vec![0.0; model.joint_count()],
+                false => at_driven(&gains.offset),
+            },
         }
     }
 }
@@ -179,5 +188,14 @@ fn gain_faults(gains: &Gains, joints: usize) -> Vec<Fault> {
     check("stiffness", gains.stiffness.len(), gains.stiffness.iter().all(valid));
     check("damping", gains.damping.len(), gains.damping.iter().all(valid));
     check("max_torque", gains.max_torque.len(), gains.max_torque.iter().flatten().all(valid));
+    if !(gains.offset.is_empty() || gains.offset.len() == joints) {
+        faults.push(Fault::new("/offset", format!("{} values for {joints} joints", gains.offset.len())));
+    }
+    if !gains.offset.iter().all(|offset| offset.is_finite()) {
+        faults.push(Fault::new("/offset", "every value must be a finite number"));
+    }
+    if !(gains.feedforward_period.is_finite() && gains.feedforward_period >= 0.0) {
+        faults.push(Fault::new("/feedforward_period", "must be a finite number of at least 0"));
+    }
     faults
 }

@@ -73,6 +73,10 @@ pub(super) struct StepMemory {
     pub dry_friction: Vec<f64>,
     /// J torques of the actuators at their limit, N m or N; 0 for all others.
     pub saturated: Vec<f64>,
+    /// J mean velocities of the targets, rad/s or m/s. (remember_targets)
+    pub target_rates: Vec<f64>,
+    /// Whether those are known: the last step had targets and feedforward. (remember_targets)
+    pub has_target_rates: bool,
     /// Mean acceleration, from which the next mean velocity is predicted. (commit)
     pub acceleration: Acceleration,
     /// J squares of the joint tensions, N². (joint_tensions)
@@ -92,6 +96,8 @@ impl StepMemory {
             limit: vec![0.0; joints],
             dry_friction: vec![0.0; joints],
             saturated: vec![0.0; joints],
+            target_rates: vec![0.0; joints],
+            has_target_rates: false,
             acceleration: Acceleration { root: SpatialMotion::ZERO, joints: vec![0.0; joints] },
             tension_squared: vec![0.0; joints],
             pendulum: None,
@@ -106,6 +112,8 @@ impl StepMemory {
         self.limit.fill(0.0);
         self.dry_friction.fill(0.0);
         self.saturated.fill(0.0);
+        self.target_rates.fill(0.0);
+        self.has_target_rates = false;
         self.acceleration.root = SpatialMotion::ZERO;
         self.acceleration.joints.fill(0.0);
         self.tension_squared.fill(0.0);
@@ -151,6 +159,8 @@ impl Clone for StepMemory {
             limit: self.limit.clone(),
             dry_friction: self.dry_friction.clone(),
             saturated: self.saturated.clone(),
+            target_rates: self.target_rates.clone(),
+            has_target_rates: self.has_target_rates,
             acceleration: self.acceleration.clone(),
             tension_squared: self.tension_squared.clone(),
             pendulum: self.pendulum,
@@ -164,6 +174,8 @@ impl Clone for StepMemory {
         self.limit.clone_from(&source.limit);
         self.dry_friction.clone_from(&source.dry_friction);
         self.saturated.clone_from(&source.saturated);
+        self.target_rates.clone_from(&source.target_rates);
+        self.has_target_rates = source.has_target_rates;
         self.acceleration.clone_from(&source.acceleration);
         self.tension_squared.clone_from(&source.tension_squared);
         self.pendulum = source.pendulum;

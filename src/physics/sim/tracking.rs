@@ -30,6 +30,39 @@ pub struct Target {
     pub next: f64,
 }
 
+/// How a joint's target moves at the beginning of a substep: what the feedforward pass brings the joint to.
+///
+/// Targets are given as angles at the ends of steps, so that the target's velocity is known as its mean over each step. It
+/// is taken to change linearly over a step, from the mean of the last step to that of this one.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Reference {
+    /// The target's velocity r, rad/s or m/s.
+    pub rate: f64,
+    /// The target's acceleration a*, rad/s² or m/s².
+    pub acceleration: f64,
+}
+
+impl Reference {
+    /// Of a target that moves at `last` over the last step and at `this` over this one, `from` seconds after the beginning
+    /// of this step of `whole` seconds.
+    pub fn new(last: f64, this: f64, from: f64, whole: f64) -> Self {
+        let acceleration = (this - last) / whole;
+        Self { rate: last + acceleration * from, acceleration }
+    }
+
+    /// Velocity that the feedforward pass gives a joint of velocity `rate` in a step of `step` seconds.
+    ///
+    /// The pass asks for the acceleration a* + (r − q̇) / T with T the period. The error e = r − q̇ then follows
+    /// ė = a* − q̈ = −e / T: it decays within the period whatever the step, and a target that accelerates is
+    /// followed without lag (without a* the joint would stay behind by a* T). A step of h makes
+    /// e⁺ = e (1 − h / T) of it, which tends to e^(−t/T) at first order as h falls, and which neither overshoots nor
+    /// diverges as long as h ≤ T. For h > T the step takes the place of the period. With h = T the
+    /// velocity is that of the target over the step, which is the paper's pass (Tokizaki & Hasegawa eq. 17).
+    pub fn rate_after(self, rate: f64, period: f64, step: f64) -> f64 {
+        rate + step * self.acceleration + (self.rate - rate) * (step / period.max(step))
+    }
+}
+
 impl Spring {
     /// The drive of a joint at `angle` over `step` seconds, taken at the end of the step.
     ///

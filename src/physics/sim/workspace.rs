@@ -13,7 +13,7 @@ use super::lcp::{Equality, Lemke, Newton, Pgs, Problem, Solution, SolveStatus, S
 use super::memory::StepMemory;
 use super::rows::{ROOT, Rows, contact};
 use super::spatial::{SpatialForce, SpatialMotion};
-use super::tracking::Spring;
+use super::tracking::{Reference, Spring};
 use crate::model::{DofKind, Model, SOLID_SLOTS};
 use crate::scene::{Coordinates, Feedforward, SolverChoice, SolverKind, StepPlan};
 
@@ -63,13 +63,16 @@ pub(super) struct Workspace {
     pub mean_rates: Vec<f64>,
     /// J joint velocities after the step if no row acted, rad/s or m/s. (free_velocities)
     pub free_rates: Vec<f64>,
-    /// J joint velocities after the step, rad/s or m/s. (response)
+    /// J joint velocities after the step, rad/s or m/s: those of the feedforward pass (velocity_control), then the new
+    /// ones (response).
     pub joint_rates: Vec<f64>,
     /// J joint accelerations, rad/s² or m/s²: those that the targets ask for (velocity_control), then those
     /// without rows (free_velocities).
     pub joint_acceleration: Vec<f64>,
     /// J offset torques f₀, N m or N. (velocity_control)
     pub feedforward: Vec<f64>,
+    /// J motions of the targets, with feedforward. (substep)
+    pub reference: Vec<Reference>,
     /// J drives. (drives)
     pub springs: Vec<Spring>,
     /// J: whether the actuator has a row of its own. (drives, saturation)
@@ -183,6 +186,7 @@ impl Workspace {
             solids,
             common_point: Point3::origin(),
             feedforward: vec![0.0; joints],
+            reference: vec![Reference::default(); joints],
             springs: vec![Spring::default(); joints],
             saturated: vec![false; joints],
             near_limit: vec![[false; 2]; joints],

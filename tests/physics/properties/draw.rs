@@ -119,6 +119,7 @@ pub fn driven(rng: &mut ChaCha8Rng) -> Drawing {
         damping: vec![damping; joints],
         max_torque: vec![max_torque; joints],
         feedforward,
+        ..Gains::default()
     };
     drawing(rng, scene, Some(&drive))
 }

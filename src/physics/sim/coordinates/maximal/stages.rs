@@ -166,10 +166,11 @@ impl Stages<'_> {
             Command::Track { now, next } => {
                 let plan = self.plan;
                 let Some(drive) = &plan.drive else { return Ok(()) };
-                self.velocity_control(drive, now, next)?;
+                self.velocity_control(drive)?;
                 for (joint, (now, next)) in now.iter().zip(next).enumerate() {
                     let (stiffness, damping) = (drive.stiffness[joint], drive.damping[joint]);
-                    let (offset, angle) = (self.work.feedforward[joint], self.state.angles[joint]);
+                    let offset = self.work.feedforward[joint] + drive.offset[joint];
+                    let angle = self.state.angles[joint];
                     let target = Target { now: *now, next: *next };
                     let spring = Spring::new(stiffness, damping, offset, angle, target, self.step);
                     let greatest = drive.max_torque.as_ref().map_or(f64::INFINITY, |limits| limits[joint]);

@@ -13,13 +13,8 @@ use crate::sim::lcp::Solver;
 use crate::sim::rows::{RowOwner, contact, drive};
 
 impl Stages<'_> {
-    /// Fills the offset torques for targets that move from `now` to `next`.
-    pub(super) fn velocity_control(
-        &mut self,
-        drive: &DrivePlan,
-        now: &[f64],
-        next: &[f64],
-    ) -> Result<(), Failure> {
+    /// Fills the offset torques for the motions of the targets in `reference`.
+    pub(super) fn velocity_control(&mut self, drive: &DrivePlan) -> Result<(), Failure> {
         let (model, plan, step) = (self.model, self.plan, self.step);
         self.work.feedforward.fill(0.0);
         if drive.feedforward == Feedforward::None {
@@ -35,13 +30,21 @@ impl Stages<'_> {
             let compliance = contact::compliance(model.mass, step);
             self.contacts(&mut rows, &self.state.memory.feedforward_contacts, compliance);
         }
-        let wanted = |joint: usize| (next[joint] - now[joint]) / step;
-        for joint in (0..now.len()).rev() {
+        let (period, joints) = (drive.feedforward_period, self.work.reference.len());
+        for joint in 0..joints {
+            let rate = self.state.velocities[joint];
+            self.work.joint_rates[joint] = self.work.reference[joint].rate_after(rate, period, step);
+        }
+        for joint in (0..joints).rev() {
             self.joint(&mut rows, joint);
             let free = self.work.free_rates[joint];
-            drive::prescribe_velocity(&mut rows, joint, wanted(joint), free, |joint, numbers| {
-                self.of_joint(joint, numbers)
-            });
+            drive::prescribe_velocity(
+                &mut rows,
+                joint,
+                self.work.joint_rates[joint],
+                free,
+                |joint, numbers| self.of_joint(joint, numbers),
+            );
         }
         self.lock(&mut rows);
         rows.assemble(step);
@@ -50,9 +53,10 @@ impl Stages<'_> {
         for (owner, force) in rows.owner.iter().zip(&rows.force) {
             if let RowOwner::Drive(joint) = *owner {
                 let damping = plan.damping.as_ref().map_or(0.0, |damping| damping[joint]);
-                let acceleration = (wanted(joint) - self.state.velocities[joint]) / step;
+                let wanted = self.work.joint_rates[joint];
+                let acceleration = (wanted - self.state.velocities[joint]) / step;
                 self.work.feedforward[joint] =
-                    force + model.armature[joint] * acceleration + damping * wanted(joint);
+                    force + model.armature[joint] * acceleration + damping * wanted;
             }
         }
         self.work.control_rows = rows;

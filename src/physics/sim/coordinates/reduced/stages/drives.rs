@@ -32,10 +32,10 @@ impl Stages<'_> {
             Command::Track { now, next } => {
                 let plan = self.plan;
                 let Some(drive) = &plan.drive else { return Ok(()) };
-                self.velocity_control(drive, now, next)?;
+                self.velocity_control(drive)?;
                 let work = &mut *self.work;
                 for joint in 0..now.len() {
-                    let offset = work.feedforward[joint];
+                    let offset = work.feedforward[joint] + drive.offset[joint];
                     let (stiffness, damping) = (drive.stiffness[joint], drive.damping[joint]);
                     let angle = self.state.angles[joint];
                     let target = Target { now: now[joint], next: next[joint] };
@@ -61,16 +61,12 @@ impl Stages<'_> {
         Ok(())
     }
 
-    /// Feedforward: offset torques f₀ that would give the joints the target's velocity exactly
-    /// (Tokizaki & Hasegawa figure 2), with contacts or without.
-    pub(super) fn velocity_control(
-        &mut self,
-        drive: &DrivePlan,
-        now: &[f64],
-        next: &[f64],
-    ) -> Result<(), Failure> {
+    /// Feedforward: offset torques f₀ that would bring the joints to the target's velocity within the feedforward's
+    /// period (Tokizaki & Hasegawa figure 2; see [`Reference::rate_after`](crate::sim::tracking::Reference::rate_after)),
+    /// with contacts or without.
+    pub(super) fn velocity_control(&mut self, drive: &DrivePlan) -> Result<(), Failure> {
         if drive.feedforward != Feedforward::None && !self.model.joints_are_independent() {
-            return self.prescribe_velocity(drive.feedforward, now, next);
+            return self.prescribe_velocity(drive);
         }
         let (prescribed, minus_gravity, step) = (self.prescribed(), self.minus_gravity(), self.step);
         let Self { model, plan, state, work, root_freedom, .. } = self;
@@ -78,9 +74,10 @@ impl Stages<'_> {
             work.feedforward.fill(0.0);
             return Ok(());
         };
-        for joint in 0..now.len() {
-            work.joint_rates[joint] = (next[joint] - now[joint]) / step;
-            work.joint_acceleration[joint] = (work.joint_rates[joint] - state.velocities[joint]) / step;
+        for joint in 0..work.reference.len() {
+            let rate = state.velocities[joint];
+            work.joint_rates[joint] = work.reference[joint].rate_after(rate, drive.feedforward_period, step);
+            work.joint_acceleration[joint] = (work.joint_rates[joint] - rate) / step;
         }
         let root = control
             .prescribe(
@@ -128,7 +125,7 @@ impl Stages<'_> {
                 control.push(model, body, force);
             });
         }
-        for joint in 0..now.len() {
+        for joint in 0..work.feedforward.len() {
             let damping = plan.damping.as_ref().map_or(0.0, |damping| damping[joint]);
             work.feedforward[joint] = control.torque(&work.bodies, joint)
                 + model.armature[joint] * work.joint_acceleration[joint]
