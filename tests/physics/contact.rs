@@ -272,6 +272,8 @@ fn feedforward_follows_a_reachable_target_exactly() {
     let gains = Gains {
         max_torque: vec![None; model.joint_count()],
         feedforward: Feedforward::ContactFree,
+        // The paper's pass: the target's velocity after one step, from the first on.
+        feedforward_period: 0.0,
         ..stance.gains.clone()
     };
     let scene = Scene { ground: None, ..Scene::default() };

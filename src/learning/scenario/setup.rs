@@ -150,7 +150,7 @@ impl Scenario {
         files: &impl Files,
         faults: &mut Vec<Fault>,
     ) -> Result<(Option<Gains>, Script), InputError> {
-        let holds = matches!(self.drive, Drive::Hold { .. });
+        let holds = matches!(self.drive, Drive::Hold { .. } | Drive::Velocity { .. });
         let mut fill = |values: &mut [f64], joints: &BTreeMap<String, f64>| {
             for (name, value) in joints {
                 match model.joint(name) {
@@ -172,7 +172,14 @@ impl Scenario {
             Drive::Torque { joints } => {
                 let mut torque = vec![0.0; model.joint_count()];
                 fill(&mut torque, joints);
-                (None, Script::Torque(torque))
+                (Some(motors(model, MaxTorque::Character)), Script::Torque(torque))
+            }
+            Drive::Velocity { max_torque, joints } => {
+                // The joints left out, which are passive, are those that stay NaN.
+                let mut wanted = vec![f64::NAN; model.joint_count()];
+                fill(&mut wanted, joints);
+                let wanted = wanted.into_iter().map(|rate| (!rate.is_nan()).then_some(rate)).collect();
+                (Some(motors(model, *max_torque)), Script::Velocity(wanted))
             }
             Drive::Hold {
                 stiffness,
@@ -242,6 +249,19 @@ fn add_offset(gains: &mut Gains, offset: &BTreeMap<String, f64>, model: &Model, 
             None => faults.push(unknown_joint("/drive/offset", name)),
         }
     }
+}
+
+/// Actuators without springs or dampers.
+fn motors(model: &Model, max_torque: MaxTorque) -> Gains {
+    let none = vec![0.0; model.joint_count()];
+    let mut gains = Gains {
+        stiffness: none.clone(),
+        damping: none,
+        max_torque: vec![None; model.joint_count()],
+        ..Gains::default()
+    };
+    adjust(&mut gains, None, None, None, Some(max_torque), model);
+    gains
 }
 
 /// Replaces the gains that the drive states.

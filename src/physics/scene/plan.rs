@@ -10,6 +10,7 @@ use super::{Accuracy, Coordinates, Effect, Feedforward, FrictionCone, Gains, Joi
 use crate::fault::{Fault, InputError};
 use crate::model::Model;
 use crate::model::collision::convex::Convex;
+use crate::sim::actuator::ActuatorLimits;
 
 /// Everything about a step that does not change from step to step. [`StepPlan::compile`] fills every field.
 ///
@@ -62,6 +63,9 @@ pub struct DrivePlan {
     pub damping: Vec<f64>,
     /// Greatest torque or force, N m or N, one a joint; infinite where unlimited. `None` without torque limits.
     pub max_torque: Option<Vec<f64>>,
+    /// Greatest speed, at which no torque is left, rad/s or m/s, one a joint; infinite where unlimited. `None` without
+    /// speed limits.
+    pub max_speed: Option<Vec<f64>>,
     /// How the offset torque f₀ is found.
     pub feedforward: Feedforward,
     /// Time within which f₀ brings a joint to its target's velocity, s.
@@ -72,7 +76,7 @@ pub struct DrivePlan {
 
 impl DrivePlan {
     /// `gains` at the joints of `model` that have an actuator, and 0 at those that have none.
-    fn new(model: &Model, gains: &Gains, torque_limits: bool, feedforward: bool) -> Self {
+    fn new(model: &Model, gains: &Gains, on: impl Fn(Effect) -> bool) -> Self {
         let at_driven = |values: &[f64]| {
             values
                 .iter()
@@ -83,15 +87,25 @@ impl DrivePlan {
         Self {
             stiffness: at_driven(&gains.stiffness),
             damping: at_driven(&gains.damping),
-            max_torque: torque_limits
+            max_torque: on(Effect::TorqueLimits)
                 .then(|| gains.max_torque.iter().map(|limit| limit.unwrap_or(f64::INFINITY)).collect()),
-            feedforward: if feedforward { gains.feedforward } else { Feedforward::None },
+            max_speed: on(Effect::SpeedLimits)
+                .then(|| model.speed.iter().map(|limit| limit.unwrap_or(f64::INFINITY)).collect()),
+            feedforward: if on(Effect::Feedforward) { gains.feedforward } else { Feedforward::None },
             feedforward_period: gains.feedforward_period,
             offset: match gains.offset.is_empty() {
                 true => vec![0.0; model.joint_count()],
                 false => at_driven(&gains.offset),
             },
         }
+    }
+}
+
+impl DrivePlan {
+    /// What the actuator of joint `joint` can do.
+    pub(crate) fn limits(&self, joint: usize) -> ActuatorLimits {
+        let of = |limits: &Option<Vec<f64>>| limits.as_ref().map_or(f64::INFINITY, |limits| limits[joint]);
+        ActuatorLimits { torque: of(&self.max_torque), speed: of(&self.max_speed) }
     }
 }
 
@@ -141,14 +155,19 @@ impl StepPlan {
                 .then_some(scene.restitution),
             friction: on(Effect::Friction).then_some(scene.friction),
             limits: on(Effect::JointLimits).then(|| model.limits.clone()),
-            drive: gains
-                .map(|gains| DrivePlan::new(model, gains, on(Effect::TorqueLimits), on(Effect::Feedforward))),
+            drive: gains.map(|gains| DrivePlan::new(model, gains, on)),
             trunk_rotation_lock: on(Effect::TrunkRotationLock),
             damping: on(Effect::JointDamping).then(|| model.damping.clone()),
             dry_friction: on(Effect::JointFriction).then(|| model.friction.clone()),
             stabilization: on(Effect::Stabilization),
             decisions,
         })
+    }
+
+    /// What the actuator of joint `joint` can do.
+    pub(crate) fn actuator_limits(&self, joint: usize) -> ActuatorLimits {
+        let unlimited = ActuatorLimits { torque: f64::INFINITY, speed: f64::INFINITY };
+        self.drive.as_ref().map_or(unlimited, |drive| drive.limits(joint))
     }
 
     /// Time step, s.

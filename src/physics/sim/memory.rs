@@ -1,5 +1,6 @@
 //! What a step leaves for the next one beside positions and velocities.
 
+use super::actuator::ActuatorMode;
 use super::contact::ContactCandidate;
 use super::rows::{RowOwner, Rows};
 use super::spatial::SpatialMotion;
@@ -123,13 +124,15 @@ impl StepMemory {
 
     /// Takes the forces of `rows`, of which those of `candidates` come first.
     ///
-    /// `greatest` are the greatest torques of the actuators, N m or N, if they have any.
+    /// `greatest` are the greatest torques of the actuators, N m or N, if they have any, and `actuators` the lines that
+    /// they follow.
     pub fn remember(
         &mut self,
         rows: &Rows,
         candidates: &[ContactCandidate],
         per_contact: usize,
         greatest: Option<&[f64]>,
+        actuators: &[ActuatorMode],
     ) {
         self.contacts.remember(candidates, rows.force.chunks_exact(per_contact));
         self.limit.fill(0.0);
@@ -141,7 +144,10 @@ impl StepMemory {
                 RowOwner::LowerLimit(joint) => self.limit[joint] += force,
                 RowOwner::UpperLimit(joint) => self.limit[joint] -= force,
                 RowOwner::DryFriction(joint) => self.dry_friction[joint] = *force,
-                RowOwner::Torque(joint) if greatest.is_some_and(|it| force.abs() >= it[joint] * AT_LIMIT) => {
+                RowOwner::Torque(joint)
+                    if matches!(actuators[joint], ActuatorMode::Forward | ActuatorMode::Backward)
+                        || greatest.is_some_and(|it| force.abs() >= it[joint] * AT_LIMIT) =>
+                {
                     self.saturated[joint] = *force;
                 }
                 _ => {}

@@ -30,6 +30,7 @@ impl Simulator {
         match command {
             Command::Passive => {}
             Command::Torque(torque) => assert_eq!(torque.len(), joints, "one torque a joint"),
+            Command::Velocity(wanted) => assert_eq!(wanted.len(), joints, "one velocity a joint"),
             Command::Track { now, next } => {
                 assert_eq!((now.len(), next.len()), (joints, joints), "one target a joint");
             }

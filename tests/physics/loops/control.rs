@@ -19,6 +19,8 @@ fn feedforward_alone(model: &Model, feedforward: Feedforward) -> Gains {
         damping: vec![0.0; joints],
         max_torque: vec![None; joints],
         feedforward,
+        // The paper's pass: the target's velocity after one step, from the first on.
+        feedforward_period: 0.0,
         ..Gains::default()
     }
 }

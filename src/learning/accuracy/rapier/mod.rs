@@ -81,6 +81,10 @@ impl Rapier {
                 assert_eq!(torque.len(), joints, "one torque a joint");
                 self.apply_torques(torque);
             }
+            Command::Velocity(wanted) => {
+                assert_eq!(wanted.len(), joints, "one velocity a joint");
+                self.set_velocity_motors(wanted);
+            }
             Command::Track { now, next } => {
                 assert_eq!((now.len(), next.len()), (joints, joints), "one target a joint");
                 self.set_motors(now, next);
@@ -92,7 +96,7 @@ impl Rapier {
         match command {
             Command::Passive => {}
             Command::Torque(_) => self.reset_torques(),
-            Command::Track { .. } => self.remove_motors(),
+            Command::Velocity(_) | Command::Track { .. } => self.remove_motors(),
         }
         self.check()
     }
@@ -144,6 +148,19 @@ impl Rapier {
             data.set_motor(axis, now[joint] + share * change, change / plan.step(), stiffness, damping);
             let strongest = drive.max_torque.as_ref().map_or(f64::MAX, |limits| limits[joint].min(f64::MAX));
             data.set_motor_max_force(axis, strongest);
+        });
+    }
+
+    /// Sets the motors to the velocities `wanted`, each with a damper of 10⁶ times the character's mass.
+    fn set_velocity_motors(&mut self, wanted: &[Option<f64>]) {
+        let plan = self.plan.clone();
+        let limits = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_ref());
+        let damping = 1e6 * self.model.mass;
+        self.each_joint(|joint, axis, data| {
+            let Some(wanted) = wanted[joint] else { return };
+            data.set_motor_model(axis, MotorModel::ForceBased);
+            data.set_motor_velocity(axis, wanted, damping);
+            data.set_motor_max_force(axis, limits.map_or(f64::MAX, |limits| limits[joint].min(f64::MAX)));
         });
     }
 

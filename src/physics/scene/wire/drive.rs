@@ -14,9 +14,18 @@ pub enum Drive {
     /// Passive joints.
     // With braces: of a variant without them any field is taken, and ignored.
     None {},
-    /// Constant torques.
+    /// Constant torques, within the character's greatest ones.
     Torque {
         /// N m (N for prismatic joints) by joint name; 0 where left out.
+        #[serde(default)]
+        joints: BTreeMap<String, f64>,
+    },
+    /// Constant velocities, held with whatever torque they require within the greatest one (Tokizaki & Hasegawa eq. 17).
+    Velocity {
+        /// Greatest torque of the actuators.
+        #[serde(default)]
+        max_torque: MaxTorque,
+        /// Velocity, rad/s or m/s, by joint name; a joint left out is passive.
         #[serde(default)]
         joints: BTreeMap<String, f64>,
     },

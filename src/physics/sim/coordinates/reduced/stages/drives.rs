@@ -2,6 +2,7 @@
 
 use super::{Stages, free_motion::after, free_motion::singular};
 use crate::scene::{DrivePlan, Feedforward};
+use crate::sim::actuator::ActuatorMode;
 use crate::sim::command::Command;
 use crate::sim::contact::ContactCandidate;
 use crate::sim::coordinates::reduced::articulated::Singular;
@@ -17,7 +18,8 @@ impl Stages<'_> {
     pub(super) fn drives(&mut self, command: Command<'_>) -> Result<(), Failure> {
         let step = self.step;
         let work = &mut *self.work;
-        work.saturated.fill(false);
+        work.actuators.fill(ActuatorMode::Line);
+        work.switches = 0;
         work.near_limit.fill([false; 2]);
         work.springs.fill(Spring::default());
         work.torque.fill(0.0);
@@ -25,8 +27,25 @@ impl Stages<'_> {
         match command {
             Command::Passive => {}
             Command::Torque(prescribed) => {
-                for (spring, torque) in work.springs.iter_mut().zip(prescribed) {
-                    spring.at_rest = *torque;
+                for (joint, torque) in prescribed.iter().enumerate() {
+                    let spring = Spring { at_rest: *torque, resistance: 0.0 };
+                    let limits = self.plan.actuator_limits(joint);
+                    work.springs[joint] = spring.clamped(limits.torque);
+                    let last = self.state.memory.saturated[joint];
+                    work.actuators[joint] = ActuatorMode::first(spring, limits, last);
+                }
+            }
+            Command::Velocity(wanted) => {
+                for (joint, wanted) in wanted.iter().enumerate() {
+                    let Some(wanted) = wanted else { continue };
+                    let limits = self.plan.actuator_limits(joint);
+                    let spring = Spring::servo_within(*wanted, limits, work.composite_inertia[joint] / step);
+                    let last = self.state.memory.saturated[joint];
+                    work.springs[joint] = spring;
+                    work.actuators[joint] = match ActuatorMode::first(spring, limits, last) {
+                        ActuatorMode::Line => ActuatorMode::Boxed,
+                        mode => mode,
+                    };
                 }
             }
             Command::Track { now, next } => {
@@ -48,13 +67,10 @@ impl Stages<'_> {
                     } else {
                         Spring::new(stiffness, damping, offset, angle, target, step)
                     };
-                    let Some(limits) = &drive.max_torque else {
-                        work.springs[joint] = spring;
-                        continue;
-                    };
-                    work.springs[joint] = spring.clamped(limits[joint]);
-                    work.saturated[joint] =
-                        !spring.is_prescribed() && self.state.memory.saturated[joint] != 0.0;
+                    let limits = drive.limits(joint);
+                    work.springs[joint] = spring.clamped(limits.torque);
+                    let last = self.state.memory.saturated[joint];
+                    work.actuators[joint] = ActuatorMode::first(spring, limits, last);
                 }
             }
         }
