@@ -19,6 +19,7 @@
 //! - A contact is a stiff spring and damper that does not correct a penetration of less than [`LINEAR_SLOP`]. It
 //!   acts from the distance [`PREDICTION`] on, before the shapes meet.
 //! - A character without joints is a rigid body instead of a multibody; its gyroscopic term is implicit.
+//! - Motors keep their greatest torque at any speed.
 //! - Motors have no offset torque: tracking with feedforward is [`Unsupported`].
 //! - A step allocates, and rapier resets a state that is not finite; here that ends the simulation.
 
@@ -103,7 +104,11 @@ impl Rapier {
 
     /// Torques (forces along prismatic joints) on both bodies of each joint, until [`Self::reset_torques`].
     fn apply_torques(&mut self, torques: &[f64]) {
+        let plan = self.plan.clone();
+        let limits = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_ref());
         for (joint, torque) in torques.iter().copied().enumerate() {
+            let most = limits.map_or(f64::INFINITY, |limits| limits[joint]);
+            let torque = torque.clamp(-most, most);
             let body = &self.model.bodies[joint + 1];
             let (child, parent) = (self.bodies[joint + 1], self.bodies[body.parent]);
             let carried = &self.world.bodies[child];

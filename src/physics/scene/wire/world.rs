@@ -88,7 +88,7 @@ pub enum Effect {
     TorqueLimits,
     /// The torque of actuators falls as their speed rises.
     SpeedLimits,
-    /// Tracking uses the torque that would follow the target exactly.
+    /// Tracking adds the torque that would bring the joints to the target's velocity within a period.
     Feedforward,
     /// The root link keeps its orientation.
     TrunkRotationLock,

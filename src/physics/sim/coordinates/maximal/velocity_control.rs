@@ -1,6 +1,7 @@
-//! Feedforward, the first of the two passes of tracking: the torque that would follow the target exactly.
+//! Feedforward, the first of the two passes of tracking: the torque that would bring the joints to the target's velocity
+//! within the feedforward's period (see [`Reference::rate_after`](crate::sim::tracking::Reference::rate_after)).
 //!
-//! Rows s prescribe the target's velocity as rows e, beside those of the joints themselves (Tokizaki &
+//! Rows s prescribe the velocity after the step as rows e, beside those of the joints themselves (Tokizaki &
 //! Hasegawa eq. 17 and figure 2), with contacts or without. Their forces, with what the rotor and the damping
 //! of the joint take at that velocity, are the offset torques f₀. Where loops or passive joints leave some velocities
 //! open, the velocity-dependent forces of the prescribed motion have to be found along with it. The forecast has done
