@@ -197,7 +197,10 @@ fn a_spring_step_has_its_closed_form_and_stays_within_the_torque_limit() {
             let gains = gains(stiffness, damping, limit, Feedforward::None);
             let mut state = State::new(&model);
             state.velocities[0] = 0.5;
-            let mut simulator = simulator(&model, &Accuracy::default(), Some(&gains), state);
+            // A torque that falls with the speed has its closed form elsewhere.
+            let scene = Scene { effects: [(Effect::SpeedLimits, Switch::Off)].into(), ..Scene::default() };
+            let plan = common::plan(&model, &scene, &Accuracy::default(), Some(&gains));
+            let mut simulator = Simulator::new(plan, state);
             simulator.step(Command::Track { now: &[now], next: &[next] }).unwrap();
 
             let target_rate = (next - now) / step;

@@ -102,6 +102,15 @@ impl DrivePlan {
 }
 
 impl DrivePlan {
+    /// How far ahead the feedforward pass looks in a step of `step` seconds, s. With contacts it is the period: a contact is
+    /// stopped within that time, by a force that does not depend on the step, as it would within one step of that length.
+    pub(crate) fn horizon(&self, step: f64) -> f64 {
+        match self.feedforward {
+            Feedforward::ContactAware => self.feedforward_period.max(step),
+            Feedforward::None | Feedforward::ContactFree => step,
+        }
+    }
+
     /// What the actuator of joint `joint` can do.
     pub(crate) fn limits(&self, joint: usize) -> ActuatorLimits {
         let of = |limits: &Option<Vec<f64>>| limits.as_ref().map_or(f64::INFINITY, |limits| limits[joint]);

@@ -144,7 +144,7 @@ impl Stages<'_> {
     }
 
     /// Joint velocities of the bodies' free ones.
-    fn free_rates(&mut self) {
+    pub(super) fn free_rates(&mut self) {
         let Self { model, work, .. } = self;
         for joint in 0..work.free_rates.len() {
             let (child, parent) = (joint + 1, model.bodies[joint + 1].parent);

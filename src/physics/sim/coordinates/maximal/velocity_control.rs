@@ -25,10 +25,13 @@ impl Stages<'_> {
             self.work.feedforward.copy_from_slice(&self.own.forecast.work.feedforward);
             return Ok(());
         }
+        // The pass is a step of its own.
+        let horizon = drive.horizon(step);
+        self.look_ahead(horizon);
         let mut rows = std::mem::take(&mut self.work.control_rows);
         rows.clear();
         if drive.feedforward == Feedforward::ContactAware {
-            let compliance = contact::compliance(model.mass, step);
+            let compliance = contact::compliance(model.mass, horizon);
             self.contacts(&mut rows, &self.state.memory.feedforward_contacts, compliance);
         }
         let (period, joints) = (drive.feedforward_period, self.work.reference.len());
@@ -39,18 +42,17 @@ impl Stages<'_> {
         for joint in (0..joints).rev() {
             self.joint(&mut rows, joint);
             let free = self.work.free_rates[joint];
-            drive::prescribe_velocity(
-                &mut rows,
-                joint,
-                self.work.joint_rates[joint],
-                free,
-                |joint, numbers| self.of_joint(joint, numbers),
-            );
+            let rate = self.state.velocities[joint];
+            let wanted = rate + (self.work.joint_rates[joint] - rate) * (horizon / step);
+            drive::prescribe_velocity(&mut rows, joint, wanted, free, |joint, numbers| {
+                self.of_joint(joint, numbers)
+            });
         }
         self.lock(&mut rows);
-        rows.assemble(step);
+        rows.assemble(horizon);
         let (problem, force) = rows.problem(plan.circular_friction());
         let solution = self.work.solver.solve(&problem, force);
+        self.look_ahead(step);
         for (owner, force) in rows.owner.iter().zip(&rows.force) {
             if let RowOwner::Drive(joint) = *owner {
                 let damping = plan.damping.as_ref().map_or(0.0, |damping| damping[joint]);
@@ -62,5 +64,18 @@ impl Stages<'_> {
         }
         self.work.control_rows = rows;
         fail_unless_usable(solution.status, model, self.state)
+    }
+
+    /// Makes the step `horizon` seconds long: extends the free velocities, which are linear in its length.
+    fn look_ahead(&mut self, horizon: f64) {
+        if horizon == self.step {
+            return;
+        }
+        let extent = horizon / self.step;
+        self.step = horizon;
+        for (free, old) in self.work.free.iter_mut().zip(&self.work.old) {
+            *free = old.plus_scaled(free.minus(*old), extent);
+        }
+        self.free_rates();
     }
 }

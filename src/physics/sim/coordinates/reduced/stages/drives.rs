@@ -84,7 +84,9 @@ impl Stages<'_> {
         if drive.feedforward != Feedforward::None && !self.model.joints_are_independent() {
             return self.prescribe_velocity(drive);
         }
-        let (prescribed, minus_gravity, step) = (self.prescribed(), self.minus_gravity(), self.step);
+        let step = self.step;
+        let horizon = drive.horizon(step);
+        let (prescribed, minus_gravity) = (self.prescribed().scaled(step / horizon), self.minus_gravity());
         let Self { model, plan, state, work, root_freedom, .. } = self;
         let Some(control) = &mut work.control else {
             work.feedforward.fill(0.0);
@@ -108,21 +110,21 @@ impl Stages<'_> {
             .ok_or_else(|| singular(model, state, Singular::Root))?;
         let candidates = &work.candidates[..work.detected];
         if drive.feedforward == Feedforward::ContactAware && !candidates.is_empty() {
-            work.free[0] = after(state, root, &work.bodies[0], plan.velocity_forces, step);
+            work.free[0] = after(state, root, &work.bodies[0], plan.velocity_forces, horizon);
             for index in 1..work.bodies.len() {
                 let parent = work.free[model.bodies[index].parent];
-                work.free[index] =
-                    parent.plus_scaled(work.bodies[index].motion_subspace, work.joint_rates[index - 1]);
+                let rate = state.velocities[index - 1] + horizon * work.joint_acceleration[index - 1];
+                work.free[index] = parent.plus_scaled(work.bodies[index].motion_subspace, rate);
             }
             contact::add(
                 &mut work.control_rows,
                 candidates,
                 &work.free,
                 plan.friction,
-                step,
+                horizon,
                 plan.stabilization,
                 &state.memory.feedforward_contacts,
-                contact::compliance(model.mass, step),
+                contact::compliance(model.mass, horizon),
                 |candidate, forces, numbers| {
                     // Contact forces between two bodies of the rigid whole cancel.
                     let forces = if candidate.against.body().is_none() { forces } else { &[] };
@@ -130,7 +132,7 @@ impl Stages<'_> {
                     ROOT..ROOT
                 },
             );
-            work.control_rows.assemble(step);
+            work.control_rows.assemble(horizon);
             let (problem, force) = work.control_rows.problem(plan.circular_friction());
             let solution = work.solver.solve(&problem, force);
             fail_unless_usable(solution.status, model, state)?;

@@ -16,12 +16,17 @@ use crate::sim::rows::{RowOwner, Rows, contact, drive, loops};
 impl Stages<'_> {
     /// Fills the offset torques for the motions of the targets in `reference`, while no joint is driven yet.
     pub(super) fn prescribe_velocity(&mut self, drive: &DrivePlan) -> Result<(), Failure> {
+        // The pass is a step of its own.
+        let step = self.step;
+        self.velocity_after(drive);
+        self.step = drive.horizon(step);
         self.factorise()?;
         self.free_velocities();
         let mut rows = std::mem::take(&mut self.work.control_rows);
         rows.clear();
         self.velocity_rows(&mut rows, drive);
         rows.assemble(self.step);
+        self.step = step;
         let (problem, force) = rows.problem(self.plan.circular_friction());
         let solution = self.work.solver.solve(&problem, force);
         self.work.feedforward.fill(0.0);
@@ -32,6 +37,17 @@ impl Stages<'_> {
         }
         self.work.control_rows = rows;
         fail_unless_usable(solution.status, self.model, self.state)
+    }
+
+    /// Fills `joint_rates` with the velocities that the driven joints are to have at the end of the pass.
+    fn velocity_after(&mut self, drive: &DrivePlan) {
+        let Self { state, work, step, .. } = self;
+        let extent = drive.horizon(*step) / *step;
+        for (joint, reference) in work.reference.iter().enumerate() {
+            let rate = state.velocities[joint];
+            let change = reference.rate_after(rate, drive.feedforward_period, *step) - rate;
+            work.joint_rates[joint] = rate + change * extent;
+        }
     }
 
     /// The rows that give the driven joints the velocities of their targets, and those of contacts and loops.
@@ -69,8 +85,7 @@ impl Stages<'_> {
             },
         );
         for joint in (0..work.reference.len()).filter(|joint| model.driven[*joint]) {
-            let wanted =
-                work.reference[joint].rate_after(state.velocities[joint], drive.feedforward_period, *step);
+            let wanted = work.joint_rates[joint];
             drive::prescribe_velocity(rows, joint, wanted, work.free_rates[joint], |joint, numbers| {
                 response::of_joint(model, bodies, articulated, joint, numbers)
             });
