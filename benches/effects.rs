@@ -64,6 +64,7 @@ fn chain() -> Case {
             damping: vec![5.0; joints],
             max_torque: vec![Some(100.0); joints],
             feedforward: Feedforward::ContactAware,
+            ..Gains::default()
         },
         targets: vec![start.angles.clone(); STEPS + 1],
         start,

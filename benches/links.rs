@@ -74,6 +74,7 @@ fn cost(case: &Case, links: usize) -> Cost {
         damping: vec![0.05 * case.stiffness; joints],
         max_torque: vec![None; joints],
         feedforward: Feedforward::None,
+        ..Gains::default()
     };
     let accuracy = Accuracy { step: STEP, ..Accuracy::default() };
     let plan = StepPlan::compile(&Scene::default(), &accuracy, Some(&gains), &model).expect("a sound plan");

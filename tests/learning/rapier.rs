@@ -188,7 +188,13 @@ fn torques_accelerate_joints_as_in_our_own_engine() {
 
 fn gains(stiffness: f64, damping: f64, max_torque: Option<f64>) -> Gains {
     let feedforward = Feedforward::None;
-    Gains { stiffness: vec![stiffness], damping: vec![damping], max_torque: vec![max_torque], feedforward }
+    Gains {
+        stiffness: vec![stiffness],
+        damping: vec![damping],
+        max_torque: vec![max_torque],
+        feedforward,
+        ..Gains::default()
+    }
 }
 
 /// A bar that follows a moving target, against our own engine at a fine step.

@@ -297,6 +297,7 @@ fn torques_over_a_step_in_parts_change_momentum_by_as_much() {
         damping: vec![5.0],
         max_torque: vec![Some(1000.0)],
         feedforward: Feedforward::None,
+        ..Gains::default()
     };
     let accuracy = Accuracy { step_tolerance: Some(1e-6), ..exact(0.002, Integrator::SemiImplicitEuler) };
     let plan = common::plan(&model, &Scene { ground: None, ..Scene::default() }, &accuracy, Some(&gains));

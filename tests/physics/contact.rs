@@ -177,7 +177,13 @@ fn contact_forces_of_a_standing_robot_sum_to_its_weight() {
 }
 
 fn gains(stiffness: f64, damping: f64, max_torque: Option<f64>, feedforward: Feedforward) -> Gains {
-    Gains { stiffness: vec![stiffness], damping: vec![damping], max_torque: vec![max_torque], feedforward }
+    Gains {
+        stiffness: vec![stiffness],
+        damping: vec![damping],
+        max_torque: vec![max_torque],
+        feedforward,
+        ..Gains::default()
+    }
 }
 
 /// One step of the bar against the closed form of its implicit spring (eqs. 19-20 for one joint).
@@ -191,7 +197,10 @@ fn a_spring_step_has_its_closed_form_and_stays_within_the_torque_limit() {
             let gains = gains(stiffness, damping, limit, Feedforward::None);
             let mut state = State::new(&model);
             state.velocities[0] = 0.5;
-            let mut simulator = simulator(&model, &Accuracy::default(), Some(&gains), state);
+            // A torque that falls with the speed has its closed form elsewhere.
+            let scene = Scene { effects: [(Effect::SpeedLimits, Switch::Off)].into(), ..Scene::default() };
+            let plan = common::plan(&model, &scene, &Accuracy::default(), Some(&gains));
+            let mut simulator = Simulator::new(plan, state);
             simulator.step(Command::Track { now: &[now], next: &[next] }).unwrap();
 
             let target_rate = (next - now) / step;
@@ -266,6 +275,8 @@ fn feedforward_follows_a_reachable_target_exactly() {
     let gains = Gains {
         max_torque: vec![None; model.joint_count()],
         feedforward: Feedforward::ContactFree,
+        // The paper's pass: the target's velocity after one step, from the first on.
+        feedforward_period: 0.0,
         ..stance.gains.clone()
     };
     let scene = Scene { ground: None, ..Scene::default() };

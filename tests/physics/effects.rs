@@ -94,7 +94,7 @@ fn idle(effect: Effect, stance: &Stance) -> Option<Idle> {
     Some(match effect {
         Effect::Gravity => Idle { scene: Scene { gravity: [0.0; 3], ..flying.scene.clone() }, ..flying },
         Effect::GroundContact | Effect::Friction | Effect::Stabilization => flying,
-        Effect::JointLimits => standing,
+        Effect::JointLimits | Effect::SpeedLimits => standing,
         Effect::TorqueLimits => {
             let mut standing = standing;
             standing.gains.max_torque.fill(Some(1e6));

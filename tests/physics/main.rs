@@ -14,6 +14,7 @@ mod contact;
 #[path = "../common/contacts.rs"]
 mod contacts;
 mod coordinates;
+mod drives;
 mod dynamics;
 mod effects;
 mod lcp;

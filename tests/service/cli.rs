@@ -366,6 +366,7 @@ fn the_gait_of_a_motion_that_ends_in_a_fall_says_so() {
 fn a_scene_that_cannot_be_simulated_is_a_failure_at_work_everywhere() {
     let folder = TempDir::new().unwrap();
     let mut document = json!({ "character": PADDLER, "duration": 0.5,
+        "scene": { "effects": { "torque_limits": "off" } },
         "drive": { "kind": "torque", "joints": { "left_hinge": 1e200 } } });
     let path = write(folder.path(), "scenario.json", &document.to_string());
     assert!(failure(&run(&["simulate", &path])).contains("could not go on"));

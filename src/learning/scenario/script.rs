@@ -10,6 +10,8 @@ pub enum Script {
     Passive,
     /// Constant torques, N m or N, one a joint.
     Torque(Vec<f64>),
+    /// Constant velocities, rad/s or m/s, one a joint; passive where `None`.
+    Velocity(Vec<Option<f64>>),
     /// Fixed targets, rad or m, one a joint.
     Hold(Vec<f64>),
     /// Targets that follow a motion.
@@ -26,7 +28,7 @@ impl Script {
     /// joint. Where there are none, `targets` stays as it is.
     pub fn targets(&self, time: f64, targets: &mut [f64]) {
         match self {
-            Self::Passive | Self::Torque(_) => {}
+            Self::Passive | Self::Torque(_) | Self::Velocity(_) => {}
             Self::Hold(held) => targets.copy_from_slice(held),
             Self::Track(player) => player.targets(time, targets),
         }
@@ -37,6 +39,7 @@ impl Script {
         match self {
             Self::Passive => Command::Passive,
             Self::Torque(torque) => Command::Torque(torque),
+            Self::Velocity(wanted) => Command::Velocity(wanted),
             Self::Hold(_) | Self::Track(_) => Command::Track { now, next },
         }
     }

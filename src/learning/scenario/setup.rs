@@ -150,7 +150,7 @@ impl Scenario {
         files: &impl Files,
         faults: &mut Vec<Fault>,
     ) -> Result<(Option<Gains>, Script), InputError> {
-        let holds = matches!(self.drive, Drive::Hold { .. });
+        let holds = matches!(self.drive, Drive::Hold { .. } | Drive::Velocity { .. });
         let mut fill = |values: &mut [f64], joints: &BTreeMap<String, f64>| {
             for (name, value) in joints {
                 match model.joint(name) {
@@ -172,21 +172,48 @@ impl Scenario {
             Drive::Torque { joints } => {
                 let mut torque = vec![0.0; model.joint_count()];
                 fill(&mut torque, joints);
-                (None, Script::Torque(torque))
+                (Some(motors(model, MaxTorque::Character)), Script::Torque(torque))
             }
-            Drive::Hold { stiffness, damping, feedforward, max_torque, joints } => {
+            Drive::Velocity { max_torque, joints } => {
+                // The joints left out, which are passive, are those that stay NaN.
+                let mut wanted = vec![f64::NAN; model.joint_count()];
+                fill(&mut wanted, joints);
+                let wanted = wanted.into_iter().map(|rate| (!rate.is_nan()).then_some(rate)).collect();
+                (Some(motors(model, *max_torque)), Script::Velocity(wanted))
+            }
+            Drive::Hold {
+                stiffness,
+                damping,
+                feedforward,
+                feedforward_period,
+                max_torque,
+                offset,
+                joints,
+            } => {
                 let mut targets = stance.angles.clone();
                 fill(&mut targets, joints);
                 let mut gains = stance.gains.clone();
                 adjust(&mut gains, *stiffness, *damping, Some(*feedforward), Some(*max_torque), model);
+                gains.feedforward_period = *feedforward_period;
+                add_offset(&mut gains, offset, model, faults);
                 (Some(gains), Script::Hold(targets))
             }
-            Drive::Track { stiffness, damping, feedforward, max_torque, motion } => {
+            Drive::Track {
+                stiffness,
+                damping,
+                feedforward,
+                feedforward_period,
+                max_torque,
+                offset,
+                motion,
+            } => {
                 let motion = read_motion(motion, files).map_err(|error| error.under("/drive/motion"))?;
                 let player =
                     Player::new(&motion, &model.joint_names).map_err(|error| error.under("/drive/motion"))?;
                 let mut gains = motion.gains_for(&model.joint_names);
                 adjust(&mut gains, *stiffness, *damping, *feedforward, *max_torque, model);
+                gains.feedforward_period = feedforward_period.unwrap_or(gains.feedforward_period);
+                add_offset(&mut gains, offset, model, faults);
                 (Some(gains), Script::Track(player))
             }
         })
@@ -202,6 +229,39 @@ fn read_motion(motion: &serde_json::Value, files: &impl Files) -> Result<Motion,
         serde_json::Value::String(path) => Motion::parse(&files.motion(path)?),
         inline => Motion::parse(inline.to_string().as_bytes()),
     }
+}
+
+/// Replaces the offset torques by those that the drive states. Faults of its joints are added to `faults`.
+fn add_offset(gains: &mut Gains, offset: &BTreeMap<String, f64>, model: &Model, faults: &mut Vec<Fault>) {
+    if !offset.is_empty() && gains.offset.is_empty() {
+        gains.offset = vec![0.0; model.joint_count()];
+    }
+    for (name, torque) in offset {
+        match model.joint(name) {
+            _ if !torque.is_finite() => {
+                faults.push(Fault::new(member("/drive/offset", name), "must be a finite number"));
+            }
+            Some(joint) if !model.driven[joint] => {
+                let reason = format!("the joint \"{name}\" is passive: it has no actuator");
+                faults.push(Fault::new(member("/drive/offset", name), reason));
+            }
+            Some(joint) => gains.offset[joint] = *torque,
+            None => faults.push(unknown_joint("/drive/offset", name)),
+        }
+    }
+}
+
+/// Actuators without springs or dampers.
+fn motors(model: &Model, max_torque: MaxTorque) -> Gains {
+    let none = vec![0.0; model.joint_count()];
+    let mut gains = Gains {
+        stiffness: none.clone(),
+        damping: none,
+        max_torque: vec![None; model.joint_count()],
+        ..Gains::default()
+    };
+    adjust(&mut gains, None, None, None, Some(max_torque), model);
+    gains
 }
 
 /// Replaces the gains that the drive states.

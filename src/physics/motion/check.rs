@@ -83,6 +83,15 @@ impl Motion {
         ] {
             length_fault(&format!("/drive/{field}"), length, joints, faults);
         }
+        if !drive.offset.is_empty() {
+            length_fault("/drive/offset", drive.offset.len(), joints, faults);
+            finite_faults("/drive/offset", &drive.offset, faults);
+        }
+        let period = drive.feedforward_period;
+        if !(period.is_finite() && period >= 0.0) {
+            let reason = format!("{period} is not a finite number of at least 0");
+            faults.push(Fault::new("/drive/feedforward_period", reason));
+        }
         let torques: Vec<f64> = drive.max_torque.iter().map(|limit| limit.unwrap_or(0.0)).collect();
         for (field, values) in
             [("stiffness", &drive.stiffness), ("damping", &drive.damping), ("max_torque", &torques)]

@@ -344,6 +344,11 @@ impl Motion {
             damping: joints.iter().map(|name| pick(&self.drive.damping, name).unwrap_or(0.0)).collect(),
             max_torque: joints.iter().map(limit).collect(),
             feedforward: self.drive.feedforward,
+            feedforward_period: self.drive.feedforward_period,
+            offset: match self.drive.offset.is_empty() {
+                true => Vec::new(),
+                false => joints.iter().map(|name| pick(&self.drive.offset, name).unwrap_or(0.0)).collect(),
+            },
         }
     }
 }

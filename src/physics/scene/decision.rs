@@ -14,7 +14,7 @@ use crate::model::collision::pairs::Pairs;
 pub const CONTACTS: [Effect; 3] = [Effect::GroundContact, Effect::SelfCollision, Effect::Obstacles];
 
 /// Effects that are decided last, since they depend on the decisions about others.
-const LAST: [Effect; 2] = [Effect::Friction, Effect::Stabilization];
+const LAST: [Effect; 3] = [Effect::Friction, Effect::SpeedLimits, Effect::Stabilization];
 
 /// Whether an effect is simulated, and why.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -105,12 +105,29 @@ fn call(
             "no joint of the character has limits",
         ),
         Effect::TorqueLimits => match gains {
-            None => Err("no joint is driven toward a target".into()),
+            None => Err("no joint is driven".into()),
             Some(gains) => either(
                 gains.max_torque.iter().any(Option::is_some),
                 "actuators have a greatest torque",
                 "no actuator has a greatest torque",
             ),
+        },
+        Effect::SpeedLimits => match gains {
+            None => Err("no joint is driven".into()),
+            Some(_) if !on(Effect::TorqueLimits) => {
+                Err("actuators have no torque limits that could fall".into())
+            }
+            Some(gains) => {
+                let motors = gains.max_torque.iter().zip(&model.speed).zip(&model.driven);
+                let falls = motors.filter(|((torque, speed), driven)| {
+                    **driven && torque.is_some_and(|it| it > 0.0) && speed.is_some_and(|it| it > 0.0)
+                });
+                either(
+                    falls.count() > 0,
+                    "actuators have a greatest speed, at which no torque is left",
+                    "no actuator has both a greatest speed and a greatest torque",
+                )
+            }
         },
         Effect::Feedforward => match gains {
             None => Err("no joint is driven toward a target".into()),

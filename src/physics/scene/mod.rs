@@ -12,6 +12,6 @@ pub use decision::Decision;
 pub use plan::{DrivePlan, StepPlan};
 pub use terrain::{HeightField, Terrain};
 pub use wire::{
-    Accuracy, Coordinates, Drive, Effect, Feedforward, FrictionCone, Gains, Ground, Integrator, JointBias,
-    MaxTorque, Obstacle, Scene, SolverChoice, SolverKind, Switch,
+    Accuracy, Coordinates, DEFAULT_FEEDFORWARD_PERIOD, Drive, Effect, Feedforward, FrictionCone, Gains,
+    Ground, Integrator, JointBias, MaxTorque, Obstacle, Scene, SolverChoice, SolverKind, Switch,
 };

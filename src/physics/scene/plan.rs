@@ -10,6 +10,7 @@ use super::{Accuracy, Coordinates, Effect, Feedforward, FrictionCone, Gains, Joi
 use crate::fault::{Fault, InputError};
 use crate::model::Model;
 use crate::model::collision::convex::Convex;
+use crate::sim::actuator::ActuatorLimits;
 
 /// Everything about a step that does not change from step to step. [`StepPlan::compile`] fills every field.
 ///
@@ -62,13 +63,20 @@ pub struct DrivePlan {
     pub damping: Vec<f64>,
     /// Greatest torque or force, N m or N, one a joint; infinite where unlimited. `None` without torque limits.
     pub max_torque: Option<Vec<f64>>,
+    /// Greatest speed, at which no torque is left, rad/s or m/s, one a joint; infinite where unlimited. `None` without
+    /// speed limits.
+    pub max_speed: Option<Vec<f64>>,
     /// How the offset torque f₀ is found.
     pub feedforward: Feedforward,
+    /// Time within which f₀ brings a joint to its target's velocity, s.
+    pub feedforward_period: f64,
+    /// Constant torque beside spring and feedforward, N m or N, one a joint; 0 for one without an actuator.
+    pub offset: Vec<f64>,
 }
 
 impl DrivePlan {
     /// `gains` at the joints of `model` that have an actuator, and 0 at those that have none.
-    fn new(model: &Model, gains: &Gains, torque_limits: bool, feedforward: bool) -> Self {
+    fn new(model: &Model, gains: &Gains, on: impl Fn(Effect) -> bool) -> Self {
         let at_driven = |values: &[f64]| {
             values
                 .iter()
@@ -79,10 +87,34 @@ impl DrivePlan {
         Self {
             stiffness: at_driven(&gains.stiffness),
             damping: at_driven(&gains.damping),
-            max_torque: torque_limits
+            max_torque: on(Effect::TorqueLimits)
                 .then(|| gains.max_torque.iter().map(|limit| limit.unwrap_or(f64::INFINITY)).collect()),
-            feedforward: if feedforward { gains.feedforward } else { Feedforward::None },
+            max_speed: on(Effect::SpeedLimits)
+                .then(|| model.speed.iter().map(|limit| limit.unwrap_or(f64::INFINITY)).collect()),
+            feedforward: if on(Effect::Feedforward) { gains.feedforward } else { Feedforward::None },
+            feedforward_period: gains.feedforward_period,
+            offset: match gains.offset.is_empty() {
+                true => vec![0.0; model.joint_count()],
+                false => at_driven(&gains.offset),
+            },
         }
+    }
+}
+
+impl DrivePlan {
+    /// How far ahead the feedforward pass looks in a step of `step` seconds, s. With contacts it is the period: a contact is
+    /// stopped within that time, by a force that does not depend on the step, as it would within one step of that length.
+    pub(crate) fn horizon(&self, step: f64) -> f64 {
+        match self.feedforward {
+            Feedforward::ContactAware => self.feedforward_period.max(step),
+            Feedforward::None | Feedforward::ContactFree => step,
+        }
+    }
+
+    /// What the actuator of joint `joint` can do.
+    pub(crate) fn limits(&self, joint: usize) -> ActuatorLimits {
+        let of = |limits: &Option<Vec<f64>>| limits.as_ref().map_or(f64::INFINITY, |limits| limits[joint]);
+        ActuatorLimits { torque: of(&self.max_torque), speed: of(&self.max_speed) }
     }
 }
 
@@ -132,14 +164,19 @@ impl StepPlan {
                 .then_some(scene.restitution),
             friction: on(Effect::Friction).then_some(scene.friction),
             limits: on(Effect::JointLimits).then(|| model.limits.clone()),
-            drive: gains
-                .map(|gains| DrivePlan::new(model, gains, on(Effect::TorqueLimits), on(Effect::Feedforward))),
+            drive: gains.map(|gains| DrivePlan::new(model, gains, on)),
             trunk_rotation_lock: on(Effect::TrunkRotationLock),
             damping: on(Effect::JointDamping).then(|| model.damping.clone()),
             dry_friction: on(Effect::JointFriction).then(|| model.friction.clone()),
             stabilization: on(Effect::Stabilization),
             decisions,
         })
+    }
+
+    /// What the actuator of joint `joint` can do.
+    pub(crate) fn actuator_limits(&self, joint: usize) -> ActuatorLimits {
+        let unlimited = ActuatorLimits { torque: f64::INFINITY, speed: f64::INFINITY };
+        self.drive.as_ref().map_or(unlimited, |drive| drive.limits(joint))
     }
 
     /// Time step, s.
@@ -179,5 +216,14 @@ fn gain_faults(gains: &Gains, joints: usize) -> Vec<Fault> {
     check("stiffness", gains.stiffness.len(), gains.stiffness.iter().all(valid));
     check("damping", gains.damping.len(), gains.damping.iter().all(valid));
     check("max_torque", gains.max_torque.len(), gains.max_torque.iter().flatten().all(valid));
+    if !(gains.offset.is_empty() || gains.offset.len() == joints) {
+        faults.push(Fault::new("/offset", format!("{} values for {joints} joints", gains.offset.len())));
+    }
+    if !gains.offset.iter().all(|offset| offset.is_finite()) {
+        faults.push(Fault::new("/offset", "every value must be a finite number"));
+    }
+    if !(gains.feedforward_period.is_finite() && gains.feedforward_period >= 0.0) {
+        faults.push(Fault::new("/feedforward_period", "must be a finite number of at least 0"));
+    }
     faults
 }

@@ -1,5 +1,6 @@
 //! What a step leaves for the next one beside positions and velocities.
 
+use super::actuator::ActuatorMode;
 use super::contact::ContactCandidate;
 use super::rows::{RowOwner, Rows};
 use super::spatial::SpatialMotion;
@@ -73,6 +74,10 @@ pub(super) struct StepMemory {
     pub dry_friction: Vec<f64>,
     /// J torques of the actuators at their limit, N m or N; 0 for all others.
     pub saturated: Vec<f64>,
+    /// J mean velocities of the targets, rad/s or m/s. (remember_targets)
+    pub target_rates: Vec<f64>,
+    /// Whether those are known: the last step had targets and feedforward. (remember_targets)
+    pub has_target_rates: bool,
     /// Mean acceleration, from which the next mean velocity is predicted. (commit)
     pub acceleration: Acceleration,
     /// J squares of the joint tensions, N². (joint_tensions)
@@ -92,6 +97,8 @@ impl StepMemory {
             limit: vec![0.0; joints],
             dry_friction: vec![0.0; joints],
             saturated: vec![0.0; joints],
+            target_rates: vec![0.0; joints],
+            has_target_rates: false,
             acceleration: Acceleration { root: SpatialMotion::ZERO, joints: vec![0.0; joints] },
             tension_squared: vec![0.0; joints],
             pendulum: None,
@@ -106,6 +113,8 @@ impl StepMemory {
         self.limit.fill(0.0);
         self.dry_friction.fill(0.0);
         self.saturated.fill(0.0);
+        self.target_rates.fill(0.0);
+        self.has_target_rates = false;
         self.acceleration.root = SpatialMotion::ZERO;
         self.acceleration.joints.fill(0.0);
         self.tension_squared.fill(0.0);
@@ -115,13 +124,15 @@ impl StepMemory {
 
     /// Takes the forces of `rows`, of which those of `candidates` come first.
     ///
-    /// `greatest` are the greatest torques of the actuators, N m or N, if they have any.
+    /// `greatest` are the greatest torques of the actuators, N m or N, if they have any, and `actuators` the lines that
+    /// they follow.
     pub fn remember(
         &mut self,
         rows: &Rows,
         candidates: &[ContactCandidate],
         per_contact: usize,
         greatest: Option<&[f64]>,
+        actuators: &[ActuatorMode],
     ) {
         self.contacts.remember(candidates, rows.force.chunks_exact(per_contact));
         self.limit.fill(0.0);
@@ -133,7 +144,10 @@ impl StepMemory {
                 RowOwner::LowerLimit(joint) => self.limit[joint] += force,
                 RowOwner::UpperLimit(joint) => self.limit[joint] -= force,
                 RowOwner::DryFriction(joint) => self.dry_friction[joint] = *force,
-                RowOwner::Torque(joint) if greatest.is_some_and(|it| force.abs() >= it[joint] * AT_LIMIT) => {
+                RowOwner::Torque(joint)
+                    if matches!(actuators[joint], ActuatorMode::Forward | ActuatorMode::Backward)
+                        || greatest.is_some_and(|it| force.abs() >= it[joint] * AT_LIMIT) =>
+                {
                     self.saturated[joint] = *force;
                 }
                 _ => {}
@@ -151,6 +165,8 @@ impl Clone for StepMemory {
             limit: self.limit.clone(),
             dry_friction: self.dry_friction.clone(),
             saturated: self.saturated.clone(),
+            target_rates: self.target_rates.clone(),
+            has_target_rates: self.has_target_rates,
             acceleration: self.acceleration.clone(),
             tension_squared: self.tension_squared.clone(),
             pendulum: self.pendulum,
@@ -164,6 +180,8 @@ impl Clone for StepMemory {
         self.limit.clone_from(&source.limit);
         self.dry_friction.clone_from(&source.dry_friction);
         self.saturated.clone_from(&source.saturated);
+        self.target_rates.clone_from(&source.target_rates);
+        self.has_target_rates = source.has_target_rates;
         self.acceleration.clone_from(&source.acceleration);
         self.tension_squared.clone_from(&source.tension_squared);
         self.pendulum = source.pendulum;

@@ -9,6 +9,7 @@
 //! (`multiversion`). Helpers that would not be compiled along with them by themselves are `inline(always)`. A product and
 //! a sum are never fused, so that a kernel gives the same bits with AVX2 as without.
 
+pub(crate) mod actuator;
 pub mod bodies;
 mod command;
 pub mod contact;

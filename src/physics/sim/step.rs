@@ -7,7 +7,8 @@ use super::coordinates::{maximal, reduced};
 use super::failure::{Failure, too_fast};
 use super::simulator::Simulator;
 use super::step_control::{GROWTH, MAX_SUBSTEPS, RELAXATION, SAFETY};
-use crate::scene::Integrator;
+use super::tracking::Reference;
+use crate::scene::{Feedforward, Integrator};
 
 impl Simulator {
     /// One step of the plan's step length (Tokizaki & Hasegawa eqs. 8-9 with the mixed LCP of
@@ -29,6 +30,7 @@ impl Simulator {
         match command {
             Command::Passive => {}
             Command::Torque(torque) => assert_eq!(torque.len(), joints, "one torque a joint"),
+            Command::Velocity(wanted) => assert_eq!(wanted.len(), joints, "one velocity a joint"),
             Command::Track { now, next } => {
                 assert_eq!((now.len(), next.len()), (joints, joints), "one target a joint");
             }
@@ -43,7 +45,44 @@ impl Simulator {
             Some(tolerance) => self.step_within(command, tolerance)?,
         }
         self.state.time = end;
+        self.remember_targets(command);
         Ok(())
+    }
+
+    /// Whether the plan's drives have feedforward.
+    fn feeds_forward(&self) -> bool {
+        self.plan.drive.as_ref().is_some_and(|drive| drive.feedforward != Feedforward::None)
+    }
+
+    /// Keeps the velocities of the targets, which feedforward compares with those of the next step.
+    fn remember_targets(&mut self, command: Command<'_>) {
+        self.state.memory.has_target_rates = false;
+        if !self.feeds_forward() {
+            return;
+        }
+        let whole = self.plan.step();
+        let memory = &mut self.state.memory;
+        if let Command::Track { now, next } = command {
+            for (rate, (now, next)) in memory.target_rates.iter_mut().zip(now.iter().zip(next)) {
+                *rate = (next - now) / whole;
+            }
+            memory.has_target_rates = true;
+        }
+    }
+
+    /// The motions of the targets `from` seconds after the beginning of the step, for the feedforward pass.
+    fn refer_to_targets(&mut self, command: Command<'_>, from: f64) {
+        let Command::Track { now, next } = command else { return };
+        let whole = self.plan.step();
+        let memory = &self.state.memory;
+        for (joint, reference) in self.work.reference.iter_mut().enumerate() {
+            let this = (next[joint] - now[joint]) / whole;
+            let last = if memory.has_target_rates { memory.target_rates[joint] } else { this };
+            *reference = Reference::new(last, this, from, whole);
+        }
+        if let Some(own) = &mut self.maximal {
+            own.forecast.work.reference.copy_from_slice(&self.work.reference);
+        }
     }
 
     /// Finds the fastest pendulum under joint tension before the first step. Tensions that last show in two steps,
@@ -109,6 +148,9 @@ impl Simulator {
 
     /// One substep, from `from` to `until` seconds after the beginning of the step.
     fn substep(&mut self, command: Command<'_>, from: f64, until: f64) -> Result<StepOutcome, Failure> {
+        if self.feeds_forward() {
+            self.refer_to_targets(command, from);
+        }
         let Self { model, plan, state, work, maximal, step_control } = self;
         let whole = plan.step();
         let command = match command {

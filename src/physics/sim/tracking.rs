@@ -9,15 +9,17 @@
 //! which is implicit in the new velocity and therefore stable for any K and D. A target that is
 //! tracked exactly costs no torque from K or D.
 
+use super::actuator::ActuatorLimits;
+
 /// A drive whose resistance α is below this (N m s/rad) is a prescribed torque: it has no slope to solve for.
 const NO_RESISTANCE: f64 = 1e-12;
 
 /// A joint's drive over one step, as a line: torque = `at_rest` − `resistance` · q̇⁺.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Spring {
-    /// β = f₀ − K (q − q*) + α v*, N m or N.
+    /// β = f₀ − K (q − q*) + α v*, N m or N; of a servo, the wanted velocity, rad/s or m/s.
     pub at_rest: f64,
-    /// α = D + K h, N m s/rad or N s/m.
+    /// α = D + K h, N m s/rad or N s/m; infinite for a servo, which takes whatever torque its velocity requires.
     pub resistance: f64,
 }
 
@@ -28,6 +30,39 @@ pub struct Target {
     pub now: f64,
     /// At its end.
     pub next: f64,
+}
+
+/// How a joint's target moves at the beginning of a substep: what the feedforward pass brings the joint to.
+///
+/// Targets are given as angles at the ends of steps, so that the target's velocity is known as its mean over each step. It
+/// is taken to change linearly over a step, from the mean of the last step to that of this one.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Reference {
+    /// The target's velocity r, rad/s or m/s.
+    pub rate: f64,
+    /// The target's acceleration a*, rad/s² or m/s².
+    pub acceleration: f64,
+}
+
+impl Reference {
+    /// Of a target that moves at `last` over the last step and at `this` over this one, `from` seconds after the beginning
+    /// of this step of `whole` seconds.
+    pub fn new(last: f64, this: f64, from: f64, whole: f64) -> Self {
+        let acceleration = (this - last) / whole;
+        Self { rate: last + acceleration * from, acceleration }
+    }
+
+    /// Velocity that the feedforward pass gives a joint of velocity `rate` in a step of `step` seconds.
+    ///
+    /// The pass asks for the acceleration a* + (r − q̇) / T with T the period. The error e = r − q̇ then follows
+    /// ė = a* − q̈ = −e / T: it decays within the period whatever the step, and a target that accelerates is
+    /// followed without lag (without a* the joint would stay behind by a* T). A step of h makes
+    /// e⁺ = e (1 − h / T) of it, which tends to e^(−t/T) at first order as h falls, and which neither overshoots nor
+    /// diverges as long as h ≤ T. For h > T the step takes the place of the period. With h = T the
+    /// velocity is that of the target over the step, which is the paper's pass (Tokizaki & Hasegawa eq. 17).
+    pub fn rate_after(self, rate: f64, period: f64, step: f64) -> f64 {
+        rate + step * self.acceleration + (self.rate - rate) * (step / period.max(step))
+    }
 }
 
 impl Spring {
@@ -70,6 +105,28 @@ impl Spring {
         }
     }
 
+    /// A drive that holds the velocity `wanted` (rad/s or m/s) as far as its bounds let it (velocity control, Tokizaki &
+    /// Hasegawa eq. 17).
+    pub fn servo(wanted: f64) -> Self {
+        Self { at_rest: wanted, resistance: f64::INFINITY }
+    }
+
+    /// The same within `limits`. Without a torque limit the servo has a resistance of 10⁹ times `resistance` (the
+    /// joint's inertia over the step, N m s/rad or N s/m) instead, so that a joint that cannot move leaves its equations solvable.
+    pub fn servo_within(wanted: f64, limits: ActuatorLimits, resistance: f64) -> Self {
+        if limits.torque.is_finite() {
+            return Self::servo(wanted);
+        }
+        let resistance = 1e9 * resistance;
+        Self { at_rest: resistance * wanted, resistance }
+    }
+
+    /// Whether the drive holds a velocity.
+    #[inline]
+    pub fn is_servo(self) -> bool {
+        self.resistance == f64::INFINITY
+    }
+
     /// Whether the torque is the same at any velocity.
     #[inline]
     pub fn is_prescribed(self) -> bool {
@@ -91,9 +148,13 @@ impl Spring {
         Self { at_rest: self.at_rest + other.at_rest, resistance: self.resistance + other.resistance }
     }
 
-    /// The torque at the new velocity `rate`, N m or N.
+    /// The torque at the new velocity `rate`, N m or N; infinite for a servo off its velocity.
     #[inline]
     pub fn torque(self, rate: f64) -> f64 {
+        if self.is_servo() {
+            let missing = self.at_rest - rate;
+            return if missing == 0.0 { 0.0 } else { missing * f64::INFINITY };
+        }
         self.at_rest - self.resistance * rate
     }
 }

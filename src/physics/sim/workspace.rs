@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::actuator::ActuatorMode;
 use super::bodies::BodyMotion;
 use super::contact::solids::Solids;
 use super::contact::{Contact, ContactCandidate, DetectionSettings, ground};
@@ -11,11 +12,14 @@ use super::coordinates::reduced::kinematics::{composite_inertia, moment_arms};
 use super::coordinates::reduced::velocity_control::VelocityControl;
 use super::lcp::{Equality, Lemke, Newton, Pgs, Problem, Solution, SolveStatus, Solver};
 use super::memory::StepMemory;
-use super::rows::{ROOT, Rows, contact};
+use super::rows::{ROOT, RowOwner, Rows, contact};
 use super::spatial::{SpatialForce, SpatialMotion};
-use super::tracking::Spring;
+use super::tracking::{Reference, Spring};
 use crate::model::{DofKind, Model, SOLID_SLOTS};
 use crate::scene::{Coordinates, Feedforward, SolverChoice, SolverKind, StepPlan};
+
+/// After actuators switched this often in a step they do not leave their bounds any more, so that switching ends.
+const MAX_RETURNS: u32 = 8;
 
 /// Scratch memory of a step.
 ///
@@ -63,22 +67,27 @@ pub(super) struct Workspace {
     pub mean_rates: Vec<f64>,
     /// J joint velocities after the step if no row acted, rad/s or m/s. (free_velocities)
     pub free_rates: Vec<f64>,
-    /// J joint velocities after the step, rad/s or m/s. (response)
+    /// J joint velocities after the step, rad/s or m/s: those of the feedforward pass (velocity_control), then the new
+    /// ones (response).
     pub joint_rates: Vec<f64>,
     /// J joint accelerations, rad/s² or m/s²: those that the targets ask for (velocity_control), then those
     /// without rows (free_velocities).
     pub joint_acceleration: Vec<f64>,
     /// J offset torques f₀, N m or N. (velocity_control)
     pub feedforward: Vec<f64>,
+    /// J motions of the targets, with feedforward. (substep)
+    pub reference: Vec<Reference>,
     /// J drives. (drives)
     pub springs: Vec<Spring>,
-    /// J: whether the actuator has a row of its own. (drives, saturation)
-    pub saturated: Vec<bool>,
+    /// J: which line the actuator follows, and whether it has a row of its own. (drives, switch_actuators)
+    pub actuators: Vec<ActuatorMode>,
+    /// How often actuators switched in this evaluation. (drives, switch_actuators)
+    pub switches: u32,
     /// J: whether the lower and the upper end of the range have rows. (rows, crosses_limit)
     pub near_limit: Vec<[bool; 2]>,
     /// J loads, N m and kg m² or N and kg. (factorise)
     pub loads: Vec<JointLoad>,
-    /// J torques of the actuators, N m or N. (saturation)
+    /// J torques of the actuators, N m or N. (switch_actuators)
     pub torque: Vec<f64>,
     /// J composite-rigid-body inertias along the joints, with all joints beyond at zero, kg m² or kg. (new)
     pub composite_inertia: Vec<f64>,
@@ -183,8 +192,10 @@ impl Workspace {
             solids,
             common_point: Point3::origin(),
             feedforward: vec![0.0; joints],
+            reference: vec![Reference::default(); joints],
             springs: vec![Spring::default(); joints],
-            saturated: vec![false; joints],
+            actuators: vec![ActuatorMode::default(); joints],
+            switches: 0,
             near_limit: vec![[false; 2]; joints],
             loads: vec![JointLoad::default(); joints],
             articulated: Articulated::new(bodies),
@@ -269,6 +280,32 @@ impl Workspace {
         for (new, (free, change)) in self.new.iter_mut().zip(self.free.iter().zip(&self.changes)) {
             *new = free.plus(*change);
         }
+    }
+
+    /// Torques of the actuators at the new velocities, and which line each of them is to follow; whether one has to follow
+    /// another than it did.
+    pub fn switch_actuators(&mut self, plan: &StepPlan) -> bool {
+        for (joint, torque) in self.torque.iter_mut().enumerate() {
+            *torque = self.springs[joint].torque(self.joint_rates[joint]);
+        }
+        for (owner, force) in self.rows.owner.iter().zip(&self.rows.force) {
+            if let RowOwner::Torque(joint) = *owner {
+                self.torque[joint] = *force;
+            }
+        }
+        let Some(drive) = plan.drive.as_ref().filter(|drive| drive.max_torque.is_some()) else {
+            return false;
+        };
+        let returns = self.switches < MAX_RETURNS;
+        let mut switched = false;
+        for (joint, mode) in self.actuators.iter_mut().enumerate() {
+            let (spring, limits) = (self.springs[joint], drive.limits(joint));
+            let next = mode.next(spring, limits, self.torque[joint], self.joint_rates[joint], returns);
+            switched |= next != *mode;
+            *mode = next;
+        }
+        self.switches += u32::from(switched);
+        switched
     }
 
     /// Marks the ends of the ranges `limits` that joints at `angles` would cross in `step` seconds; whether one of
@@ -359,7 +396,7 @@ impl Workspace {
     pub fn remember(&self, plan: &StepPlan, memory: &mut StepMemory) {
         let per_contact = contact::rows_per_contact(plan.friction);
         let greatest = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_deref());
-        memory.remember(&self.rows, &self.candidates, per_contact, greatest);
+        memory.remember(&self.rows, &self.candidates, per_contact, greatest, &self.actuators);
         let aware = plan.drive.as_ref().is_some_and(|drive| drive.feedforward == Feedforward::ContactAware);
         let candidates = if aware { &self.candidates[..self.detected] } else { &[] };
         let rows =

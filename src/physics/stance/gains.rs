@@ -6,7 +6,7 @@
 
 use super::anatomy::Posed;
 use crate::model::{DofKind, Model};
-use crate::scene::{Feedforward, Gains, Scene};
+use crate::scene::{Gains, Scene};
 
 /// Angle by which a joint is deflected under its share of the weight, rad.
 const DEFLECTION: f64 = 0.15;
@@ -64,5 +64,5 @@ pub fn suited(model: &Model, scene: &Scene, angles: &[f64]) -> Gains {
             2.0 * DAMPING_RATIO * (stiffness[joint] * inertia).sqrt()
         })
         .collect();
-    Gains { stiffness, damping, max_torque: model.effort.clone(), feedforward: Feedforward::default() }
+    Gains { stiffness, damping, max_torque: model.effort.clone(), ..Gains::default() }
 }

@@ -75,6 +75,7 @@ fn arms_driven_at_each_other_stop_at_each_other() {
         damping: vec![2.0; 2],
         max_torque: vec![Some(30.0); 2],
         feedforward: Feedforward::None,
+        ..Gains::default()
     };
     let plan = common::plan(&model, &floating(), &Accuracy::default(), Some(&gains));
     let mut simulator = Simulator::new(plan, State::new(&model));
@@ -164,6 +165,7 @@ fn a_snake_that_curls_up_does_not_pass_through_itself() {
         damping: vec![0.5; joints],
         max_torque: vec![None; joints],
         feedforward: Feedforward::None,
+        ..Gains::default()
     };
     let target: Vec<f64> =
         model.limits.iter().map(|limits| limits.map_or(1.0, |[_, upper]| upper.min(1.0))).collect();

@@ -57,6 +57,7 @@ fn a_chain_of_any_mass_ratio_holds_together_behind_every_solver() {
             damping: vec![0.0; links],
             max_torque: vec![Some(greatest_torque); links],
             feedforward: Feedforward::None,
+            ..Gains::default()
         };
         let targets = vec![0.0; links];
         for kind in [SolverKind::Pgs, SolverKind::Newton] {

@@ -88,7 +88,7 @@ fn random_gains(joints: usize, feedforward: Feedforward, rng: &mut ChaCha8Rng) -
     let greatest: Vec<f64> = values(0.0, 30.0);
     // Some unlimited, some far below what is asked.
     let max_torque = greatest.into_iter().map(|limit| (limit < 25.0).then_some(0.1 + limit)).collect();
-    Gains { stiffness, damping, max_torque, feedforward }
+    Gains { stiffness, damping, max_torque, feedforward, ..Gains::default() }
 }
 
 /// The greatest number in a state's velocities.

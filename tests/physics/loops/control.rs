@@ -19,6 +19,9 @@ fn feedforward_alone(model: &Model, feedforward: Feedforward) -> Gains {
         damping: vec![0.0; joints],
         max_torque: vec![None; joints],
         feedforward,
+        // The paper's pass: the target's velocity after one step, from the first on.
+        feedforward_period: 0.0,
+        ..Gains::default()
     }
 }
 
@@ -140,6 +143,7 @@ fn a_joint_without_an_actuator_ignores_its_target() {
             damping: vec![5.0; 3],
             max_torque: vec![Some(20.0); 3],
             feedforward,
+            ..Gains::default()
         };
         let ends = [0.0, 2.0].map(|target| {
             let plan = common::plan(&model, &in_the_air(), &accuracy(Coordinates::Reduced), Some(&gains));

@@ -192,6 +192,7 @@ proptest! {
                 damping: vec![0.5; 3],
                 max_torque: vec![Some(3.0), None, Some(1.0)],
                 feedforward,
+                ..Gains::default()
             };
             let mut state = swung(&model, angle, rate);
             if !bolted {

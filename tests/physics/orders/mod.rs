@@ -161,6 +161,7 @@ fn driven_bars_without_contact() {
         damping: vec![damper; 2],
         max_torque: vec![Some(1e3); 2],
         feedforward: Feedforward::None,
+        ..Gains::default()
     };
     Smooth {
         name: "driven bars",

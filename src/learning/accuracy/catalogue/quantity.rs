@@ -177,7 +177,7 @@ fn stored(scenario: &Scenario, sample: &SampleLine) -> f64 {
             joints.iter().map(|(name, target)| spring(*stiffness, most, angle(name) - target)).sum()
         }
         Drive::Torque { joints } => joints.iter().map(|(name, torque)| -torque * angle(name)).sum(),
-        Drive::None {} | Drive::Hold { .. } | Drive::Track { .. } => 0.0,
+        Drive::None {} | Drive::Velocity { .. } | Drive::Hold { .. } | Drive::Track { .. } => 0.0,
     };
     sample.energy.kinetic + sample.energy.potential + driven
 }

@@ -8,7 +8,7 @@ use super::case::Case;
 use super::quantity::Quantity;
 use super::sketch::{GRAVITY, block, character, hinge, hold, resting, rod, scenario, with};
 use crate::scenario::{CharacterSource, InlineCharacter, Scenario};
-use gaitwright_physics::scene::{Drive, Feedforward, MaxTorque, Scene};
+use gaitwright_physics::scene::{DEFAULT_FEEDFORWARD_PERIOD, Drive, Feedforward, MaxTorque, Scene};
 
 /// The bundled quadruped.
 const QUADRUPED: &str = include_str!("../../../../examples/quadruped.urdf");
@@ -29,7 +29,9 @@ fn holding() -> Scenario {
         stiffness: None,
         damping: None,
         feedforward: Feedforward::None,
+        feedforward_period: DEFAULT_FEEDFORWARD_PERIOD,
         max_torque: MaxTorque::Character,
+        offset: BTreeMap::new(),
         joints: BTreeMap::new(),
     };
     scenario

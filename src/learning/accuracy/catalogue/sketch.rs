@@ -6,7 +6,9 @@ use serde_json::{Value, json};
 
 use crate::scenario::{CharacterSource, InlineCharacter, JointStart, Scenario, Start};
 use gaitwright_physics::motion::RootMotion;
-use gaitwright_physics::scene::{Accuracy, AskedAccuracy, Drive, Feedforward, Integrator, MaxTorque, Scene};
+use gaitwright_physics::scene::{
+    Accuracy, AskedAccuracy, DEFAULT_FEEDFORWARD_PERIOD, Drive, Feedforward, Integrator, MaxTorque, Scene,
+};
 
 /// Gravitational acceleration of the default scene, m/s².
 pub const GRAVITY: f64 = 9.81;
@@ -138,7 +140,9 @@ pub fn hold<'a>(
         stiffness: Some(stiffness),
         damping: Some(damping),
         feedforward: Feedforward::None,
+        feedforward_period: DEFAULT_FEEDFORWARD_PERIOD,
         max_torque,
+        offset: BTreeMap::new(),
         joints: targets.into_iter().map(|(name, target)| (name.to_owned(), target)).collect(),
     }
 }

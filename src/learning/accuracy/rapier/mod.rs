@@ -19,6 +19,7 @@
 //! - A contact is a stiff spring and damper that does not correct a penetration of less than [`LINEAR_SLOP`]. It
 //!   acts from the distance [`PREDICTION`] on, before the shapes meet.
 //! - A character without joints is a rigid body instead of a multibody; its gyroscopic term is implicit.
+//! - Motors keep their greatest torque at any speed.
 //! - Motors have no offset torque: tracking with feedforward is [`Unsupported`].
 //! - A step allocates, and rapier resets a state that is not finite; here that ends the simulation.
 
@@ -81,6 +82,10 @@ impl Rapier {
                 assert_eq!(torque.len(), joints, "one torque a joint");
                 self.apply_torques(torque);
             }
+            Command::Velocity(wanted) => {
+                assert_eq!(wanted.len(), joints, "one velocity a joint");
+                self.set_velocity_motors(wanted);
+            }
             Command::Track { now, next } => {
                 assert_eq!((now.len(), next.len()), (joints, joints), "one target a joint");
                 self.set_motors(now, next);
@@ -92,14 +97,18 @@ impl Rapier {
         match command {
             Command::Passive => {}
             Command::Torque(_) => self.reset_torques(),
-            Command::Track { .. } => self.remove_motors(),
+            Command::Velocity(_) | Command::Track { .. } => self.remove_motors(),
         }
         self.check()
     }
 
     /// Torques (forces along prismatic joints) on both bodies of each joint, until [`Self::reset_torques`].
     fn apply_torques(&mut self, torques: &[f64]) {
+        let plan = self.plan.clone();
+        let limits = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_ref());
         for (joint, torque) in torques.iter().copied().enumerate() {
+            let most = limits.map_or(f64::INFINITY, |limits| limits[joint]);
+            let torque = torque.clamp(-most, most);
             let body = &self.model.bodies[joint + 1];
             let (child, parent) = (self.bodies[joint + 1], self.bodies[body.parent]);
             let carried = &self.world.bodies[child];
@@ -144,6 +153,19 @@ impl Rapier {
             data.set_motor(axis, now[joint] + share * change, change / plan.step(), stiffness, damping);
             let strongest = drive.max_torque.as_ref().map_or(f64::MAX, |limits| limits[joint].min(f64::MAX));
             data.set_motor_max_force(axis, strongest);
+        });
+    }
+
+    /// Sets the motors to the velocities `wanted`, each with a damper of 10⁶ times the character's mass.
+    fn set_velocity_motors(&mut self, wanted: &[Option<f64>]) {
+        let plan = self.plan.clone();
+        let limits = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_ref());
+        let damping = 1e6 * self.model.mass;
+        self.each_joint(|joint, axis, data| {
+            let Some(wanted) = wanted[joint] else { return };
+            data.set_motor_model(axis, MotorModel::ForceBased);
+            data.set_motor_velocity(axis, wanted, damping);
+            data.set_motor_max_force(axis, limits.map_or(f64::MAX, |limits| limits[joint].min(f64::MAX)));
         });
     }
 

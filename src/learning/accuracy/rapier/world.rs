@@ -158,6 +158,7 @@ pub fn build(model: &Model, plan: &StepPlan, state: &State) -> Result<Built, Uns
 fn refuse(model: &Model, plan: &StepPlan) -> Result<(), Unsupported> {
     let moving = !model.fixed_base || model.joint_count() > 0;
     let feedforward = plan.drive.as_ref().map_or(Feedforward::None, |drive| drive.feedforward);
+    let offset = plan.drive.as_ref().is_some_and(|drive| drive.offset.iter().any(|torque| *torque != 0.0));
     let pyramid = plan.accuracy.friction_cone == FrictionCone::Pyramid;
     let corrected = plan.ground.is_some() || plan.limits.is_some();
     for (asked, answer) in [
@@ -167,6 +168,7 @@ fn refuse(model: &Model, plan: &StepPlan) -> Result<(), Unsupported> {
         (matches!(plan.ground, Some(Terrain::Field(_))), Unsupported::Missing("this ground")),
         (plan.trunk_rotation_lock, Unsupported::Missing("lock of the root's rotation")),
         (feedforward != Feedforward::None, Unsupported::Missing("feedforward torque in its motors")),
+        (offset, Unsupported::Missing("offset torque in its motors")),
         (pyramid && plan.friction.is_some(), Unsupported::Missing("friction pyramid for multibodies")),
         (plan.accuracy.step_tolerance.is_some(), Unsupported::Missing("control of a step's error")),
         (moving && !plan.velocity_forces, Unsupported::Inseparable("velocity-dependent forces")),

@@ -14,9 +14,18 @@ pub enum Drive {
     /// Passive joints.
     // With braces: of a variant without them any field is taken, and ignored.
     None {},
-    /// Constant torques.
+    /// Constant torques, within the character's greatest ones.
     Torque {
         /// N m (N for prismatic joints) by joint name; 0 where left out.
+        #[serde(default)]
+        joints: BTreeMap<String, f64>,
+    },
+    /// Constant velocities, held with whatever torque they require within the greatest one (Tokizaki & Hasegawa eq. 17).
+    Velocity {
+        /// Greatest torque of the actuators.
+        #[serde(default)]
+        max_torque: MaxTorque,
+        /// Velocity, rad/s or m/s, by joint name; a joint left out is passive.
         #[serde(default)]
         joints: BTreeMap<String, f64>,
     },
@@ -31,9 +40,15 @@ pub enum Drive {
         /// How the offset torque f₀ is found.
         #[serde(default)]
         feedforward: Feedforward,
+        /// Time within which f₀ brings a joint to its target's velocity, s.
+        #[serde(default = "feedforward_period")]
+        feedforward_period: f64,
         /// Greatest torque of the actuators.
         #[serde(default)]
         max_torque: MaxTorque,
+        /// Constant torque f₀ beside the spring, N m (N), by joint name; 0 where left out.
+        #[serde(default)]
+        offset: BTreeMap<String, f64>,
         /// Target angle, rad or m, by joint name; the standing pose where left out.
         #[serde(default)]
         joints: BTreeMap<String, f64>,
@@ -49,9 +64,15 @@ pub enum Drive {
         /// How the offset torque f₀ is found; as in the motion where left out.
         #[serde(default)]
         feedforward: Option<Feedforward>,
+        /// Time within which f₀ brings a joint to its target's velocity, s; as in the motion where left out.
+        #[serde(default)]
+        feedforward_period: Option<f64>,
         /// Greatest torque of the actuators; as in the motion where left out.
         #[serde(default)]
         max_torque: Option<MaxTorque>,
+        /// Constant torque f₀ beside the spring, N m (N), by joint name; as in the motion where left out.
+        #[serde(default)]
+        offset: BTreeMap<String, f64>,
         /// A motion document, or the path of one.
         motion: serde_json::Value,
     },
@@ -65,7 +86,7 @@ impl Default for Drive {
 
 /// How strongly each joint is driven toward its target (Tokizaki & Hasegawa eq. 19), one entry a
 /// joint of the model.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gains {
     /// Spring K, N m/rad (N/m).
@@ -75,17 +96,45 @@ pub struct Gains {
     /// Greatest torque, N m (N); `null` is unlimited.
     pub max_torque: Vec<Option<f64>>,
     /// How the offset torque f₀ is found.
+    #[serde(default)]
     pub feedforward: Feedforward,
+    /// Time within which f₀ brings a joint to its target's velocity, s (see [`DEFAULT_FEEDFORWARD_PERIOD`]).
+    #[serde(default = "feedforward_period")]
+    pub feedforward_period: f64,
+    /// Constant torque beside spring and feedforward, N m (N); empty for none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub offset: Vec<f64>,
+}
+
+/// The feedforward's period where a document states none, s: the time within which the offset torque f₀ brings a joint to
+/// its target's velocity. It does not depend on the step, so that the motion converges as the step falls.
+pub const DEFAULT_FEEDFORWARD_PERIOD: f64 = 0.01;
+
+fn feedforward_period() -> f64 {
+    DEFAULT_FEEDFORWARD_PERIOD
+}
+
+impl Default for Gains {
+    fn default() -> Self {
+        Self {
+            stiffness: Vec::new(),
+            damping: Vec::new(),
+            max_torque: Vec::new(),
+            feedforward: Feedforward::default(),
+            feedforward_period: DEFAULT_FEEDFORWARD_PERIOD,
+            offset: Vec::new(),
+        }
+    }
 }
 
 /// How the offset torque f₀ of tracking is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Feedforward {
-    /// f₀ = 0.
+    /// f₀ = 0: spring and damper within the torque limit, as in a servo.
+    #[default]
     None,
     /// The torque that would follow the target exactly if nothing touched the character.
-    #[default]
     ContactFree,
     /// The torque that would follow the target exactly, contacts included.
     ContactAware,

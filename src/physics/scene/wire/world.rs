@@ -86,7 +86,9 @@ pub enum Effect {
     JointLimits,
     /// Actuators have a greatest torque.
     TorqueLimits,
-    /// Tracking uses the torque that would follow the target exactly.
+    /// The torque of actuators falls as their speed rises.
+    SpeedLimits,
+    /// Tracking adds the torque that would bring the joints to the target's velocity within a period.
     Feedforward,
     /// The root link keeps its orientation.
     TrunkRotationLock,
@@ -100,7 +102,7 @@ pub enum Effect {
 
 impl Effect {
     /// Every effect, in the order of the documents.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Gravity,
         Self::VelocityForces,
         Self::GroundContact,
@@ -109,6 +111,7 @@ impl Effect {
         Self::Obstacles,
         Self::JointLimits,
         Self::TorqueLimits,
+        Self::SpeedLimits,
         Self::Feedforward,
         Self::TrunkRotationLock,
         Self::JointDamping,
@@ -127,6 +130,7 @@ impl Effect {
             Self::Obstacles => "obstacles",
             Self::JointLimits => "joint_limits",
             Self::TorqueLimits => "torque_limits",
+            Self::SpeedLimits => "speed_limits",
             Self::Feedforward => "feedforward",
             Self::TrunkRotationLock => "trunk_rotation_lock",
             Self::JointDamping => "joint_damping",

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::response;
 use super::stages::Stages;
+use crate::sim::actuator::ActuatorMode;
 use crate::sim::memory::ContactForces;
 use crate::sim::root_freedom::RootFreedom;
 use crate::sim::rows::joint::Coupling;
@@ -14,10 +15,14 @@ use crate::sim::spatial::{SpatialForce, SpatialMotion};
 use crate::sim::tracking::Spring;
 
 impl Stages<'_> {
-    /// The greatest torque of joint `joint`'s actuator, if its drive has a row within bounds.
-    fn greatest_torque(&self, joint: usize) -> Option<f64> {
-        let greatest = self.plan.drive.as_ref()?.max_torque.as_ref()?[joint];
-        (greatest.is_finite() && !self.work.springs[joint].is_prescribed()).then_some(greatest)
+    /// The line and the box of joint `joint`'s actuator, if it has a row: wherever it has a greatest torque.
+    fn actuator_row(&self, joint: usize) -> Option<(Spring, [f64; 2])> {
+        let (spring, limits) = (self.work.springs[joint], self.plan.actuator_limits(joint));
+        match self.work.actuators[joint] {
+            ActuatorMode::Line if limits.torque.is_infinite() || spring.is_prescribed() => None,
+            ActuatorMode::Line => ActuatorMode::Boxed.row(spring, limits),
+            mode => mode.row(spring, limits),
+        }
     }
 
     /// All rows: contacts first, then what has bounds, then the joints from the leaves to the root, an
@@ -47,9 +52,9 @@ impl Stages<'_> {
             dry_friction::add(&mut rows, friction, rates, &memory.dry_friction, of_joint);
         }
         for (joint, rate) in rates.iter().enumerate() {
-            if let Some(greatest) = self.greatest_torque(joint) {
+            if let Some((line, bounds)) = self.actuator_row(joint) {
                 let warm_start = memory.saturated[joint];
-                torque::add(&mut rows, joint, work.springs[joint], greatest, *rate, warm_start, of_joint);
+                torque::add(&mut rows, joint, line, bounds, *rate, warm_start, of_joint);
             }
         }
         for joint in (0..rates.len()).rev() {
@@ -82,7 +87,7 @@ impl Stages<'_> {
             line.resistance += damping[joint];
         }
         let spring = self.work.springs[joint];
-        if !spring.is_prescribed() && self.greatest_torque(joint).is_none() {
+        if !spring.is_prescribed() && self.actuator_row(joint).is_none() {
             line = line.plus(spring);
         }
         line

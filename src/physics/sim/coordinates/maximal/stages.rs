@@ -7,6 +7,7 @@ use super::response;
 use super::workspace::MaximalWorkspace;
 use crate::model::Model;
 use crate::scene::StepPlan;
+use crate::sim::actuator::ActuatorMode;
 use crate::sim::command::Command;
 use crate::sim::coordinates::outcome::StepOutcome;
 use crate::sim::failure::{Failure, check_finite_with, fail_unless_usable};
@@ -143,7 +144,7 @@ impl Stages<'_> {
     }
 
     /// Joint velocities of the bodies' free ones.
-    fn free_rates(&mut self) {
+    pub(super) fn free_rates(&mut self) {
         let Self { model, work, .. } = self;
         for joint in 0..work.free_rates.len() {
             let (child, parent) = (joint + 1, model.bodies[joint + 1].parent);
@@ -155,25 +156,29 @@ impl Stages<'_> {
     /// The joints' drives under `command`.
     fn drives(&mut self, command: Command<'_>) -> Result<(), Failure> {
         self.work.springs.fill(Spring::default());
+        self.work.switches = 0;
+        self.work.actuators.copy_from_slice(&self.own.forecast.work.actuators);
         self.work.torque.fill(0.0);
         match command {
             Command::Passive => {}
             Command::Torque(prescribed) => {
-                for (spring, torque) in self.work.springs.iter_mut().zip(prescribed) {
-                    spring.at_rest = *torque;
+                for (joint, torque) in prescribed.iter().enumerate() {
+                    let spring = Spring { at_rest: *torque, resistance: 0.0 };
+                    self.work.springs[joint] = spring.clamped(self.plan.actuator_limits(joint).torque);
                 }
             }
+            Command::Velocity(_) => self.work.springs.copy_from_slice(&self.own.forecast.work.springs),
             Command::Track { now, next } => {
                 let plan = self.plan;
                 let Some(drive) = &plan.drive else { return Ok(()) };
-                self.velocity_control(drive, now, next)?;
+                self.velocity_control(drive)?;
                 for (joint, (now, next)) in now.iter().zip(next).enumerate() {
                     let (stiffness, damping) = (drive.stiffness[joint], drive.damping[joint]);
-                    let (offset, angle) = (self.work.feedforward[joint], self.state.angles[joint]);
+                    let offset = self.work.feedforward[joint] + drive.offset[joint];
+                    let angle = self.state.angles[joint];
                     let target = Target { now: *now, next: *next };
                     let spring = Spring::new(stiffness, damping, offset, angle, target, self.step);
-                    let greatest = drive.max_torque.as_ref().map_or(f64::INFINITY, |limits| limits[joint]);
-                    self.work.springs[joint] = spring.clamped(greatest);
+                    self.work.springs[joint] = spring.clamped(drive.limits(joint).torque);
                 }
             }
         }
@@ -183,7 +188,10 @@ impl Stages<'_> {
     /// Torques that do not depend on the velocity act at once.
     fn prescribed_torques(&mut self) {
         let Self { model, work, own, step, .. } = self;
-        for (joint, spring) in work.springs.iter().enumerate().filter(|(_, it)| it.is_prescribed()) {
+        for (joint, spring) in work.springs.iter().enumerate() {
+            if !spring.is_prescribed() || work.actuators[joint] != ActuatorMode::Line {
+                continue;
+            }
             let wrench = response::along(&work.bodies[joint + 1]).scaled(spring.at_rest);
             for (body, wrench) in [(joint + 1, wrench), (model.bodies[joint + 1].parent, wrench.scaled(-1.0))]
             {
@@ -201,10 +209,15 @@ impl Stages<'_> {
             self.solve()?;
             self.response();
             // Rows are added for a limit that would be crossed and for a contact that an impact brings about. Each is
-            // added at most once, so the loop ends.
+            // added at most once, and actuators leave their bounds only so often, so the loop ends.
+            let switched = self.work.switch_actuators(self.plan);
             let crossing = self.crosses_limit();
-            if !self.impact_contacts() && !crossing {
+            if !self.impact_contacts() && !crossing && !switched {
                 return Ok(());
+            }
+            if switched {
+                self.free_motion();
+                self.prescribed_torques();
             }
         }
     }

@@ -1,6 +1,14 @@
-//! Feedforward, the first of the two passes of tracking: the torque that would follow the target exactly.
+//! Feedforward, the first of the two passes of tracking: the torque that would bring the joints to the target's velocity
+//! within a period of its own.
 //!
-//! Rows s are held at the target's velocity as rows e (velocity control, Tokizaki & Hasegawa eq. 17
+//! The paper asks for the target's velocity after one step. With the period T in place of the step the pass asks for the
+//! acceleration a* + (r − q̇) / T, of which r is the target's velocity and a* its acceleration: an error of velocity
+//! decays as e^(−t/T) at any step, so that motions converge as the step falls (derived at
+//! [`Reference::rate_after`](crate::sim::tracking::Reference::rate_after)). With T = h the pass is the paper's. Contacts (in
+//! the contact-aware form) are stopped within T as well: their velocities after T, not after h, are what the rows ask for,
+//! so that an impact does not put a torque in proportion to 1/h into f₀.
+//!
+//! Rows s are held at the velocity that this gives in the step as rows e (velocity control, Tokizaki & Hasegawa eq. 17
 //! and figure 2). In joint coordinates that prescribes every joint's acceleration and leaves only
 //! the root to move: the character is one rigid body whose shape is changing, and contacts (in the
 //! contact-aware form) act on that body. Where loops or passive joints leave the motion of some joints open,

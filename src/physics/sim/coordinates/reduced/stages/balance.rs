@@ -18,12 +18,13 @@ use crate::sim::step_control::{
 impl Stages<'_> {
     /// The longest step that is likely to create no energy and to let no contact sink in, s, if this one does;
     /// `angular_rate` is the greatest of a body, rad/s. Not used under error control, where the step's error alone
-    /// counts, nor with feedforward, which reaches a velocity at the step's end, so that a shorter step is another drive.
+    /// counts, nor with feedforward whose period is shorter than the step: it reaches a velocity at the step's end, so that a shorter
+    /// step is another drive.
     pub(super) fn shorter_step(&mut self, angular_rate: f64) -> Option<f64> {
         let whole = self.plan.step();
         let straight = angular_rate * whole <= NEGLIGIBLE_ROTATION
             && self.work.residual * self.step <= MAX_PENETRATION_GAIN;
-        let exempt = self.plan.accuracy.step_tolerance.is_some() || self.feeds_forward();
+        let exempt = self.plan.accuracy.step_tolerance.is_some() || self.feedforward_depends_on_step();
         if straight || exempt || self.step * FINEST_DIVISION <= whole {
             return None;
         }
@@ -33,6 +34,12 @@ impl Stages<'_> {
         let excess = created.max(sunk);
         let [least, most] = SHORTENING;
         (excess > 1.0).then(|| self.step * (BALANCE_SAFETY / excess.sqrt()).clamp(least, most))
+    }
+
+    /// Whether the feedforward reaches the target's velocity within one step, however short.
+    fn feedforward_depends_on_step(&self) -> bool {
+        let period = self.plan.drive.as_ref().map_or(0.0, |drive| drive.feedforward_period);
+        self.feeds_forward() && period < self.plan.step()
     }
 
     /// Energy that the step creates, as a multiple of what is allowed. Leaves `displaced` half a step along the new

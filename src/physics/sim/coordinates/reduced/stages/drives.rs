@@ -2,6 +2,7 @@
 
 use super::{Stages, free_motion::after, free_motion::singular};
 use crate::scene::{DrivePlan, Feedforward};
+use crate::sim::actuator::ActuatorMode;
 use crate::sim::command::Command;
 use crate::sim::contact::ContactCandidate;
 use crate::sim::coordinates::reduced::articulated::Singular;
@@ -17,7 +18,8 @@ impl Stages<'_> {
     pub(super) fn drives(&mut self, command: Command<'_>) -> Result<(), Failure> {
         let step = self.step;
         let work = &mut *self.work;
-        work.saturated.fill(false);
+        work.actuators.fill(ActuatorMode::Line);
+        work.switches = 0;
         work.near_limit.fill([false; 2]);
         work.springs.fill(Spring::default());
         work.torque.fill(0.0);
@@ -25,17 +27,34 @@ impl Stages<'_> {
         match command {
             Command::Passive => {}
             Command::Torque(prescribed) => {
-                for (spring, torque) in work.springs.iter_mut().zip(prescribed) {
-                    spring.at_rest = *torque;
+                for (joint, torque) in prescribed.iter().enumerate() {
+                    let spring = Spring { at_rest: *torque, resistance: 0.0 };
+                    let limits = self.plan.actuator_limits(joint);
+                    work.springs[joint] = spring.clamped(limits.torque);
+                    let last = self.state.memory.saturated[joint];
+                    work.actuators[joint] = ActuatorMode::first(spring, limits, last);
+                }
+            }
+            Command::Velocity(wanted) => {
+                for (joint, wanted) in wanted.iter().enumerate() {
+                    let Some(wanted) = wanted else { continue };
+                    let limits = self.plan.actuator_limits(joint);
+                    let spring = Spring::servo_within(*wanted, limits, work.composite_inertia[joint] / step);
+                    let last = self.state.memory.saturated[joint];
+                    work.springs[joint] = spring;
+                    work.actuators[joint] = match ActuatorMode::first(spring, limits, last) {
+                        ActuatorMode::Line => ActuatorMode::Boxed,
+                        mode => mode,
+                    };
                 }
             }
             Command::Track { now, next } => {
                 let plan = self.plan;
                 let Some(drive) = &plan.drive else { return Ok(()) };
-                self.velocity_control(drive, now, next)?;
+                self.velocity_control(drive)?;
                 let work = &mut *self.work;
                 for joint in 0..now.len() {
-                    let offset = work.feedforward[joint];
+                    let offset = work.feedforward[joint] + drive.offset[joint];
                     let (stiffness, damping) = (drive.stiffness[joint], drive.damping[joint]);
                     let angle = self.state.angles[joint];
                     let target = Target { now: now[joint], next: next[joint] };
@@ -48,39 +67,35 @@ impl Stages<'_> {
                     } else {
                         Spring::new(stiffness, damping, offset, angle, target, step)
                     };
-                    let Some(limits) = &drive.max_torque else {
-                        work.springs[joint] = spring;
-                        continue;
-                    };
-                    work.springs[joint] = spring.clamped(limits[joint]);
-                    work.saturated[joint] =
-                        !spring.is_prescribed() && self.state.memory.saturated[joint] != 0.0;
+                    let limits = drive.limits(joint);
+                    work.springs[joint] = spring.clamped(limits.torque);
+                    let last = self.state.memory.saturated[joint];
+                    work.actuators[joint] = ActuatorMode::first(spring, limits, last);
                 }
             }
         }
         Ok(())
     }
 
-    /// Feedforward: offset torques f₀ that would give the joints the target's velocity exactly
-    /// (Tokizaki & Hasegawa figure 2), with contacts or without.
-    pub(super) fn velocity_control(
-        &mut self,
-        drive: &DrivePlan,
-        now: &[f64],
-        next: &[f64],
-    ) -> Result<(), Failure> {
+    /// Feedforward: offset torques f₀ that would bring the joints to the target's velocity within the feedforward's
+    /// period (Tokizaki & Hasegawa figure 2; see [`Reference::rate_after`](crate::sim::tracking::Reference::rate_after)),
+    /// with contacts or without.
+    pub(super) fn velocity_control(&mut self, drive: &DrivePlan) -> Result<(), Failure> {
         if drive.feedforward != Feedforward::None && !self.model.joints_are_independent() {
-            return self.prescribe_velocity(drive.feedforward, now, next);
+            return self.prescribe_velocity(drive);
         }
-        let (prescribed, minus_gravity, step) = (self.prescribed(), self.minus_gravity(), self.step);
+        let step = self.step;
+        let horizon = drive.horizon(step);
+        let (prescribed, minus_gravity) = (self.prescribed().scaled(step / horizon), self.minus_gravity());
         let Self { model, plan, state, work, root_freedom, .. } = self;
         let Some(control) = &mut work.control else {
             work.feedforward.fill(0.0);
             return Ok(());
         };
-        for joint in 0..now.len() {
-            work.joint_rates[joint] = (next[joint] - now[joint]) / step;
-            work.joint_acceleration[joint] = (work.joint_rates[joint] - state.velocities[joint]) / step;
+        for joint in 0..work.reference.len() {
+            let rate = state.velocities[joint];
+            work.joint_rates[joint] = work.reference[joint].rate_after(rate, drive.feedforward_period, step);
+            work.joint_acceleration[joint] = (work.joint_rates[joint] - rate) / step;
         }
         let root = control
             .prescribe(
@@ -95,21 +110,21 @@ impl Stages<'_> {
             .ok_or_else(|| singular(model, state, Singular::Root))?;
         let candidates = &work.candidates[..work.detected];
         if drive.feedforward == Feedforward::ContactAware && !candidates.is_empty() {
-            work.free[0] = after(state, root, &work.bodies[0], plan.velocity_forces, step);
+            work.free[0] = after(state, root, &work.bodies[0], plan.velocity_forces, horizon);
             for index in 1..work.bodies.len() {
                 let parent = work.free[model.bodies[index].parent];
-                work.free[index] =
-                    parent.plus_scaled(work.bodies[index].motion_subspace, work.joint_rates[index - 1]);
+                let rate = state.velocities[index - 1] + horizon * work.joint_acceleration[index - 1];
+                work.free[index] = parent.plus_scaled(work.bodies[index].motion_subspace, rate);
             }
             contact::add(
                 &mut work.control_rows,
                 candidates,
                 &work.free,
                 plan.friction,
-                step,
+                horizon,
                 plan.stabilization,
                 &state.memory.feedforward_contacts,
-                contact::compliance(model.mass, step),
+                contact::compliance(model.mass, horizon),
                 |candidate, forces, numbers| {
                     // Contact forces between two bodies of the rigid whole cancel.
                     let forces = if candidate.against.body().is_none() { forces } else { &[] };
@@ -117,7 +132,7 @@ impl Stages<'_> {
                     ROOT..ROOT
                 },
             );
-            work.control_rows.assemble(step);
+            work.control_rows.assemble(horizon);
             let (problem, force) = work.control_rows.problem(plan.circular_friction());
             let solution = work.solver.solve(&problem, force);
             fail_unless_usable(solution.status, model, state)?;
@@ -128,7 +143,7 @@ impl Stages<'_> {
                 control.push(model, body, force);
             });
         }
-        for joint in 0..now.len() {
+        for joint in 0..work.feedforward.len() {
             let damping = plan.damping.as_ref().map_or(0.0, |damping| damping[joint]);
             work.feedforward[joint] = control.torque(&work.bodies, joint)
                 + model.armature[joint] * work.joint_acceleration[joint]

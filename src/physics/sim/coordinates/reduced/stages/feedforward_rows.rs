@@ -7,26 +7,26 @@
 //! has the torque 0.
 
 use super::Stages;
-use crate::scene::Feedforward;
+use crate::scene::{DrivePlan, Feedforward};
 use crate::sim::coordinates::reduced::response;
 use crate::sim::failure::{Failure, fail_unless_usable};
 use crate::sim::lcp::Solver;
 use crate::sim::rows::{RowOwner, Rows, contact, drive, loops};
 
 impl Stages<'_> {
-    /// Fills the offset torques for targets that move from `now` to `next`, while no joint is driven yet.
-    pub(super) fn prescribe_velocity(
-        &mut self,
-        feedforward: Feedforward,
-        now: &[f64],
-        next: &[f64],
-    ) -> Result<(), Failure> {
+    /// Fills the offset torques for the motions of the targets in `reference`, while no joint is driven yet.
+    pub(super) fn prescribe_velocity(&mut self, drive: &DrivePlan) -> Result<(), Failure> {
+        // The pass is a step of its own.
+        let step = self.step;
+        self.velocity_after(drive);
+        self.step = drive.horizon(step);
         self.factorise()?;
         self.free_velocities();
         let mut rows = std::mem::take(&mut self.work.control_rows);
         rows.clear();
-        self.velocity_rows(&mut rows, feedforward, now, next);
+        self.velocity_rows(&mut rows, drive);
         rows.assemble(self.step);
+        self.step = step;
         let (problem, force) = rows.problem(self.plan.circular_friction());
         let solution = self.work.solver.solve(&problem, force);
         self.work.feedforward.fill(0.0);
@@ -39,11 +39,22 @@ impl Stages<'_> {
         fail_unless_usable(solution.status, self.model, self.state)
     }
 
+    /// Fills `joint_rates` with the velocities that the driven joints are to have at the end of the pass.
+    fn velocity_after(&mut self, drive: &DrivePlan) {
+        let Self { state, work, step, .. } = self;
+        let extent = drive.horizon(*step) / *step;
+        for (joint, reference) in work.reference.iter().enumerate() {
+            let rate = state.velocities[joint];
+            let change = reference.rate_after(rate, drive.feedforward_period, *step) - rate;
+            work.joint_rates[joint] = rate + change * extent;
+        }
+    }
+
     /// The rows that give the driven joints the velocities of their targets, and those of contacts and loops.
-    fn velocity_rows(&self, rows: &mut Rows, feedforward: Feedforward, now: &[f64], next: &[f64]) {
+    fn velocity_rows(&self, rows: &mut Rows, drive: &DrivePlan) {
         let Self { model, plan, state, work, step, .. } = self;
         let (bodies, articulated) = (&work.bodies, &work.articulated);
-        if feedforward == Feedforward::ContactAware {
+        if drive.feedforward == Feedforward::ContactAware {
             contact::add(
                 rows,
                 &work.candidates[..work.detected],
@@ -73,8 +84,8 @@ impl Stages<'_> {
                 response::of_bodies(model, bodies, articulated, child, Some(parent), &[wrench], numbers)
             },
         );
-        for joint in (0..now.len()).filter(|joint| model.driven[*joint]) {
-            let wanted = (next[joint] - now[joint]) / step;
+        for joint in (0..work.reference.len()).filter(|joint| model.driven[*joint]) {
+            let wanted = work.joint_rates[joint];
             drive::prescribe_velocity(rows, joint, wanted, work.free_rates[joint], |joint, numbers| {
                 response::of_joint(model, bodies, articulated, joint, numbers)
             });

@@ -2,6 +2,7 @@
 
 use super::Stages;
 use crate::model::Model;
+use crate::sim::actuator::ActuatorMode;
 use crate::sim::bodies::BodyMotion;
 use crate::sim::coordinates::reduced::articulated::{self, JointLoad, Singular};
 use crate::sim::failure::{Failure, FailureCause};
@@ -45,7 +46,7 @@ impl Stages<'_> {
                 load.torque -= damping[joint] * rate;
                 load.inertia += share * whole;
             }
-            if !work.saturated[joint] {
+            if work.actuators[joint] == ActuatorMode::Line {
                 let drive = JointLoad::of_drive(work.springs[joint], rate, step);
                 load.torque += drive.torque;
                 load.inertia += drive.inertia;

@@ -163,8 +163,9 @@ impl Stages<'_> {
             self.solve()?;
             self.response();
             // Rows are added for an actuator that would exceed its greatest torque, a limit that would be crossed and a
-            // contact that an impact brings about. Each is added at most once, so the loop ends.
-            let saturated = self.saturation();
+            // contact that an impact brings about. Each is added at most once, and actuators leave their
+            // bounds only so often, so the loop ends.
+            let saturated = self.work.switch_actuators(self.plan);
             let crossing = self.crosses_limit();
             if !self.impact_contacts() && !crossing && !saturated {
                 return Ok(());

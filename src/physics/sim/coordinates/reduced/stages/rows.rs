@@ -1,9 +1,10 @@
 //! The rows of a step, their solution and the bodies' response.
 
 use super::Stages;
+use crate::sim::actuator::ActuatorMode;
 use crate::sim::coordinates::reduced::response;
 use crate::sim::failure::{Failure, fail_unless_usable};
-use crate::sim::rows::{Lanes, RowOwner, contact, dry_friction, limit, loops, torque};
+use crate::sim::rows::{Lanes, contact, dry_friction, limit, loops, torque};
 use crate::sim::workspace::Workspace;
 
 impl Stages<'_> {
@@ -15,7 +16,7 @@ impl Stages<'_> {
             bodies,
             candidates,
             springs,
-            saturated,
+            actuators,
             near_limit,
             articulated,
             mean_rates,
@@ -64,18 +65,13 @@ impl Stages<'_> {
         if let Some(friction) = &plan.dry_friction {
             dry_friction::add(rows, friction, free_rates, &memory.dry_friction, of_joint);
         }
-        if let Some(limits) = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_ref()) {
-            for joint in (0..saturated.len()).filter(|joint| saturated[*joint]) {
+        for (joint, mode) in actuators.iter().enumerate() {
+            if *mode == ActuatorMode::Line {
+                continue;
+            }
+            if let Some((line, bounds)) = mode.row(springs[joint], plan.actuator_limits(joint)) {
                 let warm_start = memory.saturated[joint];
-                torque::add(
-                    rows,
-                    joint,
-                    springs[joint],
-                    limits[joint],
-                    free_rates[joint],
-                    warm_start,
-                    of_joint,
-                );
+                torque::add(rows, joint, line, bounds, free_rates[joint], warm_start, of_joint);
             }
         }
         loops::add(
@@ -119,31 +115,6 @@ impl Stages<'_> {
             &mut work.changes,
         );
         work.take_changes();
-    }
-
-    /// Torques of the actuators; whether one of them needs a row that it does not have yet.
-    pub(super) fn saturation(&mut self) -> bool {
-        let Self { plan, work, .. } = self;
-        let mut again = false;
-        for (owner, force) in work.rows.owner.iter().zip(&work.rows.force) {
-            if let RowOwner::Torque(joint) = *owner {
-                work.torque[joint] = *force;
-            }
-        }
-        let limits = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_ref());
-        for joint in 0..work.torque.len() {
-            if work.saturated[joint] {
-                continue;
-            }
-            let torque = work.springs[joint].torque(work.joint_rates[joint]);
-            work.torque[joint] = torque;
-            let Some(limits) = limits else { continue };
-            if torque.abs() > limits[joint] && !work.springs[joint].is_prescribed() {
-                work.saturated[joint] = true;
-                again = true;
-            }
-        }
-        again
     }
 
     /// Whether a joint without a row for its limit would cross it in this step; a row is added.
