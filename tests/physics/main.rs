@@ -16,6 +16,8 @@ mod contacts;
 mod coordinates;
 mod dynamics;
 mod effects;
+mod flight;
+mod impacts;
 mod lcp;
 mod loops;
 mod orders;
