@@ -117,8 +117,12 @@ fn random_trees_keep_their_momentum_with_gravity_and_without() {
         let accuracy = Accuracy { step, integrator, coordinates, ..Accuracy::default() };
         let start = spinning(&model, &mut rng);
         let ([linear, angular], flown) = lost(&model, start, &scene, &accuracy, seconds);
-        // A whirl too fast for the finest substep ends a simulation with an error.
-        ended += usize::from(flown < seconds);
+        // A whirl too fast for the finest substep ends a simulation with an error. Shortly before, bodies are so fast that
+        // rounding is no longer small against the momentum of the whole.
+        if flown < seconds {
+            ended += 1;
+            continue;
+        }
         assert!(
             linear < LOST && angular < LOST,
             "case {case}, {links} links, {integrator:?}, {coordinates:?}, {step} s: {linear:e} {angular:e}"
