@@ -17,6 +17,8 @@ mod coordinates;
 mod drives;
 mod dynamics;
 mod effects;
+mod flight;
+mod impacts;
 mod lcp;
 mod loops;
 mod orders;

@@ -1,12 +1,14 @@
 //! Where and how a character is simulated: ground, gravity, effects, accuracy, drive; and what a
 //! step must therefore compute ([`StepPlan`]).
 
+mod actuator;
 mod asked;
 mod decision;
 mod plan;
 mod terrain;
 mod wire;
 
+pub use actuator::ActuatorLimits;
 pub use asked::{AccuracyChoice, AskedAccuracy};
 pub use decision::Decision;
 pub use plan::{DrivePlan, StepPlan};

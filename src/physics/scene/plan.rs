@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector3};
 
+use super::actuator::ActuatorLimits;
 use super::decision::{CONTACTS, Decision, decide};
 use super::{Accuracy, Coordinates, Effect, Feedforward, FrictionCone, Gains, JointBias, Scene, Terrain};
 use crate::fault::{Fault, InputError};
 use crate::model::Model;
 use crate::model::collision::convex::Convex;
-use crate::sim::actuator::ActuatorLimits;
 
 /// Everything about a step that does not change from step to step. [`StepPlan::compile`] fills every field.
 ///
@@ -112,7 +112,7 @@ impl DrivePlan {
     }
 
     /// What the actuator of joint `joint` can do.
-    pub(crate) fn limits(&self, joint: usize) -> ActuatorLimits {
+    pub fn limits(&self, joint: usize) -> ActuatorLimits {
         let of = |limits: &Option<Vec<f64>>| limits.as_ref().map_or(f64::INFINITY, |limits| limits[joint]);
         ActuatorLimits { torque: of(&self.max_torque), speed: of(&self.max_speed) }
     }
@@ -174,7 +174,7 @@ impl StepPlan {
     }
 
     /// What the actuator of joint `joint` can do.
-    pub(crate) fn actuator_limits(&self, joint: usize) -> ActuatorLimits {
+    pub fn actuator_limits(&self, joint: usize) -> ActuatorLimits {
         let unlimited = ActuatorLimits { torque: f64::INFINITY, speed: f64::INFINITY };
         self.drive.as_ref().map_or(unlimited, |drive| drive.limits(joint))
     }

@@ -5,19 +5,12 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use super::bodies::BodyMotion;
 use super::coordinates::{maximal, reduced};
 use super::energy::{Energy, kinetic_energy};
+use super::momentum::{Composite, Momentum};
 use super::rows::joint::Coupling;
+use super::spatial::SpatialMotion;
 use super::state::State;
 use crate::model::Model;
 use crate::scene::StepPlan;
-
-/// Momentum of a character in the world frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Momentum {
-    /// Linear momentum, kg m/s.
-    pub linear: Vector3<f64>,
-    /// Angular momentum about the centre of mass, kg m²/s.
-    pub angular: Vector3<f64>,
-}
 
 fn placed(model: &Model, state: &State) -> Vec<BodyMotion> {
     let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
@@ -74,15 +67,6 @@ pub fn energy(model: &Model, plan: &StepPlan, state: &State) -> Energy {
 
 /// Momentum of `model` in `state`.
 pub fn momentum(model: &Model, state: &State) -> Momentum {
-    let bodies = placed(model, state);
-    let mut linear = Vector3::zeros();
-    let mut about_root = Vector3::zeros();
-    let mut first = Vector3::zeros();
-    for body in &bodies {
-        let momentum = body.inertia.times(body.velocity);
-        linear += momentum.force;
-        about_root += momentum.moment;
-        first += body.inertia.first_moment;
-    }
-    Momentum { linear, angular: about_root - (first / model.mass).cross(&linear) }
+    // Of these bodies the root moves already.
+    Composite::new(&placed(model, state)).momentum(SpatialMotion::ZERO)
 }

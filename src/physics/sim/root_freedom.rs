@@ -23,4 +23,10 @@ impl RootFreedom {
             (false, false) => Self::Free,
         }
     }
+
+    /// Whether momentum is kept in flight: nothing holds the root, and the scene has the velocity-dependent forces without
+    /// which momentum is not what physics keeps.
+    pub fn keeps_momentum(model: &Model, plan: &StepPlan) -> bool {
+        plan.velocity_forces && Self::new(model, plan) == Self::Free
+    }
 }

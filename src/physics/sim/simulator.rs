@@ -6,8 +6,9 @@ use nalgebra::{Isometry3, Point3};
 
 use super::contact::Contact;
 use super::coordinates::maximal::MaximalWorkspace;
-use super::diagnostics::{self, Momentum};
+use super::diagnostics;
 use super::energy::Energy;
+use super::momentum::Momentum;
 use super::rows;
 use super::state::State;
 use super::step_control::StepControl;

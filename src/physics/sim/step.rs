@@ -5,7 +5,9 @@ use super::command::Command;
 use super::coordinates::outcome::StepOutcome;
 use super::coordinates::{maximal, reduced};
 use super::failure::{Failure, too_fast};
+use super::root_freedom::RootFreedom;
 use super::simulator::Simulator;
+use super::state::State;
 use super::step_control::{GROWTH, MAX_SUBSTEPS, RELAXATION, SAFETY};
 use super::tracking::Reference;
 use crate::scene::{Feedforward, Integrator};
@@ -216,6 +218,7 @@ impl Simulator {
             if error <= tolerance && self.step_control.smooth {
                 // To leading order the error of the halves is a third of their distance from the whole.
                 self.state.extrapolate(&coarse, 1.0 / 3.0);
+                self.keep_momentum_since(&before, trial);
             }
             if error <= tolerance || (least && outcome.is_ok()) {
                 // A trial that was cut short by the end of the step gives no reason for shorter ones.
@@ -231,5 +234,15 @@ impl Simulator {
         self.state.memory.next_substep = length;
         self.step_control.trial = Some([before, coarse]);
         outcome
+    }
+
+    /// Gives the state the momentum that it has `time` seconds of free flight after `before`, if momentum is kept.
+    fn keep_momentum_since(&mut self, before: &State, time: f64) {
+        let Self { model, plan, state, work, .. } = self;
+        if RootFreedom::keeps_momentum(model, plan) && state.body_states.is_empty() {
+            work.flight.begin(before);
+            let momentum = work.flight.momentum(model).after_flight(model.mass, plan.gravity, time);
+            work.flight.end(model, state, momentum, false);
+        }
     }
 }

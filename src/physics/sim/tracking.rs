@@ -9,7 +9,7 @@
 //! which is implicit in the new velocity and therefore stable for any K and D. A target that is
 //! tracked exactly costs no torque from K or D.
 
-use super::actuator::ActuatorLimits;
+use crate::scene::ActuatorLimits;
 
 /// A drive whose resistance α is below this (N m s/rad) is a prescribed torque: it has no slope to solve for.
 const NO_RESISTANCE: f64 = 1e-12;

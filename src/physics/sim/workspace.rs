@@ -8,10 +8,12 @@ use super::contact::solids::Solids;
 use super::contact::{Contact, ContactCandidate, DetectionSettings, ground};
 use super::coordinates::reduced::articulated::{Articulated, JointLoad};
 use super::coordinates::reduced::displaced::Displaced;
+use super::coordinates::reduced::flight::Flight;
 use super::coordinates::reduced::kinematics::{composite_inertia, moment_arms};
 use super::coordinates::reduced::velocity_control::VelocityControl;
 use super::lcp::{Equality, Lemke, Newton, Pgs, Problem, Solution, SolveStatus, Solver};
 use super::memory::StepMemory;
+use super::restitution;
 use super::rows::{ROOT, RowOwner, Rows, contact};
 use super::spatial::{SpatialForce, SpatialMotion};
 use super::tracking::{Reference, Spring};
@@ -113,8 +115,11 @@ pub(super) struct Workspace {
     pub recovery_rates: Vec<f64>,
     /// B changes of velocity by rows that also correct positions. (recovery)
     pub recovery_changes: Vec<SpatialMotion>,
-    /// N forces of the step while those of the correction are solved for, N or N m. (solve_recovery)
+    /// N forces kept while others are solved for, N or N m. (solve, solve_recovery)
     pub forces: Vec<f64>,
+
+    /// The bodies of the state that a step in flight began from or ended in. (step, commit)
+    pub flight: Flight,
 
     // Step control.
     /// The character half a step away. (shorter_step)
@@ -180,6 +185,10 @@ impl Workspace {
         // Of the rows that the joints themselves have in maximal coordinates, at most six each.
         let (width, velocity_rows) = if maximal { (6 * bodies, 3 + 6 * joints) } else { (ROOT + joints, 0) };
         let loop_rows = 6 * model.loops.len();
+        let mut rows = Rows::new(contact_rows + joint_rows(plan).min(64) + velocity_rows + loop_rows, width);
+        if plan.restitution.is_some() {
+            rows.reserve_rebounds(slots);
+        }
         Self {
             bodies: vec![BodyMotion::REST; bodies],
             old: vec![SpatialMotion::ZERO; bodies],
@@ -212,10 +221,11 @@ impl Workspace {
             transmitted_force: vec![Vector3::zeros(); bodies],
             loops: vec![SpatialForce::ZERO; model.loops.len()],
             free: vec![SpatialMotion::ZERO; bodies],
-            rows: Rows::new(contact_rows + joint_rows(plan).min(64) + velocity_rows + loop_rows, width),
+            rows,
             half: vec![0.0; width],
             changes: vec![SpatialMotion::ZERO; bodies],
             new: vec![SpatialMotion::ZERO; bodies],
+            flight: Flight::new(model),
             displaced: Displaced::new(model),
             torque: vec![0.0; joints],
             evaluations: 0,
@@ -257,7 +267,14 @@ impl Workspace {
         }
         self.rows.assemble(step);
         let (problem, force) = self.rows.problem(plan.circular_friction());
-        let solution = self.solver.solve(&problem, force);
+        let mut solution = self.solver.solve(&problem, force);
+        if let Some(restitution) = plan.restitution
+            && self.rows.has_rebounds()
+        {
+            let Self { rows, solver, forces, .. } = self;
+            let cone = plan.circular_friction();
+            solution = restitution::bound(rows, solver, cone, restitution, solution, forces);
+        }
         self.residual = solution.residual;
         solution.status
     }
@@ -390,6 +407,14 @@ impl Workspace {
         into.is_some_and(|solids| {
             solids.add_driven_in(model, bodies, new, &plan.obstacles, origin, step, candidates)
         }) || driven
+    }
+
+    /// Whether no force acts on the character from outside but its weight, at the step's solution. Contacts between its own
+    /// links do not count.
+    pub fn is_in_flight(&self, plan: &StepPlan) -> bool {
+        let normals = self.rows.force.iter().step_by(contact::rows_per_contact(plan.friction));
+        let mut contacts = self.candidates.iter().zip(normals);
+        contacts.all(|(candidate, force)| *force == 0.0 || candidate.against.body().is_some())
     }
 
     /// Keeps in `memory` the forces that warm-start the next step.

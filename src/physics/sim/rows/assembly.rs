@@ -54,6 +54,18 @@ pub struct Rows {
     pub force: Vec<f64>,
     /// What each row belongs to.
     pub owner: Vec<RowOwner>,
+    /// The normal rows that ask for a rebound.
+    rebounds: Vec<Rebound>,
+}
+
+/// A normal row that asks for a rebound.
+#[derive(Debug, Clone, Copy)]
+struct Rebound {
+    row: usize,
+    /// J v_free, m/s.
+    free: f64,
+    /// Speed of separation by Newton's law, m/s.
+    speed: f64,
 }
 
 impl Rows {
@@ -68,7 +80,13 @@ impl Rows {
             offset: Vec::with_capacity(capacity),
             force: Vec::with_capacity(capacity),
             owner: Vec::with_capacity(capacity),
+            rebounds: Vec::new(),
         }
+    }
+
+    /// Makes room for `capacity` rows that ask for a rebound.
+    pub fn reserve_rebounds(&mut self, capacity: usize) {
+        self.rebounds.reserve(capacity);
     }
 
     /// Removes all rows.
@@ -80,6 +98,47 @@ impl Rows {
         self.offset.clear();
         self.force.clear();
         self.owner.clear();
+        self.rebounds.clear();
+    }
+
+    /// Lets the row added next, a contact's normal one with J v_free = `free`, ask for a rebound at `speed`, m/s.
+    pub fn rebound_next(&mut self, free: f64, speed: f64) {
+        self.rebounds.push(Rebound { row: self.len(), free, speed });
+    }
+
+    /// Whether a row asks for a rebound.
+    pub fn has_rebounds(&self) -> bool {
+        !self.rebounds.is_empty()
+    }
+
+    /// Makes the problem that of rebounds at `share` of their speeds.
+    pub fn ask_for_rebounds(&mut self, share: f64) {
+        for Rebound { row, free, speed } in &self.rebounds {
+            self.offset[*row] = free - share * speed;
+        }
+    }
+
+    /// Work of the passive rows' forces, J a second of the step, where rebounds have `share` of their speeds:
+    /// λᵀ w⁺ − λᵀ A λ / 2 over these rows (see `sim/restitution.rs`).
+    pub fn passive_work(&self, share: f64) -> f64 {
+        let count = self.len();
+        let mut work = 0.0;
+        for (row, entries) in self.matrix.chunks_exact(count.max(1)).enumerate() {
+            let force = self.force[row];
+            if force == 0.0 || self.owner[row].is_active() {
+                continue;
+            }
+            let mut velocity = self.offset[row];
+            for ((entry, other), owner) in entries.iter().zip(&self.force).zip(&self.owner) {
+                let part = entry * other;
+                velocity += if owner.is_active() { part } else { 0.5 * part };
+            }
+            work += force * velocity;
+        }
+        for Rebound { row, speed, .. } in &self.rebounds {
+            work += self.force[*row] * share * speed;
+        }
+        work
     }
 
     /// Number of rows.

@@ -3,7 +3,8 @@
 //! For a contact candidate at point p with unit normal n, where v_p is the velocity of the body there relative to
 //! the other side: w_n = n · v_p⁺ + bias ≥ 0, λ_n ≥ 0, w_n λ_n = 0 (Tokizaki & Hasegawa eq. 16). The bias is
 //! that of the gap. A contact that would close within the step and has a speed of rebound u instead asks for
-//! n · v_p⁺ ≥ u, Newton's law of restitution (Moreau 1988 for its place in time stepping). Coulomb
+//! n · v_p⁺ ≥ u, Newton's law of restitution (Moreau 1988 for its place in time stepping), as far as the impact then
+//! returns no more energy than its restitution (see `sim/restitution.rs`). Coulomb
 //! friction adds two rows along tangents t: w_t = t · v_p⁺ and |λ_t| ≤ μ λ_n, the force opposing the sliding (Anitescu & Potra
 //! 1997 for the pyramid; the circular cone projects both tangents together).
 
@@ -63,6 +64,7 @@ pub fn add(
         let mut bias = gap_bias(gap, step);
         if gap + step * free < 0.0 && candidate.rebound > 0.0 {
             bias = bias.min(-candidate.rebound);
+            rows.rebound_next(free, candidate.rebound);
         }
         let recovery = if stabilization { gap_recovery(gap, step, FASTEST_RECOVERY) } else { 0.0 };
         let warm_start = remembered[0];

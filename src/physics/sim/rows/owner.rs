@@ -25,3 +25,10 @@ pub enum RowOwner {
     /// The lock of the root's rotation.
     TrunkLock,
 }
+
+impl RowOwner {
+    /// Whether its force may do positive work: that of a motor.
+    pub fn is_active(self) -> bool {
+        matches!(self, Self::Torque(_) | Self::Drive(_))
+    }
+}

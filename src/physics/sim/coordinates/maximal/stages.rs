@@ -11,6 +11,8 @@ use crate::sim::actuator::ActuatorMode;
 use crate::sim::command::Command;
 use crate::sim::coordinates::outcome::StepOutcome;
 use crate::sim::failure::{Failure, check_finite_with, fail_unless_usable};
+use crate::sim::momentum::Composite;
+use crate::sim::root_freedom::RootFreedom;
 use crate::sim::rows::RowOwner;
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
 use crate::sim::state::State;
@@ -313,5 +315,33 @@ impl Stages<'_> {
         }
         joints_from_bodies(model, state, *step);
         state.time += *step;
+        self.keep_momentum();
+    }
+
+    /// Gives the bodies the momentum that a step in flight ends with, by a rigid motion of them all.
+    fn keep_momentum(&mut self) {
+        let Self { model, plan, state, work, own, step } = self;
+        if !RootFreedom::keeps_momentum(model, plan) || !work.is_in_flight(plan) {
+            return;
+        }
+        // The common motion of all bodies is added to velocities in which the root's is contained.
+        for (body, old) in work.bodies.iter_mut().zip(&work.old) {
+            body.velocity = *old;
+        }
+        let before = Composite::new(&work.bodies).momentum(SpatialMotion::ZERO);
+        let wanted = before.after_flight(model.mass, plan.gravity, *step);
+        place(model, state, &mut work.bodies);
+        let Some(motion) = Composite::new(&work.bodies).correction(SpatialMotion::ZERO, wanted) else {
+            return;
+        };
+        for (body_state, body) in state.body_states.iter_mut().zip(&work.bodies) {
+            body_state.linear_velocity += motion.at(body.center);
+            body_state.angular_velocity += motion.angular;
+        }
+        // The root's velocity is the one of joint coordinates, with the correction that it has there.
+        let ahead = &own.forecast;
+        let correction = ahead.state.root.motion().minus(ahead.work.new[0]);
+        state.root.linear_velocity += correction.linear;
+        state.root.angular_velocity += correction.angular;
     }
 }

@@ -5,6 +5,7 @@
 
 pub mod articulated;
 pub mod displaced;
+pub mod flight;
 pub mod kinematics;
 pub mod response;
 pub mod root;

@@ -4,6 +4,8 @@ use super::Stages;
 use crate::sim::coordinates::reduced::response;
 use crate::sim::failure::{Failure, fail_unless_usable};
 use crate::sim::integrate::advance;
+use crate::sim::momentum::Momentum;
+use crate::sim::root_freedom::RootFreedom;
 use crate::sim::spatial::SpatialMotion;
 
 impl Stages<'_> {
@@ -34,6 +36,7 @@ impl Stages<'_> {
     /// The new state, and what the next step remembers of this one.
     pub(super) fn commit(&mut self) {
         let (step, time) = (self.step, self.time);
+        let momentum = self.momentum_of_flight();
         let Self { model, plan, state, work, .. } = self;
         work.remember(plan, &mut state.memory);
         let last = &mut state.memory.acceleration;
@@ -51,5 +54,21 @@ impl Stages<'_> {
         let root = if model.fixed_base { SpatialMotion::ZERO } else { work.recovery_root };
         advance(state, root, &work.recovery_rates, if self.midpoint { 0.5 * step } else { step });
         state.time = time + step;
+        if let Some(momentum) = momentum {
+            // A step of Moreau and Jean's begins elsewhere.
+            work.flight.end(model, state, momentum, !self.midpoint);
+        }
+    }
+
+    /// The momentum that a step in flight ends with; `None` where momentum is not kept.
+    fn momentum_of_flight(&mut self) -> Option<Momentum> {
+        let Self { model, plan, work, step, .. } = self;
+        // Under error control a symmetric step must stay symmetric: its trials are corrected instead (step_within).
+        let by_trial = self.midpoint && plan.accuracy.step_tolerance.is_some();
+        if by_trial || !RootFreedom::keeps_momentum(model, plan) || !work.is_in_flight(plan) {
+            return None;
+        }
+        let momentum = work.flight.momentum(model);
+        Some(momentum.after_flight(model.mass, plan.gravity, *step))
     }
 }

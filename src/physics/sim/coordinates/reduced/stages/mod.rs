@@ -9,6 +9,11 @@
 //! In both, velocity-dependent forces are those of the mean of old and new velocities, which neither adds energy to
 //! a rotation nor takes any: the mean is predicted, and corrected where the prediction was wrong (see
 //! `velocity_forces`).
+//!
+//! In free flight the root's velocities are set at the end so that momentum is kept to rounding (see
+//! `sim/momentum.rs`). A step in which the ground or an obstacle pushes keeps the scheme's own momentum, because its
+//! velocities are those that the contacts ask for at the pose at which they were solved. Every flight begins from the
+//! momentum that the state has then, so that nothing jumps at touch-down or lift-off.
 
 mod balance;
 mod commit;
@@ -54,6 +59,9 @@ pub fn step(
     let time = state.time;
     let mut stages =
         Stages { model, plan, state, work, root_freedom, step, time, midpoint, rotation_angle: 0.0 };
+    if RootFreedom::keeps_momentum(model, plan) {
+        stages.work.flight.begin(stages.state);
+    }
     if midpoint {
         stages.first_half();
     }
@@ -106,8 +114,10 @@ struct Stages<'a> {
 impl Stages<'_> {
     /// Places the bodies and gives them the old velocities.
     fn kinematics(&mut self) {
-        let Self { model, state, work, .. } = self;
-        place(model, state, &mut work.bodies);
+        let Self { model, state, work, midpoint, .. } = self;
+        if *midpoint || !work.flight.take_bodies(&mut work.bodies) {
+            place(model, state, &mut work.bodies);
+        }
         for (old, body) in work.old.iter_mut().zip(&work.bodies) {
             *old = body.velocity;
         }
