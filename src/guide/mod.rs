@@ -3,6 +3,7 @@
 //! | page | about |
 //! |---|---|
 //! | [first steps](first_steps) | from a file to a motion that plays; how the learner works |
+//! | [natural gaits](natural_gaits) | walks, trots and runs from leg programs, and how they do in MuJoCo |
 //! | [characters] | URDF, JSON and zip; faults and repairs; loops and passive joints |
 //! | [formats] | scenario, job, motion, recording |
 //! | [exports] | glTF, BVH, CSV, ROS 2, MuJoCo: the motion in other programs |
@@ -22,6 +23,9 @@
 
 #[doc = include_str!("first_steps.md")]
 pub mod first_steps {}
+
+#[doc = include_str!("natural_gaits.md")]
+pub mod natural_gaits {}
 
 #[doc = include_str!("characters.md")]
 pub mod characters {}
