@@ -36,7 +36,7 @@ fn setup() -> LearningSetup {
     let stance = Arc::new(Stance::find(&model, &scene));
     let learning = Learning { generations: Some(1), ..Learning::default() };
     let accuracy = Accuracy::default();
-    let parameters = learning.resolve(&stance, accuracy.step).expect("defaults are sound");
+    let parameters = learning.resolve(&stance, 9.81, accuracy.step).expect("defaults are sound");
     LearningSetup { model, stance, scene, accuracy, task: Task::default(), parameters, seed: 1, threads: 1 }
 }
 

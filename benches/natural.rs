@@ -130,8 +130,7 @@ fn main() {
         let wanted = Wanted::at_froude(legs, gait, froude.parse().expect("a number"), subject.gravity());
         for number in first_seed..first_seed + count {
             let begun = Instant::now();
-            let started = Refinement::new(&pool, &subject, &arena, &wanted, &seeds(), number);
-            let mut refinement = started.expect("some seeds");
+            let mut refinement = Refinement::new(&pool, &subject, &arena, &wanted, &seeds(), number);
             let first = refinement.best().clone();
             let stop = Stop::new(&Cancel::default(), None);
             for generation in 0..generations {

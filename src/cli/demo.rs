@@ -104,8 +104,17 @@ impl DemoCommand {
         download(answer(client.get(at("motion")?).send().await?).await?, &motion).await?;
         let mut stdout = std::io::stdout().lock();
         writeln!(stdout, "{}\n{}", recording.display(), motion.display())?;
-        let speed = job["metrics"]["speed"].as_f64().unwrap_or_default();
-        eprintln!("it moves at {speed:.2} m/s; to watch it: {} or the page {base}/", at("viewer")?);
+        for learned in job["motions"].as_array().into_iter().flatten() {
+            let number = |name: &str| learned[name].as_f64().unwrap_or_default();
+            eprintln!(
+                "{}: {:.2} m/s, cost of transport {:.2}{}",
+                learned["name"].as_str().unwrap_or_default(),
+                number("speed"),
+                number("cost_of_transport"),
+                if learned["natural"] == true { "" } else { ", not natural" },
+            );
+        }
+        eprintln!("to watch them: {} or the page {base}/", at("viewer")?);
         Ok(())
     }
 }
@@ -159,11 +168,11 @@ async fn watch(mut events: Response) -> anyhow::Result<Value> {
                 Some("generation") => {
                     let number = |name: &str| data[name].as_f64().unwrap_or_default();
                     let line = format!(
-                        "generation {}: best {:.3} m/s, mean {:.3}, cache hits {:.0} %",
+                        "{}, generation {}: fitness {:.3}, mean {:.3}",
+                        data["gait"].as_str().unwrap_or("a motion"),
                         data["generation"],
                         number("best"),
                         number("mean"),
-                        100.0 * number("cache_hit_rate")
                     );
                     match &bar {
                         Some(bar) => {

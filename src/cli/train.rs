@@ -5,8 +5,11 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use gaitwright::jobs::{Artefact, Order, PreparedRun, RunError, RunWatcher, Settings, Stage, run};
-use gaitwright_learning::learn::{Budget, Cancel, Checkpoint, Generation};
+use gaitwright::jobs::{
+    Artefact, Order, PreparedRun, RepertoireEntry, RunError, RunWatcher, Settings, Stage, run,
+};
+use gaitwright_learning::learn::{Budget, Cancel, Generation};
+use gaitwright_learning::training::TrainingCheckpoint;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::failure::CommandError;
@@ -16,7 +19,7 @@ use super::serve::interrupted;
 /// Shortest time between two plain lines of progress.
 const LINE_EVERY: Duration = Duration::from_secs(2);
 
-/// Learns a motion and leaves it, with its recording, in a folder. Ctrl-C ends the learning; what
+/// Learns motions and leaves them, with a recording, in a folder. Ctrl-C ends the learning; what
 /// was found by then is written.
 #[derive(Debug, clap::Args)]
 pub struct TrainCommand {
@@ -25,7 +28,7 @@ pub struct TrainCommand {
     /// Refuse a character whose physics had to be repaired or approximated
     #[arg(long)]
     strict: bool,
-    /// Folder for recording.rrd, motion.json, report.json, curve.csv, gait.svg
+    /// Folder for recording.rrd, motion.json, motions.json, motions/*.json, report.json, curve.csv, gait.svg
     #[arg(long)]
     out: PathBuf,
     /// Job document: scene, task, learning, accuracy, seed
@@ -85,6 +88,7 @@ fn list(out: &Path) -> Result<(), CommandError> {
     let artefacts = [
         Artefact::Recording,
         Artefact::Motion,
+        Artefact::Motions,
         Artefact::Report,
         Artefact::Curve,
         Artefact::Gait,
@@ -163,17 +167,26 @@ impl RunWatcher for Progress {
             return;
         }
         self.printed = Some(Instant::now());
+        let what = figures.gait.as_ref().map_or(String::new(), |gait| format!("{gait}, "));
         self.show(format!(
-            "generation {}: best {:.3} m/s, mean {:.3}, cache hits {:.0} %, {:.0} s",
-            figures.generation,
-            figures.best,
-            figures.mean,
-            100.0 * figures.cache_hit_rate,
-            figures.elapsed
+            "{what}generation {}: fitness {:.3}, mean {:.3}, {:.0} s simulated, {:.0} s",
+            figures.generation, figures.best, figures.mean, figures.simulated_seconds, figures.elapsed
         ));
     }
 
-    fn checkpoint(&mut self, _: &Checkpoint) {
+    fn learned(&mut self, entry: &RepertoireEntry) {
+        let RepertoireEntry { number, name, metrics, .. } = entry;
+        let cost = metrics.cost_of_transport.map_or(String::new(), |cost| format!(", cost of transport {cost:.2}"));
+        let natural = if metrics.natural { "natural" } else { "not natural" };
+        let gait = metrics.gait.as_deref().unwrap_or("no name");
+        let line = format!("motion {number}, {name}: {:.2} m/s{cost}, {gait}, {natural}", metrics.speed);
+        match &self.bar {
+            Some(bar) => bar.println(line),
+            None => eprintln!("{line}"),
+        }
+    }
+
+    fn checkpoint(&mut self, _: &TrainingCheckpoint) {
         // A run of this command is not resumed.
     }
 }

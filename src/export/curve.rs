@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use gaitwright_learning::learn::Generation;
 
 /// The columns of the comma-separated form.
-const COLUMNS: [&str; 8] = [
+const COLUMNS: [&str; 9] = [
     "generation",
     "best",
     "mean",
@@ -14,6 +14,7 @@ const COLUMNS: [&str; 8] = [
     "cache_hit_rate",
     "simulated_seconds",
     "saved_seconds",
+    "gait",
     "elapsed",
 ];
 
@@ -52,6 +53,7 @@ impl Curve {
         for point in &self.points {
             let Generation {
                 generation,
+                gait,
                 best,
                 mean,
                 spread,
@@ -60,8 +62,10 @@ impl Curve {
                 saved_seconds,
                 elapsed,
             } = point;
-            let figures = [best, mean, spread, cache_hit_rate, simulated_seconds, saved_seconds, elapsed];
-            let fields = std::iter::once(generation.to_string()).chain(figures.map(f64::to_string));
+            let figures = [best, mean, spread, cache_hit_rate, simulated_seconds, saved_seconds];
+            let mut fields = vec![generation.to_string()];
+            fields.extend(figures.map(f64::to_string));
+            fields.extend([gait.clone().unwrap_or_default(), elapsed.to_string()]);
             let _ = csv.write_record(fields);
         }
         String::from_utf8(csv.into_inner().unwrap_or_default()).unwrap_or_default()

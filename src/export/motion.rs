@@ -114,6 +114,7 @@ fn metrics(performance: &Performance<'_>, root_adjustment: RootAdjustment) -> Me
         gait: gait.gait.clone(),
         duty_factors: gait.feet.iter().map(|foot| (foot.link.clone(), foot.duty_factor)).collect(),
         validity: Validity { root_adjustment, ..performance.validity.clone() },
+        ..Metrics::default()
     }
 }
 

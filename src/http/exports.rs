@@ -1,5 +1,7 @@
 //! A job's motion in the forms that other programs open.
 
+use std::path::PathBuf;
+
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
@@ -12,6 +14,7 @@ use super::problem::ProblemDetails;
 use super::responses::{JobId, NotExported};
 use super::results::not_ready;
 use crate::export::{DEFAULT_FPS, ExportFormat, ExportOptions};
+use crate::jobs::{Artefact, Job};
 
 /// How a motion is wanted.
 #[derive(Debug, Deserialize)]
@@ -20,6 +23,13 @@ pub(super) struct Wanted {
     fps: Option<f64>,
     #[serde(default)]
     in_place: bool,
+}
+
+impl Wanted {
+    /// At so many frames per second (the usual rate where left open), with or without root motion.
+    pub(super) fn new(fps: Option<f64>, in_place: bool) -> Self {
+        Self { fps, in_place }
+    }
 }
 
 /// The character and its motion as glTF binary.
@@ -80,12 +90,21 @@ async fn exported(
     format: ExportFormat,
     wanted: &Wanted,
 ) -> Result<Response, ProblemDetails> {
+    let job = app.jobs.job(id).await?;
+    converted(app, &job, app.jobs.artefact(id, Artefact::Motion), format, wanted).await
+}
+
+/// The motion document at `path`, in another format.
+pub(super) async fn converted(
+    app: &App,
+    job: &Job,
+    path: PathBuf,
+    format: ExportFormat,
+    wanted: &Wanted,
+) -> Result<Response, ProblemDetails> {
     let options = ExportOptions { fps: wanted.fps.unwrap_or(DEFAULT_FPS), in_place: wanted.in_place };
-    match app.jobs.exported(id, format, options).await? {
+    match app.jobs.exported(job.id, path, format, options).await? {
         Some(file) => Ok(([(CONTENT_TYPE, format.media_type())], file).into_response()),
-        None => {
-            let job = app.jobs.job(id).await?;
-            Err(not_ready(&job, &format!("motion.{}", format.name())))
-        }
+        None => Err(not_ready(job, &format!("motion.{}", format.name()))),
     }
 }

@@ -47,6 +47,9 @@ struct Links {
     /// The motion document.
     #[serde(skip_serializing_if = "Option::is_none")]
     motion: Option<String>,
+    /// Every motion that was learned.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    motions: Option<String>,
     /// The gait report.
     #[serde(skip_serializing_if = "Option::is_none")]
     gait: Option<String>,
@@ -77,6 +80,7 @@ impl Links {
                 recording: at("recording.rrd"),
                 viewer: Some(format!("/viewer/?url={place}/recording.rrd")),
                 motion: at("motion"),
+                motions: at("motions"),
                 gait: at("gait"),
                 diagram: at("gait.svg"),
                 curve: at("curve"),

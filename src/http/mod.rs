@@ -9,6 +9,7 @@ mod events;
 mod exports;
 mod extract;
 mod jobs;
+mod motions;
 mod openapi;
 mod page;
 mod problem;
@@ -100,6 +101,9 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(events::events))
         .routes(routes!(results::recording))
         .routes(routes!(results::motion))
+        .routes(routes!(results::motions))
+        .routes(routes!(motions::motion))
+        .routes(routes!(motions::gait))
         .routes(routes!(exports::glb))
         .routes(routes!(exports::bvh))
         .routes(routes!(exports::csv))

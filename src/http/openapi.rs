@@ -9,7 +9,7 @@ use utoipa::OpenApi;
 
 use super::{characters, jobs, problem};
 use crate::export::Curve;
-use crate::jobs::{JobRequest, StudyRequest, TrainingReport};
+use crate::jobs::{JobRequest, Repertoire, StudyRequest, TrainingReport};
 use gaitwright_learning::accuracy::Table;
 use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::scenario::{Line, Scenario};
@@ -63,6 +63,7 @@ fn schemas() -> Map<String, Value> {
     add::<Curve>(&mut generator);
     add::<GaitReport>(&mut generator);
     add::<Motion>(&mut generator);
+    add::<Repertoire>(&mut generator);
     add::<TrainingReport>(&mut generator);
     add::<characters::CharacterBody>(&mut generator);
     add::<Scenario>(&mut generator);

@@ -84,6 +84,21 @@ pub(super) async fn motion(
     published(&app, id, &choice, Artefact::Motion, "application/json").await
 }
 
+/// Every motion that was learned, in figures.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/motions", tag = "results",
+    params(JobId, PreliminaryQuery),
+    responses(
+        (status = 200, description = "The repertoire", body = ref("#/components/schemas/Repertoire")),
+        NoMotion))]
+pub(super) async fn motions(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+    UrlQuery(choice): UrlQuery<Choice>,
+) -> Result<Response, ProblemDetails> {
+    published(&app, id, &choice, Artefact::Motions, "application/json").await
+}
+
 /// The gait report.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/gait", tag = "results",
@@ -191,7 +206,7 @@ pub(super) async fn front(
 #[derive(Debug, Deserialize)]
 pub(super) struct Choice {
     #[serde(default)]
-    preliminary: bool,
+    pub(super) preliminary: bool,
 }
 
 /// A file that is the job's once it has ended. Before that it is what an earlier run has left, or what is just being
@@ -204,14 +219,30 @@ async fn published(
     media_type: &'static str,
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
+    served(&job, choice, app.jobs.artefact(id, artefact), (artefact.file_name(), media_type)).await
+}
+
+/// Whether the results of `job` are to be given: once it has ended, or where preliminary ones will do.
+///
+/// # Errors
+/// 409 where they are not; `name` is what was asked for.
+pub(super) fn check_ended(job: &Job, choice: &Choice, name: &str) -> Result<(), ProblemDetails> {
+    if job.state.is_final() || choice.preliminary { Ok(()) } else { Err(not_ready(job, name)) }
+}
+
+/// The file at `path`, as [`published`] gives it.
+pub(super) async fn served(
+    job: &Job,
+    choice: &Choice,
+    path: PathBuf,
+    (name, media_type): (&str, &'static str),
+) -> Result<Response, ProblemDetails> {
+    check_ended(job, choice, name)?;
     let ended = job.state.is_final();
-    if !ended && !choice.preliminary {
-        return Err(not_ready(&job, artefact.file_name()));
-    }
-    let contents = match tokio::fs::read(app.jobs.artefact(id, artefact)).await {
+    let contents = match tokio::fs::read(path).await {
         Ok(contents) => contents,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            return Err(not_ready(&job, artefact.file_name()));
+            return Err(not_ready(job, name));
         }
         Err(error) => return Err(crate::jobs::ServiceError::from(error).into()),
     };

@@ -9,6 +9,7 @@ mod job;
 mod live;
 mod once;
 mod order;
+mod repertoire;
 mod request;
 mod run;
 mod service;
@@ -18,11 +19,12 @@ mod work;
 mod worker;
 
 pub use check::{Findings, JointFinding, ShapeFinding, Standing, check};
-pub use files::Artefact;
+pub use files::{Artefact, Shelf};
 pub use job::{CharacterName, Job, JobState, Progress, Stage, Timings};
 pub use live::{Live, Moment};
 pub use once::{IdempotencyKey, IdempotencyKeyError};
 pub use order::{Order, read_character};
+pub use repertoire::{MotionSummary, Repertoire, RepertoireEntry, RepertoireFormat};
 pub use request::{CharacterChoice, JobRequest, Settings};
 pub use run::{
     PreparedRun, ReplayError, RunError, RunOutcome, RunWatcher, TrainingReport, Unsuccessful, replay, run,

@@ -13,11 +13,12 @@ use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 
 use super::check::{Findings, check_until};
-use super::files::{self, Artefact};
+use super::files::{self, Artefact, Shelf};
 use super::job::{CharacterName, Job, JobState};
 use super::live::Live;
 use super::once::IdempotencyKey;
 use super::order::{Order, read_character};
+use super::repertoire::Repertoire;
 use super::request::{CharacterChoice, Settings};
 use super::store::{Store, StoreError};
 use super::study::StudyRequest;
@@ -478,7 +479,26 @@ impl Jobs {
         artefact.path(&self.folder(id))
     }
 
-    /// A job's motion in a format that other programs open; `None` when the job has none (yet).
+    /// Where a file with this name of the job called `id` lies on a shelf, whether or not it is there.
+    pub fn shelved(&self, id: Uuid, shelf: Shelf, name: &str) -> PathBuf {
+        shelf.path(&self.folder(id), name)
+    }
+
+    /// The motions that the job called `id` has learned; `None` when there are none (yet).
+    ///
+    /// # Errors
+    ///
+    /// When the file that is there cannot be read.
+    pub async fn repertoire(&self, id: Uuid) -> Result<Option<Repertoire>, ServiceError> {
+        match tokio::fs::read(self.artefact(id, Artefact::Motions)).await {
+            Ok(bytes) => Ok(Some(serde_json::from_slice(&bytes).map_err(io::Error::from)?)),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// The motion document at `path`, of the job called `id`, in a format that other programs open; `None` when there
+    /// is none (yet).
     ///
     /// # Errors
     ///
@@ -486,11 +506,11 @@ impl Jobs {
     pub async fn exported(
         &self,
         id: Uuid,
+        path: PathBuf,
         format: ExportFormat,
         options: ExportOptions,
     ) -> Result<Option<Vec<u8>>, ServiceError> {
-        self.job(id).await?;
-        let motion = match tokio::fs::read(self.artefact(id, Artefact::Motion)).await {
+        let motion = match tokio::fs::read(path).await {
             Ok(motion) => motion,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(error.into()),

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::repertoire::MotionSummary;
 use super::request::Settings;
 use gaitwright_learning::accuracy::{Recommendation, StudySubject};
 use gaitwright_learning::learn::StopReason;
@@ -31,7 +32,10 @@ pub struct LearningRecord {
     /// Why the accuracy used was chosen, where a tolerance was asked for; known once the job runs.
     #[serde(default)]
     pub accuracy_choice: Option<AccuracyChoice>,
-    /// Fitness of the best behaviour so far, m/s along the task's direction less its costs.
+    /// Every motion finished so far.
+    #[serde(default)]
+    pub motions: Vec<MotionSummary>,
+    /// Fitness of the best motion so far (see the learning curve).
     pub best_fitness: Option<f64>,
     /// Share of the transitions that came from the cache, 0 to 1.
     pub cache_hit_rate: Option<f64>,
@@ -72,6 +76,7 @@ impl From<Settings> for Work {
         Self::Learning(Box::new(LearningRecord {
             settings,
             accuracy_choice: None,
+            motions: Vec::new(),
             best_fitness: None,
             cache_hit_rate: None,
             effects: BTreeMap::new(),

@@ -19,13 +19,15 @@ use super::files::{self, Artefact};
 use super::job::{Job, JobState, Stage};
 use super::live::Live;
 use super::order::Order;
+use super::repertoire::{MotionSummary, RepertoireEntry};
 use super::request::Settings;
 use super::run::{PreparedRun, RunError, RunOutcome, RunWatcher, Unsuccessful, run};
 use super::service::{Jobs, ServiceError, Shared};
 use super::study;
 use super::work::Work;
 use gaitwright_learning::accuracy;
-use gaitwright_learning::learn::{Checkpoint, Generation, Learning, StopReason};
+use gaitwright_learning::learn::{Generation, Learning, StopReason};
+use gaitwright_learning::training::TrainingCheckpoint;
 
 /// Shortest time between two writings of a running job's record and curve.
 const RECORD_EVERY: Duration = Duration::from_millis(500);
@@ -236,8 +238,8 @@ impl Worker {
         // Generations after the checkpoint are gone through again.
         self.runtime.block_on(self.shared.store.forget_curve(job.id))?;
         if let Some(checkpoint) = &checkpoint {
-            self.runtime.block_on(self.shared.store.update(job, &checkpoint.curve))?;
-            live.preload(checkpoint.curve.clone());
+            self.runtime.block_on(self.shared.store.update(job, checkpoint.curve()))?;
+            live.preload(checkpoint.curve().to_vec());
         }
         let bytes = self.runtime.block_on(self.shared.store.job_input(job.id))?;
         let order = Order::read(&bytes, None, "", settings)?;
@@ -296,7 +298,7 @@ struct Reporter<'a> {
     unwritten: Vec<Generation>,
     recorded: Instant,
     /// The newest checkpoint, unless it is on the disk.
-    checkpoint: Option<Checkpoint>,
+    checkpoint: Option<TrainingCheckpoint>,
     kept: Instant,
 }
 
@@ -354,15 +356,23 @@ impl RunWatcher for Reporter<'_> {
 
     fn generation(&mut self, figures: &Generation) {
         self.job.advance(figures);
-        self.unwritten.push(*figures);
-        self.live.push(*figures);
+        self.unwritten.push(figures.clone());
+        self.live.push(figures.clone());
         metrics::counter!("gaitwright_generations_total").increment(1);
         if self.recorded.elapsed() >= RECORD_EVERY {
             self.record();
         }
     }
 
-    fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+    fn learned(&mut self, entry: &RepertoireEntry) {
+        if let Work::Learning(learned) = &mut self.job.work {
+            learned.motions.retain(|known| known.number < entry.number);
+            learned.motions.push(MotionSummary::from(entry));
+        }
+        self.record();
+    }
+
+    fn checkpoint(&mut self, checkpoint: &TrainingCheckpoint) {
         self.checkpoint = Some(checkpoint.clone());
         if self.kept.elapsed() >= CHECKPOINT_EVERY {
             self.flush();
@@ -414,7 +424,7 @@ fn put_back(job: &mut Job) {
 }
 
 /// The checkpoint in a job's folder, when there is one that can be read.
-fn read_checkpoint(folder: &Path) -> Option<Checkpoint> {
+fn read_checkpoint(folder: &Path) -> Option<TrainingCheckpoint> {
     let bytes = std::fs::read(Artefact::Checkpoint.path(folder)).ok()?;
     serde_json::from_slice(&bytes)
         .inspect_err(|error| tracing::warn!(%error, "the checkpoint cannot be read; the job starts afresh"))

@@ -9,6 +9,7 @@
 //! | [`gait`] | footfalls, phases, gait names and cost of transport of a simulated motion |
 //! | [`learn`] | QDSEGA: Q-learning in subsets of states that a genetic algorithm chooses |
 //! | [`program`] | natural gaits: leg programs from force templates, refined by CMA-ES |
+//! | [`training`] | what a task asks of a character, by the search that suits both: a repertoire of gaits, or one motion |
 //! | [`accuracy`] | computing time against error for integrators, solvers and steps; the setting to take for a tolerance; the hard cases and their bounds; rapier3d as the engine compared with |
 //!
 //! `learn` and `gait` know neither each other nor the other two; `accuracy` simulates scenarios.
@@ -45,3 +46,4 @@ pub mod gait;
 pub mod learn;
 pub mod program;
 pub mod scenario;
+pub mod training;

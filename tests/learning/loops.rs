@@ -40,7 +40,7 @@ fn setup() -> LearningSetup {
         ..Learning::default()
     };
     let accuracy = Accuracy::default();
-    let parameters = learning.resolve(&stance, accuracy.step).unwrap();
+    let parameters = learning.resolve(&stance, 9.81, accuracy.step).unwrap();
     LearningSetup { model, stance, scene, accuracy, task: Task::default(), parameters, seed: 5, threads: 2 }
 }
 

@@ -12,5 +12,6 @@ mod loops;
 mod program;
 mod rapier;
 mod scenarios;
+mod training;
 #[path = "../common/tables.rs"]
 mod tables;

@@ -284,7 +284,7 @@ fn refined(subject: &Subject, threads: usize) -> Refinement {
     let arena = subject.arena().unwrap();
     let stop = Stop::new(&Cancel::default(), None);
     let starts = &seeds()[..4];
-    let mut refinement = Refinement::new(&pool, subject, &arena, &wanted, starts, 7).unwrap();
+    let mut refinement = Refinement::new(&pool, subject, &arena, &wanted, starts, 7);
     for _ in 0..2 {
         refinement.generation((&pool, &stop), subject, &arena, &wanted).unwrap();
     }

@@ -20,6 +20,7 @@ const TROT: [f64; 4] = [0.0, 0.5, 0.5, 0.0];
 fn figures(generation: u32) -> Generation {
     Generation {
         generation,
+        gait: None,
         best: f64::from(generation),
         mean: 0.5 * f64::from(generation),
         spread: 0.1,
@@ -56,8 +57,8 @@ fn record(path: &Path) {
     for generation in 1..=5 {
         recording.generation(&figures(generation)).unwrap();
         match generation {
-            2 => recording.motion(generation, &trot(2.0)).unwrap(),
-            4 => recording.motion(generation, &trot(1.0)).unwrap(),
+            2 => recording.motion(generation, "# trot", &trot(2.0)).unwrap(),
+            4 => recording.motion(generation, "# trot", &trot(1.0)).unwrap(),
             _ => {}
         }
     }
@@ -207,7 +208,7 @@ fn a_running_recording_is_already_readable() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("recording.rrd");
     let mut recording = create(&path).unwrap();
-    recording.motion(1, &trot(1.0)).unwrap();
+    recording.motion(1, "# trot", &trot(1.0)).unwrap();
     let content = read(&std::fs::read(&path).unwrap());
     assert_eq!(content.times("/world/character/trunk", "sim_time").len(), 51);
     assert!(content.has_static("/world/ground", "Mesh3D:vertex_positions"));
@@ -219,10 +220,10 @@ fn a_link_that_lifts_off_loses_its_arrow() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("recording.rrd");
     let mut recording = create(&path).unwrap();
-    recording.motion(1, &trot(1.0)).unwrap();
+    recording.motion(1, "# trot", &trot(1.0)).unwrap();
     let mut flight = trot(1.0);
     flight.samples.iter_mut().for_each(|sample| sample.contacts.clear());
-    recording.motion(2, &flight).unwrap();
+    recording.motion(2, "# trot", &flight).unwrap();
     recording.finish().unwrap();
     let content = read(&std::fs::read(&path).unwrap());
     // The second motion has a row without arrows for each sample: 51 of each motion.
@@ -238,7 +239,7 @@ fn an_empty_trace_and_a_place_that_cannot_be_written_are_no_accidents() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("recording.rrd");
     let mut recording = create(&path).unwrap();
-    recording.motion(1, &Trace::default()).unwrap();
+    recording.motion(1, "# trot", &Trace::default()).unwrap();
     recording.finish().unwrap();
     assert!(!read(&std::fs::read(&path).unwrap()).chunks.contains_key("/world/path"));
 
@@ -258,7 +259,7 @@ fn a_long_recording_holds_every_generation_and_every_motion() {
     for generation in 1..=30 {
         recording.generation(&figures(generation)).unwrap();
         if generation % 7 == 2 {
-            recording.motion(generation, &trot(3.0)).unwrap();
+            recording.motion(generation, "# trot", &trot(3.0)).unwrap();
         }
     }
     recording.finish().unwrap();

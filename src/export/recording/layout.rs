@@ -79,7 +79,7 @@ impl Sheet<'_> {
 
         let fitness = self.view(
             "TimeSeries",
-            "Fitness, m/s",
+            "Fitness",
             &["+ /learning/best", "+ /learning/mean", "+ /learning/spread"],
         )?;
         self.legend(&fitness)?;
@@ -91,9 +91,11 @@ impl Sheet<'_> {
         let torques = self.joints(appearance, "Torques, N m", &["torque"])?;
         let joints = self.container(ContainerKind::Tabs, "Joints", &[angles, torques], &[])?;
 
+        let motion = self.view("TextDocument", "Motion", &["+ /motion"])?;
         let job = self.view("TextDocument", "Job", &["+ /job"])?;
+        let about = self.container(ContainerKind::Tabs, "About", &[motion, job], &[])?;
         let figures =
-            self.container(ContainerKind::Vertical, "Figures", &[curves, joints, job], &[1.0, 1.0, 1.0])?;
+            self.container(ContainerKind::Vertical, "Figures", &[about, curves, joints], &[1.0, 1.0, 1.0])?;
         self.container(ContainerKind::Horizontal, "gaitwright", &[stage, figures], &[1.7, 1.0])
     }
 

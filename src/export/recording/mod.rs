@@ -11,6 +11,7 @@
 //! | `/gait/<link>` | `stance` or `swing` of every link that ever carried the character |
 //! | `/joints/<name>/{angle,target,torque}` | rad (m), rad (m), N m (N) |
 //! | `/learning/{best,mean,spread,cache_hits}` | the learning curve, see [`Generation`] |
+//! | `/motion` | what the motion shown is and how it is judged, as Markdown |
 //! | `/job` | what the job is, as Markdown |
 //!
 //! Every row is on both timelines, because all views of the viewer follow the active one.
@@ -132,8 +133,8 @@ impl Recording {
         Ok(())
     }
 
-    /// Records the motion of the best behaviour of `generation`; it follows the motions before it on
-    /// `sim_time`.
+    /// Records a motion found after `generation` generations, with what is said about it in Markdown; it follows the
+    /// motions before it on `sim_time`.
     ///
     /// Some 100 kB for a trace of 4 s at 50 samples a second of a character with 12 joints. A trace
     /// without samples records nothing.
@@ -142,9 +143,12 @@ impl Recording {
     ///
     /// [`RecordingError`] when it cannot be encoded, or when what was recorded so far could not be
     /// written.
-    pub fn motion(&mut self, generation: u32, trace: &Trace) -> Result<(), RecordingError> {
+    pub fn motion(&mut self, generation: u32, markdown: &str, trace: &Trace) -> Result<(), RecordingError> {
         let (Some(first), Some(last)) = (trace.samples.first(), trace.samples.last()) else { return Ok(()) };
         let duration = last.time - first.time;
+        self.stream.set_time_sequence(GENERATION, i64::from(generation));
+        self.stream.set_duration_secs(SIM_TIME, self.clock);
+        self.stream.log(paths::motion(), &TextDocument::from_markdown(markdown))?;
         motion::send(&self.stream, &self.appearance, &mut self.touched, (generation, self.clock), trace)?;
         let interval = duration / (trace.samples.len().max(2) - 1) as f64;
         self.clock += duration + interval;

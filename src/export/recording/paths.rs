@@ -61,6 +61,11 @@ pub fn learning(figure: &str) -> EntityPath {
     path(&["learning", figure])
 }
 
+/// What the motion shown is.
+pub fn motion() -> EntityPath {
+    path(&["motion"])
+}
+
 /// What the job is.
 pub fn job() -> EntityPath {
     path(&["job"])

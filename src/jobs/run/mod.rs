@@ -2,32 +2,43 @@
 //!
 //! The service's workers and the command `train` both go it.
 
+mod describe;
 mod error;
+mod limit;
 mod observe;
+mod outcome;
 mod perform;
 mod prepared;
-mod publish;
+mod report;
+mod shelve;
 mod watcher;
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use super::files::{self, Artefact};
 use super::job::Stage;
 use super::order::Order;
 use gaitwright_learning::gait::GaitReport;
-use gaitwright_learning::learn::{Cancel, Checkpoint, StopReason, Task, learn};
+use gaitwright_learning::learn::{Cancel, StopReason, Task};
+use gaitwright_learning::training::{TrainingCheckpoint, train};
 use gaitwright_physics::character::Reading;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::{Motion, Player};
 use gaitwright_physics::stance::Stance;
 
+use crate::export::Curve;
+use describe::describe;
 pub use error::{ReplayError, RunError};
+use limit::CancelLimit;
 use observe::Recorder;
+pub use outcome::{RunOutcome, Unsuccessful};
 use perform::{CheckedMotion, MotionCheck};
 pub use prepared::PreparedRun;
-use publish::{CancelLimit, publish};
-pub use publish::{RunOutcome, TrainingReport, Unsuccessful};
+pub use report::TrainingReport;
+use report::report;
+use shelve::json;
 pub use watcher::RunWatcher;
 
 /// Plays a motion document with its character for a long stretch, and measures its gait. Of a character that falls
@@ -61,9 +72,9 @@ pub fn replay(motion: &Motion, reading: &Reading) -> Result<GaitReport, ReplayEr
 }
 
 /// Does the whole of `order` on `threads` threads, on from `checkpoint` when there is one, and
-/// leaves what comes of it in `folder`: the recording grows while it runs, everything else appears
-/// whole at the end. A run that is cancelled writes what was found by then, if it takes no longer than
-/// the given time to check it.
+/// leaves what comes of it in `folder`: the recording grows while it runs, each motion appears whole when it is
+/// finished and checked, everything else at the end. A run that is cancelled writes what was found by then, if it
+/// takes no longer than the given time to check it.
 ///
 /// # Errors
 ///
@@ -73,7 +84,7 @@ pub fn run(
     threads: usize,
     folder: &Path,
     (cancel, check_limit): (&Cancel, Duration),
-    checkpoint: Option<Checkpoint>,
+    checkpoint: Option<TrainingCheckpoint>,
     watcher: &mut dyn RunWatcher,
 ) -> Result<RunOutcome, RunError> {
     watcher.stage(Stage::Standing);
@@ -84,10 +95,19 @@ pub fn run(
     watcher.prepared(&prepared);
 
     watcher.stage(Stage::Learning);
-    let mut recorder = Recorder::create(folder, order, &prepared, checkpoint.as_ref(), cancel, watcher)?;
-    let learned = learn(&prepared.setup, &mut recorder, cancel, checkpoint)?;
-    let recording = recorder.finish()?;
+    files::withdraw(folder)?;
+    let limit = CancelLimit::new(cancel, check_limit);
+    let mut recorder = Recorder::create(folder, order, &prepared, checkpoint.as_ref(), &limit, watcher)?;
+    let trained = train(&prepared.setup, &mut recorder, cancel, checkpoint)?;
+    let (mut recording, shelved) = recorder.finish()?;
 
     watcher.stage(Stage::Checking);
-    publish(order, &prepared, &learned, recording, folder, &CancelLimit::new(cancel, check_limit))
+    let start = Instant::now();
+    Artefact::Curve.publish(folder, Curve::new(&trained.curve).to_csv().as_bytes())?;
+    let report = report(order, &prepared, &trained, &shelved);
+    Artefact::Report.publish(folder, &json(&report)?)?;
+    recording.job(&describe(order, &prepared, Some(&report)))?;
+    recording.finish()?;
+    let checking_seconds = start.elapsed().as_secs_f64();
+    Ok(RunOutcome { ended: trained.ended, motion: shelved.outcome(), checking_seconds })
 }

@@ -1,29 +1,43 @@
-//! What a run shows of its learning while it learns.
+//! What a run shows and writes while it learns.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
+use super::describe::{describe, describe_motion};
 use super::error::RunError;
+use super::limit::CancelLimit;
+use super::outcome::Unsuccessful;
 use super::prepared::PreparedRun;
-use super::publish::{RECORDED, describe};
+use super::shelve::Shelved;
 use super::watcher::RunWatcher;
 use crate::export::{Recording, RecordingSubject};
 use crate::jobs::files::Artefact;
 use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
-use gaitwright_learning::learn::{Behaviour, Cancel, Checkpoint, Generation, Learning, Observer};
+use gaitwright_learning::learn::{Generation, Learning};
+use gaitwright_learning::training::{LearnedMotion, TrainingCheckpoint, TrainingObserver};
+use gaitwright_physics::playback::Trace;
 
-/// How long each new best behaviour is recorded after it has entered its loop, s.
+/// Time between two samples of a recorded motion, s.
+const RECORDED: f64 = 0.02;
+
+/// How long a motion on the way is recorded after it has entered its loop, s.
 const SHOWN: f64 = 3.0;
 
-/// Writes what a learner does into the recording, and passes it on.
+/// How long a finished motion is recorded after it has entered its loop, s.
+const SHOWN_FINISHED: f64 = 6.0;
+
+/// Writes what a training does into the recording, checks and keeps what it has finished, and passes everything on.
 pub(super) struct Recorder<'a> {
     recording: Recording,
+    order: &'a Order,
     prepared: &'a PreparedRun,
-    cancel: &'a Cancel,
+    folder: PathBuf,
+    limit: &'a CancelLimit<'a>,
     watcher: &'a mut dyn RunWatcher,
-    /// The first thing that could not be recorded; the learning is cancelled then.
+    shelved: Shelved,
+    /// The first thing that went wrong; the training is cancelled then.
     failure: Option<RunError>,
 }
 
@@ -32,10 +46,10 @@ impl<'a> Recorder<'a> {
     /// `checkpoint`.
     pub(super) fn create(
         folder: &Path,
-        order: &Order,
+        order: &'a Order,
         prepared: &'a PreparedRun,
-        checkpoint: Option<&Checkpoint>,
-        cancel: &'a Cancel,
+        checkpoint: Option<&TrainingCheckpoint>,
+        limit: &'a CancelLimit<'a>,
         watcher: &'a mut dyn RunWatcher,
     ) -> Result<Self, RunError> {
         let character = &order.reading.character;
@@ -49,66 +63,115 @@ impl<'a> Recorder<'a> {
         };
         let mut recording = Recording::create(&Artefact::Recording.path(folder), subject)?;
         recording.job(&describe(order, prepared, None))?;
-        let mut recorder = Self { recording, prepared, cancel, watcher, failure: None };
+        let (folder, shelved) = (folder.to_owned(), Shelved::default());
+        let mut recorder =
+            Self { recording, order, prepared, folder, limit, watcher, shelved, failure: None };
         if let Some(checkpoint) = checkpoint {
             recorder.replay(checkpoint)?;
         }
         Ok(recorder)
     }
 
-    /// Records every point of the learning curve up to `checkpoint`, and every best behaviour anew: a motion is
-    /// the same whenever it is played.
-    fn replay(&mut self, checkpoint: &Checkpoint) -> Result<(), RunError> {
-        let mut improved = checkpoint.improved.iter().peekable();
-        for figures in &checkpoint.curve {
-            while let Some(best) = improved.next_if(|best| best.generation <= figures.generation) {
-                self.play(best)?;
+    /// Records every point of the learning curve up to `checkpoint`, and every motion anew: a motion is the same
+    /// whenever it is played.
+    fn replay(&mut self, checkpoint: &TrainingCheckpoint) -> Result<(), RunError> {
+        let milestones = checkpoint.milestones(&self.prepared.setup.stance.gains);
+        let mut milestones = milestones.iter().peekable();
+        for figures in checkpoint.curve() {
+            while let Some(shown) =
+                milestones.next_if(|shown| shown.motion.behaviour.generation <= figures.generation)
+            {
+                self.show(&shown.motion, shown.finished)?;
             }
             self.recording.generation(figures)?;
         }
-        Ok(())
+        milestones.try_for_each(|shown| self.show(&shown.motion, shown.finished))
     }
 
-    /// Records a behaviour.
-    fn play(&mut self, behaviour: &Behaviour) -> Result<(), RunError> {
-        let player = self.prepared.player(behaviour);
+    fn show(&mut self, motion: &LearnedMotion, finished: bool) -> Result<(), RunError> {
+        if finished { self.keep(motion) } else { self.play(motion) }
+    }
+
+    /// Records a motion on the way.
+    fn play(&mut self, motion: &LearnedMotion) -> Result<(), RunError> {
+        let player = self.prepared.player(motion);
         let seconds = player.lead() + SHOWN;
-        let trace =
-            self.prepared.motion_check(&player).play(seconds, RECORDED, &|| self.cancel.is_cancelled())?;
-        Ok(self.recording.motion(behaviour.generation, &trace)?)
+        let stop = || self.limit.is_cancelled();
+        let trace = self.prepared.motion_check(motion, &player).play(seconds, RECORDED, &stop)?;
+        let text = format!("# {}\n\non the way, at generation {}", motion.name, motion.behaviour.generation);
+        Ok(self.recording.motion(motion.behaviour.generation, &text, &trace)?)
     }
 
-    /// The recording, to which more may be added.
-    pub(super) fn finish(self) -> Result<Recording, RunError> {
+    /// Checks a finished motion, records it and puts it with the others.
+    fn keep(&mut self, motion: &LearnedMotion) -> Result<(), RunError> {
+        let player = self.prepared.player(motion);
+        let check = self.prepared.motion_check(motion, &player);
+        let mut checked = check.run(&|| self.limit.is_over())?;
+        if self.limit.is_over() {
+            self.shelved.refuse(Unsuccessful::NotChecked);
+            return Ok(());
+        }
+        if !self.limit.is_cancelled() {
+            checked.validity.trials = check.trials(&|| self.limit.is_cancelled())?;
+        }
+        let seconds = player.lead() + SHOWN_FINISHED;
+        let text = match self.shelved.add(&self.folder, (self.order, self.prepared), motion, &checked)? {
+            Some(entry) => {
+                self.watcher.learned(entry);
+                describe_motion(entry)
+            }
+            None => format!("# {}\n\n{}", motion.name, Unsuccessful::Fell),
+        };
+        Ok(self.recording.motion(motion.behaviour.generation, &text, &thinned(&checked.trace, seconds))?)
+    }
+
+    /// The recording, to which more may be added, and what was kept.
+    pub(super) fn finish(self) -> Result<(Recording, Shelved), RunError> {
         match self.failure {
-            None => Ok(self.recording),
+            None => Ok((self.recording, self.shelved)),
             Some(error) => Err(error),
         }
     }
 
-    fn keep(&mut self, recorded: Result<(), RunError>) {
-        if let Err(error) = recorded {
-            self.cancel.cancel();
+    fn note(&mut self, outcome: Result<(), RunError>) {
+        if let Err(error) = outcome {
+            self.limit.cancel();
             self.failure.get_or_insert(error);
         }
     }
 }
 
-impl Observer for Recorder<'_> {
+impl TrainingObserver for Recorder<'_> {
     fn generation(&mut self, figures: &Generation) {
         let recorded = self.recording.generation(figures);
-        self.keep(recorded.map_err(RunError::from));
+        self.note(recorded.map_err(RunError::from));
         self.watcher.generation(figures);
     }
 
-    fn improved(&mut self, best: &Behaviour) {
-        let recorded = self.play(best);
-        self.keep(recorded);
+    fn improved(&mut self, motion: &LearnedMotion) {
+        let recorded = self.play(motion);
+        self.note(recorded);
     }
 
-    fn checkpoint(&mut self, checkpoint: &Checkpoint) {
+    fn finished(&mut self, motion: &LearnedMotion) {
+        let kept = self.keep(motion);
+        self.note(kept);
+    }
+
+    fn checkpoint(&mut self, checkpoint: &TrainingCheckpoint) {
         self.watcher.checkpoint(checkpoint);
     }
+}
+
+/// The first `seconds` of a trace, with samples as far apart as a viewer needs them.
+fn thinned(trace: &Trace, seconds: f64) -> Trace {
+    let interval = match trace.samples.as_slice() {
+        [first, second, ..] => second.time - first.time,
+        _ => RECORDED,
+    };
+    let stride = (RECORDED / interval).round().max(1.0) as usize;
+    let samples = trace.samples.iter().take_while(|sample| sample.time <= seconds).step_by(stride);
+    Trace { samples: samples.cloned().collect(), ..trace.clone() }
 }
 
 /// A name for the recording that no other job's has: made of the character and of everything that was decided

@@ -8,7 +8,8 @@ use super::perform::MotionCheck;
 use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
 use gaitwright_learning::accuracy::{settle, swaying};
-use gaitwright_learning::learn::{Behaviour, Cancel, LearningSetup, Posture};
+use gaitwright_learning::learn::{Cancel, LearningSetup, reference_gravity};
+use gaitwright_learning::training::LearnedMotion;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::Player;
 use gaitwright_physics::scene::{AccuracyChoice, StepPlan};
@@ -42,28 +43,24 @@ impl PreparedRun {
         let settled = settle(&swaying, &accuracy, &|| cancel.is_cancelled())?;
         let Some((accuracy, accuracy_choice)) = settled else { return Ok(None) };
         let parameters =
-            learning.resolve(&stance, accuracy.step).map_err(|error| error.under("/learning"))?;
+            learning.resolve(&stance, reference_gravity(&scene), accuracy.step).map_err(|error| error.under("/learning"))?;
         let plan = Arc::new(StepPlan::compile(&scene, &accuracy, Some(&stance.gains), &model)?);
         let setup = LearningSetup { model, stance, scene, accuracy, task, parameters, seed, threads };
         let standing_seconds = start.elapsed().as_secs_f64();
         Ok(Some(Self { setup, plan, accuracy_choice, standing_seconds }))
     }
 
-    /// The targets of a behaviour.
-    pub(super) fn player(&self, behaviour: &Behaviour) -> Player {
-        fn view(posture: &Posture) -> (&[f64], &[f64]) {
-            (&posture.angles, &posture.velocities)
-        }
-        let (entry, cycle) = (behaviour.entry.iter().map(view), behaviour.cycle.iter().map(view));
-        Player::from_postures(&self.setup.stance.angles, entry, cycle, behaviour.transition_time)
+    /// The targets of a motion.
+    pub(super) fn player(&self, motion: &LearnedMotion) -> Player {
+        motion.player(&self.setup.stance.angles)
     }
 
     /// A motion about to be played as it was learned.
-    pub(super) fn motion_check<'a>(&'a self, player: &'a Player) -> MotionCheck<'a> {
+    pub(super) fn motion_check<'a>(&'a self, motion: &'a LearnedMotion, player: &'a Player) -> MotionCheck<'a> {
         MotionCheck {
             model: &self.setup.model,
             stance: &self.setup.stance,
-            gains: &self.setup.stance.gains,
+            gains: &motion.gains,
             scene: &self.setup.scene,
             accuracy: &self.setup.accuracy,
             player,

@@ -2,7 +2,9 @@
 
 use super::prepared::PreparedRun;
 use crate::jobs::job::Stage;
-use gaitwright_learning::learn::{Checkpoint, Generation};
+use crate::jobs::repertoire::RepertoireEntry;
+use gaitwright_learning::learn::Generation;
+use gaitwright_learning::training::TrainingCheckpoint;
 
 /// Watches a run.
 pub trait RunWatcher {
@@ -12,8 +14,10 @@ pub trait RunWatcher {
     fn prepared(&mut self, prepared: &PreparedRun);
     /// A generation has been evaluated.
     fn generation(&mut self, figures: &Generation);
+    /// A motion has been finished and checked.
+    fn learned(&mut self, entry: &RepertoireEntry);
     /// The run can be resumed from here.
-    fn checkpoint(&mut self, checkpoint: &Checkpoint);
+    fn checkpoint(&mut self, checkpoint: &TrainingCheckpoint);
 }
 
 /// Nobody watches.
@@ -21,5 +25,6 @@ impl RunWatcher for () {
     fn stage(&mut self, _: Stage) {}
     fn prepared(&mut self, _: &PreparedRun) {}
     fn generation(&mut self, _: &Generation) {}
-    fn checkpoint(&mut self, _: &Checkpoint) {}
+    fn learned(&mut self, _: &RepertoireEntry) {}
+    fn checkpoint(&mut self, _: &TrainingCheckpoint) {}
 }

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::grid::GridState;
-use super::task::Terms;
+use super::objective::Terms;
 
 /// What identifies a transition.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]

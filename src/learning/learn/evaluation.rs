@@ -7,7 +7,7 @@ use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 use super::parameters::Parameters;
 use super::stop::{Interrupted, Stop};
-use super::task::{STANDARD_GRAVITY, Terms};
+use super::objective::{Terms, reference_gravity};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
 use gaitwright_physics::scene::{Accuracy, Scene, StepPlan};
@@ -95,7 +95,7 @@ impl SimulatedWorld {
             simulator: Simulator::new(Arc::new(plan), stance.state.clone()),
             up: Unit::new_normalize(stance.state.root.orientation.inverse() * Vector3::z()),
             standing: Arc::new(stance.state.clone()),
-            disturbed: pushes(model, stance).into(),
+            disturbed: pushes(model, stance, reference_gravity(scene)).into(),
             cell_levels: parameters.trunk_cells,
             now: vec![0.0; model.joint_count()],
             next: vec![0.0; model.joint_count()],
@@ -188,11 +188,11 @@ impl World for SimulatedWorld {
 
 /// The standing state with the root given a small velocity backward and to the left, and the same to the right; none
 /// for a root that is fixed to the world.
-fn pushes(model: &Model, stance: &Stance) -> Vec<State> {
+fn pushes(model: &Model, stance: &Stance, gravity: f64) -> Vec<State> {
     if model.fixed_base {
         return Vec::new();
     }
-    let speed = PUSH * (STANDARD_GRAVITY * stance.root_height.max(0.01)).sqrt();
+    let speed = PUSH * (gravity * stance.root_height.max(0.01)).sqrt();
     let pushed = [-1.0, 1.0].map(|side| {
         let mut state = stance.state.clone();
         state.root.linear_velocity += Vector3::new(-speed, side * speed, 0.0);

@@ -4,16 +4,20 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Figures of one generation: one point of the learning curve.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Generation {
     /// Number of the generation, from 0.
     pub generation: u32,
-    /// Fitness of the best behaviour so far, m/s along the task's direction less its costs; until one
-    /// has passed the continuous check, that of the best individual of this generation.
+    /// What was searched for in it, where gaits are searched for one by one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gait: Option<String>,
+    /// Fitness of the best motion so far. Of QDSEGA it is m/s along the task's direction less costs; until a
+    /// behaviour has passed the continuous check, that of the best individual of this generation. Of a gait it is
+    /// 1 / (1 + cost), from 0 to 1.
     pub best: f64,
-    /// Mean fitness of the populations, m/s.
+    /// Mean fitness of this generation.
     pub mean: f64,
-    /// Standard deviation of the populations' fitness, m/s.
+    /// Standard deviation of this generation's fitness.
     pub spread: f64,
     /// Share of the transitions asked for so far that came from the cache, 0 to 1.
     pub cache_hit_rate: f64,

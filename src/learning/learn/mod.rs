@@ -9,6 +9,7 @@
 //! | in the order of use | |
 //! |---|---|
 //! | [`Task`], [`Learning`], [`Parameters`] | what is asked for, and what is decided |
+//! | [`Objective`], [`Terms`] | the task as a score |
 //! | [`grid`], [`genome`] | all states, and subsets of them |
 //! | [`transition`], [`evaluation`], [`cache`] | from one state to the next in the simulator |
 //! | [`subset`], [`qlearning`], [`policy`] | the best behaviour in a subset |
@@ -28,6 +29,7 @@ pub mod genome;
 pub mod grid;
 mod learned;
 pub mod limb;
+mod objective;
 mod observer;
 mod parameters;
 pub mod policy;
@@ -51,9 +53,10 @@ pub use checkpoint::Checkpoint;
 pub use generation::Generation;
 pub use learned::Learned;
 pub use observer::Observer;
-pub use parameters::{Budget, Coding, Crossover, Learning, Mutation, Parameters, Trunk};
+pub use parameters::{Budget, Coding, Crossover, Learning, Mutation, Parameters, Search, Seeds, Trunk};
 pub use stop::{Cancel, Interrupted, Stop, StopReason};
-pub use task::{Objective, Task, Terms, Weights};
+pub use objective::{Objective, Terms, reference_gravity};
+pub use task::{ANY_GAIT, AskedSpeed, Pace, SpeedWord, Task, Weights};
 
 /// Everything that [`learn`] needs.
 #[derive(Debug, Clone)]
@@ -100,7 +103,7 @@ pub fn learn(
     resume: Option<Checkpoint>,
 ) -> Result<Learned, LearnError> {
     let LearningSetup { model, stance, scene, accuracy, task, parameters, seed, threads } = setup;
-    let objective = Objective::new(task, model, stance).map_err(|error| error.under("/task"))?;
+    let objective = Objective::new(task, model, stance, reference_gravity(scene)).map_err(|error| error.under("/task"))?;
     let world = evaluation::SimulatedWorld::new(model, stance, scene, accuracy, parameters)?;
     let grid = grid::Grid::new(model, stance, parameters);
     if let Some(checkpoint) = &resume {

@@ -6,13 +6,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::task::STANDARD_GRAVITY;
+
 use gaitwright_physics::fault::{Fault, InputError};
 use gaitwright_physics::scene::{Effect, Scene, Switch};
 use gaitwright_physics::stance::Stance;
 
 /// Training time when neither generations nor seconds are given, s.
-const DEFAULT_SECONDS: f64 = 120.0;
+const DEFAULT_SECONDS: f64 = 180.0;
 
 /// Whether the trunk may rotate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -53,6 +53,29 @@ impl Trunk {
             ),
         ]
     }
+}
+
+/// How motions are searched for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Search {
+    /// Gait by gait from seeds, each refined, for a character with legs in pairs; otherwise, and without seeds, by
+    /// QDSEGA.
+    #[default]
+    Natural,
+    /// QDSEGA as published, for any character: no seeds, no refinement, one transition time.
+    Paper,
+}
+
+/// What a search starts from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Seeds {
+    /// Gaits as the force template has them.
+    #[default]
+    Templates,
+    /// Nothing: states drawn by chance.
+    None,
 }
 
 /// What an individual of the genetic algorithm stands for.
@@ -155,14 +178,14 @@ macro_rules! parameters {
         [transition_time]
         $($(#[$more_about:meta])* $more:ident: $more_type:ty = $more_default:expr;)*
     ) => {
-        /// Parameters of QDSEGA as asked for. What is `null` is chosen to suit the character; the other
+        /// Parameters of the search as asked for. What is `null` is chosen to suit the character; the other
         /// defaults were found by measurement, since the sources give no numbers.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields, default)]
         pub struct Learning {
             /// Greatest number of generations; unlimited where only `seconds` is given.
             pub generations: Option<u32>,
-            /// Greatest training time, s of the wall clock; unlimited where only `generations` is given, 120
+            /// Greatest training time, s of the wall clock; unlimited where only `generations` is given, 180
             /// where neither is. A result limited by it is not reproducible and is marked so.
             pub seconds: Option<f64>,
             $($(#[$about])* pub $name: $type,)*
@@ -225,6 +248,14 @@ macro_rules! parameters {
 }
 
 parameters! {
+    /// How motions are searched for.
+    search: Search = Search::default();
+    /// What the search starts from.
+    seeds: Seeds = Seeds::default();
+    /// Whether gaits from seeds are refined; without it each is the best of its seeds.
+    refine: bool = true;
+    /// Generations for which each gait is refined.
+    gait_generations: u32 = 60;
     /// Individuals of each island.
     population: usize = 12;
     /// States of a subset.
@@ -288,14 +319,21 @@ parameters! {
     cache_transitions: usize = 100_000;
 }
 
+impl Parameters {
+    /// Whether gaits are searched for one by one, for a character that has legs in pairs.
+    pub fn gait_by_gait(&self) -> bool {
+        self.search == Search::Natural && self.seeds == Seeds::Templates
+    }
+}
+
 impl Learning {
-    /// Decides what was left open for a character, simulated in steps of `step` seconds, and rounds
-    /// the transition time to whole steps.
+    /// Decides what was left open for a character that stands as in `stance` under `gravity` (m/s²), simulated in steps
+    /// of `step` seconds, and rounds the transition time to whole steps.
     ///
     /// # Errors
     /// Every parameter that makes no sense, with JSON pointers into this document.
-    pub fn resolve(&self, stance: &Stance, step: f64) -> Result<Parameters, InputError> {
-        self.resolve_with(default_time(stance.root_height), step)
+    pub fn resolve(&self, stance: &Stance, gravity: f64, step: f64) -> Result<Parameters, InputError> {
+        self.resolve_with(default_time(stance.root_height, gravity), step)
     }
 
     /// As [`Learning::resolve`], with `default_time` (s) for a transition time that was left open.
@@ -328,6 +366,7 @@ impl Learning {
         if self.coding == Coding::Population {
             faults.add("/coding", "the coding `population` is not offered yet; only `chromosome` is");
         }
+        faults.count("/gait_generations", self.gait_generations.into(), 1, 100_000);
         faults.count("/generations", self.generations.map_or(1, u64::from), 1, 1_000_000);
         faults.real("/seconds", self.seconds.unwrap_or(1.0), 0.001, 1e7);
         faults.count("/population", self.population as u64, 2, 10_000);
@@ -369,8 +408,8 @@ impl Learning {
 }
 
 /// Half of √(h/g), s, kept within what a character of any size can be asked.
-fn default_time(root_height: f64) -> f64 {
-    (0.5 * (root_height.max(0.0) / STANDARD_GRAVITY).sqrt()).clamp(0.04, 0.4)
+fn default_time(root_height: f64, gravity: f64) -> f64 {
+    (0.5 * (root_height.max(0.0) / gravity).sqrt()).clamp(0.04, 0.4)
 }
 
 /// Faults found so far.

@@ -19,7 +19,8 @@ use super::observer::Observer;
 use super::parameters::Parameters;
 use super::stop::{Interrupted, Stop, StopReason};
 use super::subset::SearchContext;
-use super::task::{Objective, Task};
+use super::objective::Objective;
+use super::task::Task;
 use super::trial::{AcceptedBehaviour, IndividualVerdict, judge};
 
 /// What a search is given; it does not change while the search runs.
@@ -192,9 +193,9 @@ impl<W: World> Search<W> {
         }
         let figures = self.figures(progress);
         restart_stale(&mut progress.islands, parameters.patience);
+        observer.generation(&figures);
         progress.curve.push(figures);
         progress.generations += 1;
-        observer.generation(&figures);
     }
 
     fn figures(&self, progress: &Progress<W::State>) -> Generation {
@@ -206,6 +207,7 @@ impl<W: World> Search<W> {
         let fittest = members().fold(f64::MIN, f64::max);
         Generation {
             generation: progress.generations,
+            gait: None,
             best: progress.best.as_ref().map_or(fittest, |best| best.fitness),
             mean,
             spread: variance.sqrt(),

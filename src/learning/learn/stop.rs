@@ -29,6 +29,8 @@ impl Cancel {
 pub enum StopReason {
     /// All generations of the budget were done.
     Generations,
+    /// Every gait that was asked for has been searched for.
+    Complete,
     /// The time of the budget was used up.
     Seconds,
     /// It was cancelled.

@@ -11,7 +11,7 @@ use super::parameters::Parameters;
 use super::policy::Edge;
 use super::qlearning::{ActionOutcome, Environment};
 use super::stop::{Interrupted, Stop};
-use super::task::Objective;
+use super::objective::Objective;
 use super::transition::Transition;
 
 /// Number of actions between two checks whether to stop. An action whose transition is known takes a microsecond, but

@@ -1,22 +1,20 @@
-//! What the motion is for, and how a stretch of motion is scored against it.
+//! What a motion is for: the task as a document.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use gaitwright_physics::fault::{Fault, InputError};
-use gaitwright_physics::model::Model;
-use gaitwright_physics::stance::Stance;
-
-/// Gravity to which energies are related, m/s²: costs of transport of scenes with different gravity
-/// stay comparable.
-pub(super) const STANDARD_GRAVITY: f64 = 9.81;
+use gaitwright_physics::fault::Fault;
 
 /// Greatest component of a direction; only its ratio to the others counts.
 const GREATEST_COMPONENT: f64 = 1e6;
 /// Greatest speed that can be asked for, m/s.
 const GREATEST_SPEED: f64 = 1e3;
+/// Greatest Froude number that can be asked for.
+const GREATEST_FROUDE: f64 = 100.0;
 /// Greatest weight of a cost.
 const GREATEST_WEIGHT: f64 = 1e6;
+/// The gait of a task that leaves it open.
+pub const ANY_GAIT: &str = "any";
 
 /// What the motion is for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -25,20 +23,76 @@ pub struct Task {
     /// Wanted direction of travel in the world frame, of any length (the character starts heading
     /// along +x); only x and y count.
     pub direction: [f64; 3],
-    /// Wanted speed along the direction, m/s; as fast as possible where `null`.
-    pub speed: Option<f64>,
+    /// `any`, or the name of a gait that so many legs have: of four `walk`, `trot`, `pace`, `canter`, `gallop`,
+    /// `bound`, `pronk`; of six `wave`, `ripple`, `tripod`; of two `walk`, `run`, `hop`.
+    pub gait: String,
+    /// Wanted speed along the direction: m/s, or `fastest`; where `null` the comfortable one, at which the gait costs
+    /// least. A search without leg programs goes as fast as it can where `null`.
+    pub speed: Option<AskedSpeed>,
+    /// The speed as a Froude number v² / (g l) with the standing height of the hips l, in place of `speed`.
+    pub froude: Option<f64>,
     /// What is charged against progress.
     pub weights: Weights,
 }
 
+/// A speed as a document asks for it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "a number of m/s, or \"fastest\"")]
+pub enum AskedSpeed {
+    /// m/s.
+    Number(f64),
+    /// A word in place of a number.
+    Word(SpeedWord),
+}
+
+/// Speeds that have a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SpeedWord {
+    /// As fast as can be.
+    Fastest,
+}
+
+/// What a motion's speed is to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pace {
+    /// The one at which the gait costs least.
+    Comfortable,
+    /// This one, m/s.
+    At(f64),
+    /// As fast as can be.
+    Fastest,
+}
+
 impl Default for Task {
     fn default() -> Self {
-        Self { direction: [1.0, 0.0, 0.0], speed: None, weights: Weights::default() }
+        Self {
+            direction: [1.0, 0.0, 0.0],
+            gait: ANY_GAIT.to_owned(),
+            speed: None,
+            froude: None,
+            weights: Weights::default(),
+        }
     }
 }
 
 impl Task {
-    /// Everything impossible in the task, with JSON pointers into it.
+    /// The speed wanted of a character for which g l, the product of gravity and hip height, is so much, m²/s².
+    pub fn pace(&self, gravity_times_height: f64) -> Pace {
+        match (self.froude, self.speed) {
+            (Some(froude), _) => Pace::At((froude * gravity_times_height).sqrt()),
+            (None, None) => Pace::Comfortable,
+            (None, Some(AskedSpeed::Number(speed))) => Pace::At(speed),
+            (None, Some(AskedSpeed::Word(SpeedWord::Fastest))) => Pace::Fastest,
+        }
+    }
+
+    /// Whether the gait is left open.
+    pub fn any_gait(&self) -> bool {
+        self.gait == ANY_GAIT
+    }
+
+    /// Everything impossible in the task, with JSON pointers into it, for whatever character.
     pub fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
         let [x, y, _] = self.direction;
@@ -50,12 +104,20 @@ impl Task {
         } else if !length.is_normal() {
             faults.push(Fault::new("/direction", "the direction must have a horizontal part"));
         }
-        if self.speed.is_some_and(|speed| !(speed > 0.0 && speed <= GREATEST_SPEED)) {
+        if let Some(AskedSpeed::Number(speed)) = self.speed
+            && !(speed > 0.0 && speed <= GREATEST_SPEED)
+        {
             let reason = format!("the speed must be a positive number of at most {GREATEST_SPEED} m/s");
             faults.push(Fault::new("/speed", reason));
         }
-        let Weights { energy, drift, turn, slip } = self.weights;
-        for (name, weight) in [("energy", energy), ("drift", drift), ("turn", turn), ("slip", slip)] {
+        if self.froude.is_some_and(|froude| !(froude > 0.0 && froude <= GREATEST_FROUDE)) {
+            let reason = format!("the Froude number must be positive and at most {GREATEST_FROUDE}");
+            faults.push(Fault::new("/froude", reason));
+        }
+        if self.froude.is_some() && self.speed.is_some() {
+            faults.push(Fault::new("/froude", "a speed is asked for as well; only one of the two can be"));
+        }
+        for (name, weight) in self.weights.named() {
             if !(0.0..=GREATEST_WEIGHT).contains(&weight) {
                 let reason = format!("a weight must lie between 0 and {GREATEST_WEIGHT:e}");
                 faults.push(Fault::new(format!("/weights/{name}"), reason));
@@ -65,137 +127,44 @@ impl Task {
     }
 }
 
-/// Costs charged against forward displacement. All are without unit, so that the defaults, found by
-/// measurement on several characters, suit small and large ones alike.
+/// Factors by which costs count: 1 is usual, 0 leaves a cost out. All costs are without unit and suit small and large
+/// characters alike. QDSEGA knows the first four.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Weights {
-    /// Per metre of ∫ Σ |τ q̇| dt / (m g): the weight of the cost of transport.
+    /// The cost of transport, and torques and joint speeds near their limits.
     pub energy: f64,
-    /// Per metre of displacement across the direction.
+    /// Travel across the direction.
     pub drift: f64,
-    /// Per standing root height of arc: a yaw of one radian costs this many standing heights.
+    /// Change of heading.
     pub turn: f64,
-    /// Per metre that a contact slides.
+    /// Sliding of what stands.
     pub slip: f64,
+    /// Peaks of the feet's forces.
+    pub impact: f64,
+    /// Jerky torques, and strides that differ from each other.
+    pub smoothness: f64,
+    /// Swaying of the trunk, and anything but feet on the ground.
+    pub posture: f64,
 }
 
 impl Default for Weights {
     fn default() -> Self {
-        Self { energy: 0.02, drift: 0.5, turn: 2.0, slip: 0.0 }
+        Self { energy: 1.0, drift: 1.0, turn: 1.0, slip: 1.0, impact: 1.0, smoothness: 1.0, posture: 1.0 }
     }
 }
 
-/// What a stretch of motion did, as far as the reward asks.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Terms {
-    /// Horizontal displacement of the centre of mass in the world frame, m.
-    pub displacement: [f64; 2],
-    /// Change of the root's heading, rad, counter-clockwise seen from above, not wrapped.
-    pub turn: f64,
-    /// ∫ Σ |τ q̇| dt over the joints, J.
-    pub work: f64,
-    /// Distance slid by contacts: ∫ Σ |v_tangential| dt, divided by the number of contacts, m.
-    pub slip: f64,
-}
-
-impl std::ops::AddAssign for Terms {
-    fn add_assign(&mut self, other: Self) {
-        self.displacement[0] += other.displacement[0];
-        self.displacement[1] += other.displacement[1];
-        self.turn += other.turn;
-        self.work += other.work;
-        self.slip += other.slip;
-    }
-}
-
-/// A task made ready for scoring one character.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Objective {
-    direction: [f64; 2],
-    speed: Option<f64>,
-    weights: Weights,
-    /// m g, N.
-    weight_force: f64,
-    /// Standing root height, m.
-    height: f64,
-    /// √(g h): the speed at Froude number 1, m/s.
-    froude_speed: f64,
-}
-
-impl Objective {
-    /// `task` for a character as heavy as `model` that stands as in `stance`.
-    ///
-    /// # Errors
-    /// Every fault of the task ([`Task::faults`]).
-    pub fn new(task: &Task, model: &Model, stance: &Stance) -> Result<Self, InputError> {
-        Self::of(task, model.mass, stance.root_height)
-    }
-
-    /// `task` for a character of `mass` (kg) whose root stands at `height` (m).
-    ///
-    /// # Errors
-    /// Every fault of the task ([`Task::faults`]).
-    pub fn of(task: &Task, mass: f64, height: f64) -> Result<Self, InputError> {
-        let faults = task.faults();
-        if !faults.is_empty() {
-            return Err(InputError::Impossible(faults));
-        }
-        let [x, y, _] = task.direction;
-        let length = x.hypot(y);
-        // A root that lies on the ground gives no scale; a centimetre keeps the figures finite.
-        let height = height.max(0.01);
-        Ok(Self {
-            direction: [x / length, y / length],
-            speed: task.speed,
-            weights: task.weights,
-            weight_force: mass * STANDARD_GRAVITY,
-            height,
-            froude_speed: (STANDARD_GRAVITY * height).sqrt(),
-        })
-    }
-
-    /// Displacement along the task's direction, m.
-    pub fn progress(&self, terms: &Terms) -> f64 {
-        let ([x, y], [dx, dy]) = (self.direction, terms.displacement);
-        x * dx + y * dy
-    }
-
-    /// Reward of `seconds` of upright motion, m: progress (or, when a speed is wanted, the wanted
-    /// progress less the deviation from it) less the weighted costs.
-    pub fn reward(&self, terms: &Terms, seconds: f64) -> f64 {
-        let progress = self.progress(terms);
-        let gain = match self.speed {
-            None => progress,
-            Some(speed) => speed * seconds - (progress - speed * seconds).abs(),
-        };
-        let ([x, y], [dx, dy]) = (self.direction, terms.displacement);
-        let drift = (x * dy - y * dx).abs();
-        let Weights { energy, drift: drift_weight, turn, slip } = self.weights;
-        gain - energy * terms.work / self.weight_force
-            - drift_weight * drift
-            - turn * self.height * terms.turn.abs()
-            - slip * terms.slip
-    }
-
-    /// Fitness of an upright stretch, m/s: its reward per second.
-    pub fn fitness(&self, terms: &Terms, seconds: f64) -> f64 {
-        self.reward(terms, seconds) / seconds
-    }
-
-    /// Fitness of a behaviour that fell after standing for `stood` of the `asked` seconds, m/s.
-    ///
-    /// It grows with the time stood and, less, with the progress made until then, and stays below
-    /// −√(g h) / 2, under every upright behaviour that moves as it should.
-    pub fn fallen(&self, terms: &Terms, stood: f64, asked: f64) -> f64 {
-        let share = (stood / asked).clamp(0.0, 1.0);
-        let credit = 0.5 * self.froude_speed * share;
-        let progress = (self.progress(terms) / asked).clamp(-credit, credit);
-        progress - self.froude_speed * (2.0 - share)
-    }
-
-    /// What the Q-learner is charged for a transition that ends in a fall, m.
-    pub fn fall_cost(&self) -> f64 {
-        self.height
+impl Weights {
+    fn named(&self) -> [(&'static str, f64); 7] {
+        let Self { energy, drift, turn, slip, impact, smoothness, posture } = *self;
+        [
+            ("energy", energy),
+            ("drift", drift),
+            ("turn", turn),
+            ("slip", slip),
+            ("impact", impact),
+            ("smoothness", smoothness),
+            ("posture", posture),
+        ]
     }
 }

@@ -10,7 +10,7 @@ use super::policy::{ActionPath, best_path, greedy_path};
 use super::qlearning::{Environment, QTable, Rates, learn};
 use super::stop::Interrupted;
 use super::subset::{SearchContext, Subset};
-use super::task::Terms;
+use super::objective::Terms;
 use gaitwright_physics::motion::Player;
 
 /// The result of evaluating an individual.

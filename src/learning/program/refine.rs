@@ -141,6 +141,8 @@ pub fn evaluate(
 pub struct Refinement {
     /// The best so far, in the order of their cost; at least one.
     kept: Vec<Candidate>,
+    /// Costs of the candidates tried last, in the order in which they were drawn.
+    pub costs: Vec<f64>,
     /// Gaits tried.
     pub evaluations: usize,
     /// s simulated.
@@ -149,7 +151,7 @@ pub struct Refinement {
 }
 
 impl Refinement {
-    /// Starts from the best of `starts` (see [`seeds`]), of which there is at least one.
+    /// Starts from the best of `starts` (see [`seeds`]), or from the template where there are none.
     pub fn new(
         pool: &ThreadPool,
         subject: &Subject,
@@ -157,16 +159,20 @@ impl Refinement {
         wanted: &Wanted,
         starts: &[Vec<f64>],
         seed: u64,
-    ) -> Option<Self> {
-        let tried: Vec<Candidate> = pool.install(|| {
+    ) -> Self {
+        let template = [vec![0.0; PARAMETERS]];
+        let starts = if starts.is_empty() { &template } else { starts };
+        let mut tried: Vec<Candidate> = pool.install(|| {
             let tried = starts.par_iter().with_max_len(1);
             tried.map(|parameters| evaluate(subject, arena, wanted, parameters, STRIDES)).collect()
         });
         let seconds = tried.iter().map(Candidate::seconds).sum();
         let evaluations = tried.len();
-        let best = tried.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-        let search = Cma::new(&best.parameters, SIGMA, CANDIDATES, seed);
-        Some(Self { kept: vec![best], evaluations, seconds, search })
+        let costs = tried.iter().map(|candidate| candidate.cost).collect();
+        tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        tried.truncate(1);
+        let search = Cma::new(&tried[0].parameters, SIGMA, CANDIDATES, seed);
+        Self { kept: tried, costs, evaluations, seconds, search }
     }
 
     /// How far the search reaches at present, in units of the parameters.
@@ -201,6 +207,7 @@ impl Refinement {
         let costs: Vec<f64> = tried.iter().map(|candidate| candidate.cost).collect();
         search.tell(&asked, &costs);
         self.search = search;
+        self.costs = costs;
         self.evaluations += tried.len();
         self.seconds += tried.iter().map(Candidate::seconds).sum::<f64>();
         self.kept.extend(tried);

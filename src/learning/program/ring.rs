@@ -13,7 +13,7 @@ use gaitwright_physics::scene::Gains;
 use super::gaits::NamedGait;
 use super::legs::Legs;
 use super::template::{Program, SAMPLES, Step, stride};
-use crate::learn::Posture;
+use crate::learn::{Posture, Weights};
 
 /// Keyframes of a stride.
 pub const KEYFRAMES: usize = 8;
@@ -44,18 +44,25 @@ pub struct Wanted {
     pub speed: f64,
     /// m/s².
     pub gravity: f64,
+    /// How much each cost counts.
+    pub weights: Weights,
 }
 
 impl Wanted {
     /// `gait` at Froude number v² / (g h), with the standing hip height h.
     pub fn at_froude(legs: &Legs, gait: NamedGait, froude: f64, gravity: f64) -> Self {
-        Self { gait, speed: (froude * gravity * legs.hip_height).sqrt(), gravity }
+        let speed = (froude * gravity * legs.hip_height).sqrt();
+        Self { gait, speed, gravity, weights: Weights::default() }
+    }
+
+    /// v² / (g h) of the wanted speed.
+    pub fn froude(&self, legs: &Legs) -> f64 {
+        self.speed.powi(2) / (self.gravity * legs.hip_height)
     }
 
     /// The stride time that animals of this size take at this speed, s: 2.3 Fr^0.3 h / v (after Alexander & Jayes 1983).
     pub fn usual_period(&self, legs: &Legs) -> f64 {
-        let froude = self.speed.powi(2) / (self.gravity * legs.hip_height);
-        2.3 * froude.powf(0.3) * legs.hip_height / self.speed
+        2.3 * self.froude(legs).powf(0.3) * legs.hip_height / self.speed
     }
 }
 

@@ -282,6 +282,9 @@ fn tilt(orientation: &UnitQuaternion<f64>, [x, y]: [f64; 2]) -> (f64, f64) {
     ((up.x * y - up.y * x).atan2(up.z), (up.x * x + up.y * y).atan2(up.z))
 }
 
+/// What a gait that holds all constraints costs at most (see [`cost`]).
+pub const HOLDS: f64 = 100.0;
+
 /// Whether and how well a gait does what is wanted of it: less is better, and what does not hold a constraint is
 /// worse than all that does.
 pub fn cost(
@@ -294,8 +297,8 @@ pub fn cost(
     let violation = violation(wanted, plain) + (1.0 - disturbed.upright);
     let natural = natural(wanted, period, legs, plain);
     // What holds the constraints costs less than this; both parts keep their slope.
-    natural.min(100.0)
-        + if violation > 0.0 { 100.0 + 100.0 * violation } else { 0.0 }
+    natural.min(0.9 * HOLDS)
+        + if violation > 0.0 { HOLDS + HOLDS * violation } else { 0.0 }
         + 2.0 * unsteady(plain, disturbed)
 }
 
@@ -328,7 +331,7 @@ fn timing(gait: &NamedGait, phases: &[f64]) -> f64 {
 
 /// What is unnatural about a gait, from 0.
 fn natural(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) -> f64 {
-    let Wanted { gait, speed, .. } = wanted;
+    let Wanted { gait, speed, weights, .. } = wanted;
     let count = figures.duty.len().max(1) as f64;
     let timing = timing(gait, &figures.phases);
     // In 60 √(h / g): for a dog in some ten seconds.
@@ -338,20 +341,17 @@ fn natural(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) 
     let usual = std::f64::consts::FRAC_PI_2 / (gait.duty_factor * count);
     let peak = (figures.peak / usual - 1.3).max(0.0);
     let off = figures.speed / speed - 1.0;
-    3.0 * figures.cost_of_transport
-        + 20.0 * off * off
-        + 3.0 * figures.slip / speed
-        + 0.3 * peak * peak
-        + 1.0 * figures.heave
-        + 1.0 * (figures.roll + figures.pitch)
-        + 2.0 * figures.sideways.abs()
-        + 0.5 * yaw.min(4.0)
+    let energy =
+        3.0 * figures.cost_of_transport + 2.0 * figures.saturated + (figures.speed_used - 0.8).max(0.0);
+    20.0 * off * off
         + 40.0 * timing
         + 30.0 * duty
         + 0.5 * (period / wanted.usual_period(legs)).ln().powi(2)
-        + 0.03 * figures.torque_rate
-        + 2.0 * figures.saturated
-        + 2.0 * figures.scuffed
-        + 1.0 * (figures.speed_used - 0.8).max(0.0)
-        + 1.0 * figures.irregular
+        + weights.energy * energy
+        + weights.slip * 3.0 * figures.slip / speed
+        + weights.impact * 0.3 * peak * peak
+        + weights.drift * 2.0 * figures.sideways.abs()
+        + weights.turn * 0.5 * yaw.min(4.0)
+        + weights.smoothness * (0.03 * figures.torque_rate + figures.irregular)
+        + weights.posture * (figures.heave + figures.roll + figures.pitch + 2.0 * figures.scuffed)
 }

@@ -185,6 +185,9 @@ pub struct Metrics {
     pub gait: Option<String>,
     /// Share of the stride that each supporting link spends on the ground, 0 to 1.
     pub duty_factors: BTreeMap<String, f64>,
+    /// Whether the motion is natural.
+    #[serde(default)]
+    pub natural: bool,
     /// Whether the motion is physically valid.
     pub validity: Validity,
 }

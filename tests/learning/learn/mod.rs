@@ -31,11 +31,11 @@ pub fn bundled(name: &str) -> Arc<Model> {
 }
 
 pub fn parameters(learning: &Learning, stance: &Stance) -> Parameters {
-    learning.resolve(stance, Accuracy::default().step).unwrap()
+    learning.resolve(stance, 9.81, Accuracy::default().step).unwrap()
 }
 
 pub fn plain_task() -> Task {
-    Task { weights: Weights { energy: 0.0, drift: 0.0, turn: 0.0, slip: 0.0 }, ..Task::default() }
+    Task { weights: Weights { energy: 0.0, drift: 0.0, turn: 0.0, slip: 0.0, ..Weights::default() }, ..Task::default() }
 }
 
 #[derive(Default)]
@@ -48,7 +48,7 @@ pub struct Notes {
 
 impl Observer for Notes {
     fn generation(&mut self, figures: &Generation) {
-        self.generations.push(*figures);
+        self.generations.push(figures.clone());
         if let Some((count, cancel)) = &self.cancel_after
             && self.generations.len() >= *count
         {

@@ -1,22 +1,25 @@
 //! Tasks and parameters.
 
 use super::bundled;
-use gaitwright_learning::learn::{Budget, Coding, Learning, Mutation, Objective, Task, Terms, Weights};
+use gaitwright_learning::learn::{
+    AskedSpeed, Budget, Coding, Learning, Mutation, Objective, Task, Terms, Weights,
+};
 use gaitwright_physics::scene::Scene;
 use gaitwright_physics::stance::Stance;
 
 #[test]
 fn fitness_is_progress_less_costs() {
-    let weights = Weights { energy: 0.1, drift: 0.5, turn: 2.0, slip: 0.25 };
-    let task = Task { direction: [0.0, -3.0, 9.0], speed: None, weights };
-    let objective = Objective::of(&task, 10.0, 0.5).unwrap();
+    // Of the usual 0.02, 0.5, 2 and 0.5.
+    let weights = Weights { energy: 5.0, drift: 1.0, turn: 1.0, slip: 0.5, ..Weights::default() };
+    let task = Task { direction: [0.0, -3.0, 9.0], weights, ..Task::default() };
+    let objective = Objective::of(&task, 10.0, 0.5, 9.81).unwrap();
     let terms = Terms { displacement: [1.0, -4.0], turn: -0.3, work: 98.1, slip: 2.0 };
     // 4 m forward; 1 m aside; 0.3 rad; 98.1 J of 10 kg: one metre's weight; 2 m slid.
     let expected = (4.0 - 0.1 * 1.0 - 0.5 * 1.0 - 2.0 * 0.5 * 0.3 - 0.25 * 2.0) / 2.0;
     assert!((objective.fitness(&terms, 2.0) - expected).abs() < 1e-12);
     let at_speed = |speed| {
-        let task = Task { speed: Some(speed), ..task.clone() };
-        Objective::of(&task, 10.0, 0.5).unwrap().fitness(&terms, 2.0)
+        let task = Task { speed: Some(AskedSpeed::Number(speed)), ..task.clone() };
+        Objective::of(&task, 10.0, 0.5, 9.81).unwrap().fitness(&terms, 2.0)
     };
     assert!((at_speed(2.0) - expected).abs() < 1e-12, "at the wanted speed nothing is charged");
     assert!((at_speed(1.5) - (expected - 1.0)).abs() < 1e-12, "0.5 m/s too fast: 1.5 − 0.5 instead of 2");
@@ -27,7 +30,7 @@ fn fitness_is_progress_less_costs() {
 fn impossible_parameters_are_named() {
     let stance = Stance::find(&bundled("quadruped.urdf"), &Scene::default());
     let pointers = |learning: &Learning| -> Vec<String> {
-        let error = learning.resolve(&stance, 0.002).unwrap_err();
+        let error = learning.resolve(&stance, 9.81, 0.002).unwrap_err();
         error.faults().iter().map(|fault| fault.pointer.clone()).collect()
     };
     let bad = Learning {
@@ -55,12 +58,12 @@ fn impossible_parameters_are_named() {
         assert!(found.iter().any(|found| found == pointer), "{pointer} is not among {found:?}");
     }
     assert_eq!(pointers(&Learning { generations: Some(0), ..Learning::default() }), ["/generations"]);
-    let resolved = Learning { transition_time: Some(0.1013), ..Learning::default() }.resolve(&stance, 0.002);
+    let resolved = Learning { transition_time: Some(0.1013), ..Learning::default() }.resolve(&stance, 9.81, 0.002);
     let resolved = resolved.unwrap();
-    assert_eq!((resolved.transition_steps, resolved.budget), (51, Budget::Seconds(120.0)));
+    assert_eq!((resolved.transition_steps, resolved.budget), (51, Budget::Seconds(180.0)));
     assert!((resolved.transition_time - 0.102).abs() < 1e-12, "a whole number of steps");
 
-    let task = Task { direction: [0.0, 0.0, 1.0], speed: Some(0.0), ..Task::default() };
+    let task = Task { direction: [0.0, 0.0, 1.0], speed: Some(AskedSpeed::Number(0.0)), ..Task::default() };
     let faults: Vec<String> = task.faults().into_iter().map(|fault| fault.pointer).collect();
     assert_eq!(faults, ["/direction", "/speed"]);
     let unknown = serde_json::from_str::<Learning>(r#"{"populaton": 3}"#).unwrap_err();

@@ -100,7 +100,7 @@ fn toy_search(world: Sledge, learning: Learning, seed: u64) -> Search<Sledge> {
         world,
         grid: plain_grid(),
         task: plain_task(),
-        objective: Objective::of(&plain_task(), 1.0, 0.3).unwrap(),
+        objective: Objective::of(&plain_task(), 1.0, 0.3, 9.81).unwrap(),
         parameters: toy_parameters(learning),
         seed,
     }
@@ -169,7 +169,7 @@ fn the_cache_counts_what_it_saves_and_changes_no_deterministic_world() {
     let world = Sledge { tip: 0.2, ..Sledge::new() };
     let grid = plain_grid();
     let parameters = toy_parameters(toy_learning());
-    let objective = Objective::of(&plain_task(), 1.0, 0.3).unwrap();
+    let objective = Objective::of(&plain_task(), 1.0, 0.3, 9.81).unwrap();
     let stop = Stop::new(&Cancel::default(), None);
     let context = SearchContext { grid: &grid, objective: &objective, parameters: &parameters, stop: &stop };
     let genome = Genome::random(&grid, 4, &mut ChaCha8Rng::seed_from_u64(1));
@@ -216,7 +216,7 @@ fn a_race_measures_what_the_closed_form_says() {
     let grid = plain_grid();
     let learning = Learning { trial_seconds: 1.0, check_seconds: 10.0, ..toy_learning() };
     let parameters = toy_parameters(learning);
-    let objective = Objective::of(&plain_task(), 1.0, 0.3).unwrap();
+    let objective = Objective::of(&plain_task(), 1.0, 0.3, 9.81).unwrap();
     let stop = Stop::new(&Cancel::default(), None);
     let context = SearchContext { grid: &grid, objective: &objective, parameters: &parameters, stop: &stop };
     let posture = |angle: f64, tip: f64| Posture::resting(&[angle, tip]);

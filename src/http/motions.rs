@@ -1,0 +1,100 @@
+//! The motions of a job's repertoire, one by one.
+
+use axum::extract::State;
+use axum::response::Response;
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::app::App;
+use super::exports::{Wanted, converted};
+use super::extract::{UrlPath, UrlQuery};
+use super::problem::ProblemDetails;
+use super::responses::{JobId, NotExported, PreliminaryQuery};
+use super::results::{Choice, check_ended, not_ready, served};
+use crate::export::ExportFormat;
+use crate::jobs::{Job, Shelf};
+
+/// How a motion of the repertoire is wanted.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Query {
+    #[serde(default)]
+    preliminary: bool,
+    fps: Option<f64>,
+    #[serde(default)]
+    in_place: bool,
+}
+
+/// One motion of the repertoire, as a document or in a form that other programs open.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/motions/{motion}", operation_id = "numbered_motion", tag = "results",
+    params(JobId, PreliminaryQuery,
+        ("motion" = String, Path, description = "The motion's number, from 1: `2` is its document, `2.glb`, `2.bvh` and \
+            `2.csv` are its exports"),
+        ("fps" = Option<f64>, Query, description = "Of exports: frames per second, 1 to 1000; 60 if left out"),
+        ("in_place" = Option<bool>, Query, description = "Of exports: whether the root stays where it is")),
+    responses(
+        (status = 200, description = "The motion", content(
+            (ref("#/components/schemas/Motion") = "application/json"),
+            (Vec<u8> = "model/gltf-binary"), (String = "text/plain"), (String = "text/csv"))),
+        NotExported))]
+pub(super) async fn motion(
+    State(app): State<App>,
+    UrlPath((id, name)): UrlPath<(Uuid, String)>,
+    UrlQuery(query): UrlQuery<Query>,
+) -> Result<Response, ProblemDetails> {
+    let job = app.jobs.job(id).await?;
+    let choice = Choice { preliminary: query.preliminary };
+    let (number, format) = match name.split_once('.') {
+        None => (name.as_str(), None),
+        Some((number, format)) => (number, Some(export_format(format)?)),
+    };
+    check_ended(&job, &choice, &format!("motion {name}"))?;
+    let file = file(&app, &job, number).await?;
+    let path = app.jobs.shelved(id, Shelf::Motions, &file);
+    match format {
+        None => served(&job, &choice, path, (&file, "application/json")).await,
+        Some(format) => {
+            let wanted = Wanted::new(query.fps, query.in_place);
+            converted(&app, &job, path, format, &wanted).await
+        }
+    }
+}
+
+/// The gait report of one motion of the repertoire.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/motions/{motion}/gait", operation_id = "numbered_gait", tag = "results",
+    params(JobId, PreliminaryQuery, ("motion" = u32, Path, description = "The motion's number, from 1")),
+    responses(
+        (status = 200, description = "The gait report", body = ref("#/components/schemas/GaitReport")),
+        NotExported))]
+pub(super) async fn gait(
+    State(app): State<App>,
+    UrlPath((id, number)): UrlPath<(Uuid, String)>,
+    UrlQuery(choice): UrlQuery<Choice>,
+) -> Result<Response, ProblemDetails> {
+    let job = app.jobs.job(id).await?;
+    check_ended(&job, &choice, &format!("gait of motion {number}"))?;
+    let file = file(&app, &job, &number).await?;
+    let path = app.jobs.shelved(id, Shelf::Gaits, &file);
+    served(&job, &choice, path, (&file, "application/json")).await
+}
+
+/// The forms that are served.
+fn export_format(name: &str) -> Result<ExportFormat, ProblemDetails> {
+    let served = [ExportFormat::Glb, ExportFormat::Bvh, ExportFormat::Csv];
+    let found = served.into_iter().find(|format| format.name() == name);
+    found.ok_or_else(|| ProblemDetails::not_found(format!("motions are not served as `{name}`: glb, bvh and csv are")))
+}
+
+/// Name of the file of the motion with this number.
+async fn file(app: &App, job: &Job, number: &str) -> Result<String, ProblemDetails> {
+    let Some(repertoire) = app.jobs.repertoire(job.id).await? else {
+        return Err(not_ready(job, &format!("motion {number}")));
+    };
+    let entry = number.parse().ok().and_then(|number| repertoire.entry(number));
+    entry.map(|entry| entry.file.clone()).ok_or_else(|| {
+        let count = repertoire.motions.len();
+        ProblemDetails::not_found(format!("the job has {count} motions, numbered from 1; there is no motion {number}"))
+    })
+}

@@ -1,0 +1,57 @@
+//! Jobs and motions in words, for the recording.
+
+use super::prepared::PreparedRun;
+use super::report::TrainingReport;
+use crate::jobs::order::Order;
+use crate::jobs::repertoire::RepertoireEntry;
+
+/// What a job is about, and what came of it once there is a report, as Markdown.
+pub(super) fn describe(order: &Order, prepared: &PreparedRun, report: Option<&TrainingReport>) -> String {
+    let (character, setup) = (&order.reading.character, &prepared.setup);
+    let mut text = format!("# {}\n\n", character.name);
+    if let Some(report) = report {
+        text += &outcome(report);
+    }
+    let time = 1000.0 * setup.parameters.transition_time;
+    text += &format!(
+        "{:.2} kg, {} joints, seed {}, transitions of {time:.0} ms\n\n| effect | | because |\n|---|---|---|\n",
+        setup.model.mass,
+        setup.model.joint_count(),
+        setup.seed,
+    );
+    for (effect, decision) in &prepared.plan.decisions {
+        let state = if decision.on { "on" } else { "off" };
+        text += &format!("| {} | {state} | {} |\n", effect.name(), decision.because);
+    }
+    text
+}
+
+fn outcome(report: &TrainingReport) -> String {
+    match (&report.metrics, &report.unsuccessful) {
+        (Some(metrics), _) => format!(
+            "**{:.2} m/s**, upright for {:.1} s, gait {}, after {} generations\n\n",
+            metrics.speed,
+            metrics.upright_seconds,
+            metrics.gait.as_deref().unwrap_or("without a name"),
+            report.generations,
+        ),
+        (None, Some(reason)) => format!("{reason}\n\n"),
+        (None, None) => String::new(),
+    }
+}
+
+/// A motion in figures, as Markdown.
+pub(super) fn describe_motion(entry: &RepertoireEntry) -> String {
+    let metrics = &entry.metrics;
+    let mut text = format!("# {}\n\n", entry.name);
+    let figure = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.2}"));
+    text += &format!(
+        "**{}**\n\n| | |\n|---|---|\n| gait | {} |\n| speed | {:.2} m/s |\n| Froude number | {} |\n| cost of transport | {} |\n",
+        if metrics.natural { "natural" } else { "not natural" },
+        metrics.gait.as_deref().unwrap_or("without a name"),
+        metrics.speed,
+        figure(metrics.froude),
+        figure(metrics.cost_of_transport),
+    );
+    text
+}

@@ -1,0 +1,125 @@
+//! Finished motions, checked: what is kept of each, and which is the job's.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::error::RunError;
+use super::outcome::Unsuccessful;
+use super::perform::CheckedMotion;
+use super::prepared::PreparedRun;
+use crate::export::{Performance, gait_diagram, motion};
+use crate::jobs::files::{Artefact, Shelf};
+use crate::jobs::order::Order;
+use crate::jobs::repertoire::{Repertoire, RepertoireEntry};
+use gaitwright_learning::gait::GaitReport;
+use gaitwright_learning::learn::Learning;
+use gaitwright_learning::training::LearnedMotion;
+use gaitwright_physics::motion::{Metrics, Motion, Provenance};
+
+/// What a run has finished so far.
+#[derive(Debug, Default)]
+pub(super) struct Shelved {
+    repertoire: Repertoire,
+    /// Fitness and gait of the job's motion.
+    best: Option<(f64, GaitReport)>,
+    /// Why the motion checked last was not kept.
+    refused: Option<Unsuccessful>,
+}
+
+impl Shelved {
+    /// Every motion, in figures.
+    pub(super) fn repertoire(&self) -> &Repertoire {
+        &self.repertoire
+    }
+
+    /// Fitness of the job's motion.
+    pub(super) fn fitness(&self) -> Option<f64> {
+        self.best.as_ref().map(|(fitness, _)| *fitness)
+    }
+
+    /// Gait of the job's motion.
+    pub(super) fn gait(&self) -> Option<&GaitReport> {
+        self.best.as_ref().map(|(_, gait)| gait)
+    }
+
+    /// Figures of the job's motion, or why there is none.
+    pub(super) fn outcome(&self) -> Result<Metrics, Unsuccessful> {
+        let none = self.refused.unwrap_or(Unsuccessful::NothingLearned);
+        self.repertoire.chosen().map(|entry| entry.metrics.clone()).ok_or(none)
+    }
+
+    /// Takes note that a motion was not kept.
+    pub(super) fn refuse(&mut self, reason: Unsuccessful) {
+        self.refused = Some(reason);
+    }
+
+    /// Writes a motion and its gait into `folder`, and what the job shows as its own if it is the best so far. Gives
+    /// the motion in figures; `None` for one that fell.
+    ///
+    /// # Errors
+    ///
+    /// When a file cannot be written.
+    pub(super) fn add(
+        &mut self,
+        folder: &Path,
+        (order, prepared): (&Order, &PreparedRun),
+        learned: &LearnedMotion,
+        checked: &CheckedMotion,
+    ) -> Result<Option<&RepertoireEntry>, RunError> {
+        let Some(document) = document(order, prepared, learned, checked) else {
+            self.refuse(Unsuccessful::Fell);
+            return Ok(None);
+        };
+        let asked = (learned.gait.clone(), learned.speed);
+        let (number, best) = self.repertoire.add(&learned.name, asked, document.metrics.clone());
+        let Some(entry) = self.repertoire.entry(number) else { return Ok(None) };
+        let (motion, gait) = (document.to_json()?, json(&checked.gait)?);
+        Shelf::Motions.publish(folder, &entry.file, motion.as_bytes())?;
+        Shelf::Gaits.publish(folder, &entry.file, &gait)?;
+        if best {
+            Artefact::Motion.publish(folder, motion.as_bytes())?;
+            Artefact::Gait.publish(folder, &gait)?;
+            Artefact::Diagram.publish(folder, gait_diagram(&checked.gait)?.as_bytes())?;
+            self.best = Some((learned.behaviour.fitness, checked.gait.clone()));
+        }
+        Artefact::Motions.publish(folder, &json(&self.repertoire)?)?;
+        Ok(self.repertoire.entry(number))
+    }
+}
+
+fn document(
+    order: &Order,
+    prepared: &PreparedRun,
+    learned: &LearnedMotion,
+    checked: &CheckedMotion,
+) -> Option<Motion> {
+    let setup = &prepared.setup;
+    let value = |value: Result<serde_json::Value, serde_json::Error>| value.unwrap_or_default();
+    let provenance = Provenance {
+        program: env!("CARGO_PKG_NAME").to_owned(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        seed: Some(setup.seed),
+        learning: value(serde_json::to_value(Learning::from(&setup.parameters))),
+        task: value(serde_json::to_value(&setup.task)),
+        accuracy: setup.accuracy,
+        effects: prepared.plan.decisions.clone(),
+    };
+    motion(&Performance {
+        character: &order.reading.character,
+        joints: &setup.model.joint_names,
+        standing: &setup.stance.angles,
+        behaviour: &learned.behaviour,
+        trace: &checked.trace,
+        gait: &checked.gait,
+        validity: &checked.validity,
+        scene: &setup.scene,
+        drive: &learned.gains,
+        provenance: &provenance,
+    })
+}
+
+/// A document as its file holds it.
+pub(super) fn json<T: Serialize>(document: &T) -> Result<Vec<u8>, RunError> {
+    Ok(serde_json::to_vec_pretty(document).map_err(std::io::Error::from)?)
+}

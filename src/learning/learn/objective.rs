@@ -1,0 +1,144 @@
+//! How a stretch of motion is scored against its task.
+
+use nalgebra::Vector3;
+
+use gaitwright_physics::fault::InputError;
+use gaitwright_physics::model::Model;
+use gaitwright_physics::scene::Scene;
+use gaitwright_physics::stance::Stance;
+
+use super::task::{Pace, Task, Weights};
+
+/// Gravity to which energies and times are related where a scene has none, m/s².
+const STANDARD_GRAVITY: f64 = 9.81;
+
+/// The gravity to which energies, speeds and times are related in `scene`, m/s²: its own, or the Earth's where it has
+/// none.
+pub fn reference_gravity(scene: &Scene) -> f64 {
+    let gravity = Vector3::from(scene.gravity).norm();
+    if gravity > 0.0 { gravity } else { STANDARD_GRAVITY }
+}
+
+/// Cost of each kind at its usual weight: of energy a metre of ∫ Σ |τ q̇| dt / (m g), of drift a metre across the
+/// direction, of turn a standing root height of arc, of slip a metre that a contact slides.
+const ENERGY: f64 = 0.02;
+const DRIFT: f64 = 0.5;
+const TURN: f64 = 2.0;
+const SLIP: f64 = 0.5;
+
+/// What a stretch of motion did, as far as the reward asks.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Terms {
+    /// Horizontal displacement of the centre of mass in the world frame, m.
+    pub displacement: [f64; 2],
+    /// Change of the root's heading, rad, counter-clockwise seen from above, not wrapped.
+    pub turn: f64,
+    /// ∫ Σ |τ q̇| dt over the joints, J.
+    pub work: f64,
+    /// Distance slid by contacts: ∫ Σ |v_tangential| dt, divided by the number of contacts, m.
+    pub slip: f64,
+}
+
+impl std::ops::AddAssign for Terms {
+    fn add_assign(&mut self, other: Self) {
+        self.displacement[0] += other.displacement[0];
+        self.displacement[1] += other.displacement[1];
+        self.turn += other.turn;
+        self.work += other.work;
+        self.slip += other.slip;
+    }
+}
+
+/// A task made ready for scoring one character.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Objective {
+    direction: [f64; 2],
+    speed: Option<f64>,
+    weights: Weights,
+    /// m g, N.
+    weight_force: f64,
+    /// Standing root height, m.
+    height: f64,
+    /// √(g h): the speed at Froude number 1, m/s.
+    froude_speed: f64,
+}
+
+impl Objective {
+    /// `task` for a character as heavy as `model` that stands as in `stance`, under `gravity` (m/s²).
+    ///
+    /// # Errors
+    /// Every fault of the task ([`Task::faults`]).
+    pub fn new(task: &Task, model: &Model, stance: &Stance, gravity: f64) -> Result<Self, InputError> {
+        Self::of(task, model.mass, stance.root_height, gravity)
+    }
+
+    /// `task` for a character of `mass` (kg) whose root stands at `height` (m) under `gravity` (m/s²).
+    ///
+    /// # Errors
+    /// Every fault of the task ([`Task::faults`]).
+    pub fn of(task: &Task, mass: f64, height: f64, gravity: f64) -> Result<Self, InputError> {
+        let faults = task.faults();
+        if !faults.is_empty() {
+            return Err(InputError::Impossible(faults));
+        }
+        let [x, y, _] = task.direction;
+        let length = x.hypot(y);
+        // A root that lies on the ground gives no scale; a centimetre keeps the figures finite.
+        let height = height.max(0.01);
+        Ok(Self {
+            direction: [x / length, y / length],
+            speed: match task.pace(gravity * height) {
+                Pace::At(speed) => Some(speed),
+                Pace::Comfortable | Pace::Fastest => None,
+            },
+            weights: task.weights,
+            weight_force: mass * gravity,
+            height,
+            froude_speed: (gravity * height).sqrt(),
+        })
+    }
+
+    /// Displacement along the task's direction, m.
+    pub fn progress(&self, terms: &Terms) -> f64 {
+        let ([x, y], [dx, dy]) = (self.direction, terms.displacement);
+        x * dx + y * dy
+    }
+
+    /// Reward of `seconds` of upright motion, m: progress (or, when a speed is wanted, the wanted
+    /// progress less the deviation from it) less the weighted costs.
+    pub fn reward(&self, terms: &Terms, seconds: f64) -> f64 {
+        let progress = self.progress(terms);
+        let gain = match self.speed {
+            None => progress,
+            Some(speed) => speed * seconds - (progress - speed * seconds).abs(),
+        };
+        let ([x, y], [dx, dy]) = (self.direction, terms.displacement);
+        let drift = (x * dy - y * dx).abs();
+        let weights = &self.weights;
+        gain - weights.energy * ENERGY * terms.work / self.weight_force
+            - weights.drift * DRIFT * drift
+            - weights.turn * TURN * self.height * terms.turn.abs()
+            - weights.slip * SLIP * terms.slip
+    }
+
+    /// Fitness of an upright stretch, m/s: its reward per second.
+    pub fn fitness(&self, terms: &Terms, seconds: f64) -> f64 {
+        self.reward(terms, seconds) / seconds
+    }
+
+    /// Fitness of a behaviour that fell after standing for `stood` of the `asked` seconds, m/s.
+    ///
+    /// It grows with the time stood and, less, with the progress made until then, and stays below
+    /// −√(g h) / 2, under every upright behaviour that moves as it should.
+    pub fn fallen(&self, terms: &Terms, stood: f64, asked: f64) -> f64 {
+        let share = (stood / asked).clamp(0.0, 1.0);
+        let credit = 0.5 * self.froude_speed * share;
+        let progress = (self.progress(terms) / asked).clamp(-credit, credit);
+        progress - self.froude_speed * (2.0 - share)
+    }
+
+    /// What the Q-learner is charged for a transition that ends in a fall, m.
+    pub fn fall_cost(&self) -> f64 {
+        self.height
+    }
+}

@@ -1,0 +1,93 @@
+//! The state from which a training can be resumed.
+
+use serde::{Deserialize, Serialize};
+
+use gaitwright_physics::fault::{Fault, InputError};
+use gaitwright_physics::scene::Gains;
+
+use super::motion::LearnedMotion;
+use crate::learn::{Behaviour, Checkpoint, Generation, Learning, LearningSetup, Task};
+
+/// Everything a resumed training needs besides its setup.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "search", rename_all = "snake_case")]
+pub enum TrainingCheckpoint {
+    /// Of QDSEGA.
+    Qdsega {
+        /// The learner's own.
+        learner: Box<Checkpoint>,
+    },
+    /// Of the search gait by gait; handed out when one is done.
+    Gaits {
+        /// Seed of the training.
+        seed: u64,
+        /// Its parameters, as used.
+        learning: Box<Learning>,
+        /// Its task.
+        task: Task,
+        /// Niches that are done.
+        done: usize,
+        /// What was found so far, in the order in which it was.
+        milestones: Vec<Milestone>,
+        /// The learning curve so far.
+        curve: Vec<Generation>,
+        /// s of the wall clock spent so far.
+        elapsed: f64,
+    },
+}
+
+/// A motion that was shown.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Milestone {
+    /// The motion.
+    pub motion: LearnedMotion,
+    /// Whether it stays as it is.
+    pub finished: bool,
+}
+
+impl TrainingCheckpoint {
+    /// The learning curve so far.
+    pub fn curve(&self) -> &[Generation] {
+        match self {
+            Self::Qdsega { learner } => &learner.curve,
+            Self::Gaits { curve, .. } => curve,
+        }
+    }
+
+    /// Every motion shown so far, in order; `gains` are those of the stance.
+    pub fn milestones(&self, gains: &Gains) -> Vec<Milestone> {
+        let shown =
+            |best: &Behaviour| Milestone { motion: LearnedMotion::unnamed(best.clone(), gains), finished: false };
+        match self {
+            Self::Qdsega { learner } => learner.improved.iter().map(shown).collect(),
+            Self::Gaits { milestones, .. } => milestones.clone(),
+        }
+    }
+
+    /// Whether it is one of the search gait by gait for the training of `setup`; budgets may differ.
+    ///
+    /// # Errors
+    /// What belongs to a different training, with JSON pointers into the checkpoint.
+    pub(super) fn fits_gaits(&self, setup: &LearningSetup, niches: usize) -> Result<(), InputError> {
+        let Self::Gaits { seed, learning, task, done, .. } = self else {
+            return Err(InputError::impossible("/search", "the checkpoint was made by another search"));
+        };
+        let mut faults = Vec::new();
+        if *seed != setup.seed {
+            let reason = format!("the checkpoint was made with seed {seed}, not {}", setup.seed);
+            faults.push(Fault::new("/seed", reason));
+        }
+        let budget = |learning: Learning| Learning { generations: None, seconds: None, ..learning };
+        if budget((**learning).clone()) != budget(Learning::from(&setup.parameters)) {
+            faults.push(Fault::new("/learning", "the checkpoint was made with other parameters"));
+        }
+        if *task != setup.task {
+            faults.push(Fault::new("/task", "the checkpoint was made for another task"));
+        }
+        if *done > niches {
+            faults.push(Fault::new("/done", format!("there are not {done} gaits to be learned")));
+        }
+        if faults.is_empty() { Ok(()) } else { Err(InputError::Impossible(faults)) }
+    }
+}

@@ -1,0 +1,93 @@
+//! Training: what a task asks of a character, by the search that suits both.
+//!
+//! A character with legs in pairs is taught gait by gait ([`program`](crate::program)): every way of going that the
+//! task calls for is a niche of its own, in which candidates compete with their like only, so that a fast hop cannot
+//! crowd out a walk. What comes out is a repertoire. Any other character, and any task that asks for it, is taught by
+//! QDSEGA ([`learn`](crate::learn)), which gives one motion.
+//!
+//! | in the order of use | |
+//! |---|---|
+//! | [`niche`] | the gaits and speeds that a task calls for |
+//! | `repertoire`, `niche_search` | one niche after the other: seeds, the speed that costs least, refinement, a longer comparison |
+//! | `qdsega` | the search without legs |
+//! | [`LearnedMotion`], [`Trained`] | what comes out |
+//! | [`TrainingObserver`], [`TrainingCheckpoint`] | who is informed, how to resume |
+//!
+//! The result depends on the setup and the seed alone, bit for bit, whatever the number of threads.
+
+mod checkpoint;
+mod motion;
+pub mod niche;
+mod niche_search;
+mod observer;
+mod qdsega;
+mod repertoire;
+mod shared;
+
+use gaitwright_physics::fault::InputError;
+
+use crate::learn::{Cancel, Generation, LearnError, LearningSetup, StopReason, Task};
+use crate::program::gaits::gaits;
+use crate::program::refine::Subject;
+
+pub use checkpoint::{Milestone, TrainingCheckpoint};
+pub use motion::LearnedMotion;
+pub use observer::TrainingObserver;
+
+/// What a training has come to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trained {
+    /// Why it ended.
+    pub ended: StopReason,
+    /// What was learned, in the order in which it was.
+    pub motions: Vec<LearnedMotion>,
+    /// The learning curve: one point a generation, in order.
+    pub curve: Vec<Generation>,
+}
+
+/// Trains until everything that the task calls for is learned, the budget of the parameters is used up or `cancel` asks
+/// to stop, from `resume` if given.
+///
+/// # Errors
+/// [`LearnError`], before anything is simulated.
+pub fn train(
+    setup: &LearningSetup,
+    observer: &mut dyn TrainingObserver,
+    cancel: &Cancel,
+    resume: Option<TrainingCheckpoint>,
+) -> Result<Trained, LearnError> {
+    match subject(setup)? {
+        Some(subject) => {
+            let niches = niche::niches(&setup.task, &subject);
+            repertoire::run(setup, &subject, &niches, observer, cancel, resume)
+        }
+        None => qdsega::run(setup, observer, cancel, resume),
+    }
+}
+
+/// The character with its legs, where gaits are searched for one by one; `None` where QDSEGA is to search.
+fn subject(setup: &LearningSetup) -> Result<Option<Subject>, InputError> {
+    let LearningSetup { model, stance, scene, accuracy, task, parameters, .. } = setup;
+    let walker = Subject::new(model, stance, scene, accuracy, task.direction)
+        .filter(|subject| !gaits(subject.legs.legs.len()).is_empty());
+    if !task.any_gait() {
+        suits(task, walker.as_ref())?;
+    }
+    Ok(walker.filter(|_| parameters.gait_by_gait()))
+}
+
+/// Whether the character has the legs for the task's gait.
+fn suits(task: &Task, subject: Option<&Subject>) -> Result<(), InputError> {
+    let legs = subject.map_or(0, |subject| subject.legs.legs.len());
+    let mut known: Vec<&str> = gaits(legs).iter().map(|gait| gait.gait).collect();
+    known.dedup();
+    if known.contains(&task.gait.as_str()) {
+        return Ok(());
+    }
+    let reason = if known.is_empty() {
+        format!("the character has no legs for `{}`, or not as many on both sides; only `any` suits it", task.gait)
+    } else {
+        format!("a character with {legs} legs has no gait `{}`; there are {}", task.gait, known.join(", "))
+    };
+    Err(InputError::impossible("/task/gait", reason))
+}

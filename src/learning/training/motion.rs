@@ -1,0 +1,53 @@
+//! A learned motion, whichever search found it.
+
+use serde::{Deserialize, Serialize};
+
+use gaitwright_physics::motion::Player;
+use gaitwright_physics::scene::Gains;
+
+use crate::learn::{Behaviour, Posture};
+
+/// A learned motion, whichever search found it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LearnedMotion {
+    /// What it is called in the repertoire: the way of going that was searched for.
+    pub name: String,
+    /// The gait that was asked for; `None` where none was.
+    pub gait: Option<String>,
+    /// The speed that was asked for, m/s; `None` where none was.
+    pub speed: Option<f64>,
+    /// Targets of the joints over time. Its fitness is 1 / (1 + cost) of a leg program
+    /// ([`cost`](crate::program::rollout::cost)), from 0 to 1, and m/s of QDSEGA; its generation is the number of
+    /// those done when it was found.
+    pub behaviour: Behaviour,
+    /// Springs and dampers that it was learned with.
+    pub gains: Gains,
+    /// Parameters of its leg program; empty where there is none.
+    pub parameters: Vec<f64>,
+}
+
+impl LearnedMotion {
+    /// A behaviour of QDSEGA, which has no gait in mind.
+    pub(super) fn unnamed(behaviour: Behaviour, gains: &Gains) -> Self {
+        Self {
+            name: "motion".to_owned(),
+            gait: None,
+            speed: None,
+            behaviour,
+            gains: gains.clone(),
+            parameters: Vec::new(),
+        }
+    }
+
+    /// The targets of its joints over time, from the standing pose with these targets (rad or m).
+    pub fn player(&self, standing: &[f64]) -> Player {
+        let Behaviour { entry, cycle, transition_time, .. } = &self.behaviour;
+        Player::from_postures(
+            standing,
+            entry.iter().map(Posture::parts),
+            cycle.iter().map(Posture::parts),
+            *transition_time,
+        )
+    }
+}

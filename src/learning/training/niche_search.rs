@@ -1,0 +1,247 @@
+//! The search in one niche: seeds, the speed that costs least or the greatest, refinement, a longer comparison.
+
+use super::motion::LearnedMotion;
+use super::niche::{Niche, NichePace};
+use super::observer::TrainingObserver;
+use super::shared::{Progress, Shared};
+use crate::learn::{Generation, Interrupted};
+use crate::program::refine::{Candidate, Refinement, seeds};
+use crate::program::ring::Wanted;
+use crate::program::rollout::{Arena, HOLDS};
+
+/// Strides over which the best of a niche are compared at its end.
+const LONG: usize = 40;
+/// Share of the wanted speed below which a motion goes nowhere.
+const CRAWL: f64 = 0.1;
+/// Factor from one Froude number to the next where the greatest speed is looked for.
+const FASTER: f64 = 1.25;
+/// A stage at another speed has this part of the generations of a gait.
+const STAGE: u32 = 6;
+/// Numbers of random streams kept for one niche: more than it has stages.
+const STREAMS: u64 = 64;
+
+/// A search in one niche.
+pub(super) struct NicheSearch<'a> {
+    shared: &'a Shared<'a>,
+    index: usize,
+    niche: &'a Niche,
+    progress: &'a mut Progress,
+    observer: &'a mut dyn TrainingObserver,
+    /// Refinements begun so far.
+    stages: u64,
+    /// The best so far at the speed that leads.
+    found: Option<Found>,
+}
+
+/// A candidate and what it is to be.
+struct Found {
+    wanted: Wanted,
+    candidate: Candidate,
+}
+
+/// A refinement at one speed.
+struct Stage {
+    wanted: Wanted,
+    refinement: Refinement,
+}
+
+impl Stage {
+    fn best(&self) -> &Candidate {
+        self.refinement.best()
+    }
+
+    fn holds(&self) -> bool {
+        self.best().cost < HOLDS
+    }
+
+    fn found(&self) -> Found {
+        Found { wanted: self.wanted.clone(), candidate: self.best().clone() }
+    }
+
+    /// Whether it does what is wanted for less than `other`.
+    fn beats(&self, other: &Self) -> bool {
+        let cost = |stage: &Self| stage.best().figures.cost_of_transport;
+        self.holds() && (!other.holds() || cost(self) < cost(other))
+    }
+}
+
+/// Whether what a refinement finds is the niche's best.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Rank {
+    Leading,
+    Rival,
+}
+
+impl<'a> NicheSearch<'a> {
+    pub(super) fn new(
+        shared: &'a Shared<'a>,
+        (index, niche): (usize, &'a Niche),
+        progress: &'a mut Progress,
+        observer: &'a mut dyn TrainingObserver,
+    ) -> Self {
+        Self { shared, index, niche, progress, observer, stages: 0, found: None }
+    }
+
+    /// Searches, and gives what was found also where the search was broken off: a motion that stays up and gets on.
+    pub(super) fn run(mut self) -> (Option<LearnedMotion>, Result<(), Interrupted>) {
+        let outcome = self.search();
+        let found = self.found.take().filter(|Found { wanted, candidate }| {
+            candidate.figures.upright >= 1.0 && candidate.figures.speed > CRAWL * wanted.speed
+        });
+        (found.map(|found| self.motion(&found)), outcome)
+    }
+
+    fn search(&mut self) -> Result<(), Interrupted> {
+        let parameters = &self.shared.setup.parameters;
+        let all = if parameters.refine { parameters.gait_generations } else { 0 };
+        // What other gaits have found is often a better start than the template.
+        let known = self.progress.milestones.iter().filter(|milestone| milestone.finished);
+        let starts: Vec<Vec<f64>> =
+            seeds().into_iter().chain(known.map(|milestone| milestone.motion.parameters.clone())).collect();
+        let first = match &self.niche.pace {
+            NichePace::Cheapest { first, .. } | NichePace::Fastest { first } => *first,
+        };
+        let mut leading = self.stage(first, &starts)?;
+        self.found = Some(leading.found());
+        if leading.best().figures.upright >= 1.0 {
+            let motion = self.motion(&leading.found());
+            self.progress.show(motion, false, self.observer);
+        }
+        self.refine(&mut leading, &self.shared.coarse, all / 2, Rank::Leading)?;
+        let leading = match &self.niche.pace {
+            NichePace::Cheapest { others, .. } => self.cheapest(leading, others, all / STAGE)?,
+            NichePace::Fastest { .. } => self.fastest(leading, all / STAGE)?,
+        };
+        self.finish(leading, all - all / 2)
+    }
+
+    /// The one of `leading` and of refinements at `others` that costs least.
+    fn cheapest(
+        &mut self,
+        mut leading: Stage,
+        others: &[f64],
+        generations: u32,
+    ) -> Result<Stage, Interrupted> {
+        for &froude in others {
+            let other = self.from(&leading, froude, generations)?;
+            if other.beats(&leading) {
+                leading = other;
+                self.found = Some(leading.found());
+            }
+        }
+        Ok(leading)
+    }
+
+    /// The last of refinements at growing speeds that holds all constraints.
+    fn fastest(&mut self, mut leading: Stage, generations: u32) -> Result<Stage, Interrupted> {
+        let greatest = self.niche.gait.froude[2];
+        loop {
+            let now = leading.wanted.froude(&self.shared.subject.legs);
+            if generations == 0 || !leading.holds() || now >= greatest || self.shared.used_up(self.progress) {
+                return Ok(leading);
+            }
+            let other = self.from(&leading, (FASTER * now).min(greatest), generations)?;
+            if !other.holds() {
+                return Ok(leading);
+            }
+            leading = other;
+            self.found = Some(leading.found());
+        }
+    }
+
+    /// The rest of the refinement at the step that was asked for, and the best of the best over many strides.
+    fn finish(&mut self, mut leading: Stage, generations: u32) -> Result<(), Interrupted> {
+        self.refine(&mut leading, &self.shared.fine, generations, Rank::Leading)?;
+        let Stage { wanted, mut refinement } = leading;
+        let Shared { pool, stop, subject, fine, .. } = self.shared;
+        let before = refinement.seconds;
+        let candidate = refinement.finish((pool, stop), subject, fine, &wanted, LONG)?;
+        self.progress.simulated += refinement.seconds - before;
+        self.found = Some(Found { wanted, candidate });
+        Ok(())
+    }
+
+    /// A refinement at another Froude number, on from the best of `leading`.
+    fn from(&mut self, leading: &Stage, froude: f64, generations: u32) -> Result<Stage, Interrupted> {
+        let mut other = self.stage(froude, &[leading.best().parameters.clone()])?;
+        self.refine(&mut other, &self.shared.coarse, generations, Rank::Rival)?;
+        Ok(other)
+    }
+
+    /// Begins a refinement at a Froude number.
+    fn stage(&mut self, froude: f64, starts: &[Vec<f64>]) -> Result<Stage, Interrupted> {
+        let Shared { setup, subject, coarse, pool, stop, .. } = self.shared;
+        stop.check()?;
+        let usual = Wanted::at_froude(&subject.legs, self.niche.gait, froude, subject.gravity());
+        let wanted = Wanted { weights: setup.task.weights, ..usual };
+        // Steps of the golden ratio keep the seeds of all stages apart (Steele, Lea & Flood 2014).
+        let number = STREAMS * self.index as u64 + self.stages + 1;
+        let seed = setup.seed.wrapping_add(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(number));
+        self.stages += 1;
+        let refinement = Refinement::new(pool, subject, coarse, &wanted, starts, seed);
+        self.progress.simulated += refinement.seconds;
+        Ok(Stage { wanted, refinement })
+    }
+
+    /// So many generations, or as many as the budget has.
+    fn refine(
+        &mut self,
+        stage: &mut Stage,
+        arena: &Arena,
+        generations: u32,
+        rank: Rank,
+    ) -> Result<(), Interrupted> {
+        let Shared { pool, stop, subject, .. } = self.shared;
+        for _ in 0..generations {
+            if self.shared.used_up(self.progress) {
+                break;
+            }
+            let Stage { wanted, refinement } = &mut *stage;
+            let before = refinement.seconds;
+            refinement.generation((pool, stop), subject, arena, wanted)?;
+            self.progress.simulated += refinement.seconds - before;
+            if rank == Rank::Leading {
+                self.found = Some(stage.found());
+            }
+            let figures = self.figures(&stage.refinement);
+            self.observer.generation(&figures);
+            self.progress.curve.push(figures);
+        }
+        Ok(())
+    }
+
+    fn figures(&self, refinement: &Refinement) -> Generation {
+        let values: Vec<f64> = refinement.costs.iter().map(|&cost| fitness(cost)).collect();
+        let count = values.len().max(1) as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count;
+        Generation {
+            generation: self.progress.curve.len() as u32,
+            gait: Some(self.niche.name.clone()),
+            best: fitness(refinement.best().cost),
+            mean,
+            spread: variance.sqrt(),
+            cache_hit_rate: 0.0,
+            simulated_seconds: self.progress.simulated,
+            saved_seconds: 0.0,
+            elapsed: self.progress.elapsed(),
+        }
+    }
+
+    fn motion(&self, Found { wanted, candidate }: &Found) -> LearnedMotion {
+        let Candidate { ring, gains, parameters, cost, .. } = candidate;
+        LearnedMotion {
+            name: self.niche.name.clone(),
+            gait: Some(self.niche.gait.gait.to_owned()),
+            speed: Some(wanted.speed),
+            behaviour: ring.behaviour(fitness(*cost), self.progress.curve.len() as u32),
+            gains: gains.clone(),
+            parameters: parameters.clone(),
+        }
+    }
+}
+
+/// From 0 to 1, the more the less a gait costs.
+fn fitness(cost: f64) -> f64 {
+    if cost.is_finite() { 1.0 / (1.0 + cost.max(0.0)) } else { 0.0 }
+}

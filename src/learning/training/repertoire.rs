@@ -1,0 +1,89 @@
+//! The search gait by gait: one niche after the other.
+
+use rayon::ThreadPoolBuilder;
+
+use super::Trained;
+use super::checkpoint::TrainingCheckpoint;
+use super::niche::Niche;
+use super::niche_search::NicheSearch;
+use super::observer::TrainingObserver;
+use super::shared::{Progress, Shared};
+use crate::learn::{Cancel, Interrupted, LearnError, Learning, LearningSetup, Stop, StopReason};
+use crate::program::refine::Subject;
+use gaitwright_physics::scene::Accuracy;
+
+/// Longest step of the coarse part of the search, in √(h / g).
+const COARSEST: f64 = 0.025;
+
+/// Searches for the motion of each of `niches`.
+///
+/// # Errors
+/// [`LearnError`], before anything is simulated.
+pub(super) fn run(
+    setup: &LearningSetup,
+    subject: &Subject,
+    niches: &[Niche],
+    observer: &mut dyn TrainingObserver,
+    cancel: &Cancel,
+    resume: Option<TrainingCheckpoint>,
+) -> Result<Trained, LearnError> {
+    let mut progress = Progress::default();
+    let mut next = 0;
+    if let Some(checkpoint) = resume {
+        checkpoint.fits_gaits(setup, niches.len()).map_err(|error| error.under("/checkpoint"))?;
+        if let TrainingCheckpoint::Gaits { done, milestones, curve, elapsed, .. } = checkpoint {
+            next = done;
+            progress = Progress::resumed(milestones, curve, elapsed);
+        }
+    }
+    let shared = Shared {
+        setup,
+        subject,
+        fine: subject.arena()?,
+        coarse: Subject { accuracy: coarse(setup, subject), ..subject.clone() }.arena()?,
+        pool: ThreadPoolBuilder::new().num_threads(setup.threads.max(1)).build()?,
+        stop: {
+            let seconds = setup.parameters.budget.seconds();
+            Stop::new(cancel, seconds.map(|seconds| seconds - progress.spent))
+        },
+    };
+    let mut ended = StopReason::Complete;
+    for (index, niche) in niches.iter().enumerate().skip(next) {
+        if shared.used_up(&progress) {
+            ended = StopReason::Generations;
+            break;
+        }
+        let search = NicheSearch::new(&shared, (index, niche), &mut progress, observer);
+        let (motion, outcome) = search.run();
+        if let Some(motion) = motion {
+            progress.show(motion, true, observer);
+        }
+        if let Err(Interrupted(reason)) = outcome {
+            ended = reason;
+            break;
+        }
+        observer.checkpoint(&checkpoint(setup, index + 1, &progress));
+    }
+    let finished = progress.milestones.into_iter().filter(|milestone| milestone.finished);
+    let motions = finished.map(|milestone| milestone.motion).collect();
+    Ok(Trained { ended, motions, curve: progress.curve })
+}
+
+/// The accuracy of the coarse part of the search: twice the step, where that is short beside the character's own time.
+fn coarse(setup: &LearningSetup, subject: &Subject) -> Accuracy {
+    let step = setup.accuracy.step;
+    let longest = COARSEST * (subject.legs.hip_height / subject.gravity()).sqrt();
+    Accuracy { step: (2.0 * step).min(longest).max(step), ..setup.accuracy }
+}
+
+fn checkpoint(setup: &LearningSetup, done: usize, progress: &Progress) -> TrainingCheckpoint {
+    TrainingCheckpoint::Gaits {
+        seed: setup.seed,
+        learning: Box::new(Learning::from(&setup.parameters)),
+        task: setup.task.clone(),
+        done,
+        milestones: progress.milestones.clone(),
+        curve: progress.curve.clone(),
+        elapsed: progress.elapsed(),
+    }
+}

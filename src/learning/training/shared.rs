@@ -1,0 +1,78 @@
+//! What the niches of a training share: where candidates are tried, and how far the training is.
+
+use std::time::Instant;
+
+use rayon::ThreadPool;
+
+use super::checkpoint::Milestone;
+use super::motion::LearnedMotion;
+use super::observer::TrainingObserver;
+use crate::learn::{Generation, LearningSetup, Stop};
+use crate::program::refine::Subject;
+use crate::program::rollout::Arena;
+
+/// What does not change during the search.
+pub(super) struct Shared<'a> {
+    pub(super) setup: &'a LearningSetup,
+    pub(super) subject: &'a Subject,
+    /// At the step that was asked for.
+    pub(super) fine: Arena,
+    /// At a longer one, which ranks nearly as well in half the time.
+    pub(super) coarse: Arena,
+    pub(super) pool: ThreadPool,
+    pub(super) stop: Stop,
+}
+
+impl Shared<'_> {
+    /// Whether all generations of the budget are done.
+    pub(super) fn used_up(&self, progress: &Progress) -> bool {
+        let most = self.setup.parameters.budget.generations();
+        most.is_some_and(|most| progress.curve.len() >= most as usize)
+    }
+}
+
+/// What changes.
+pub(super) struct Progress {
+    /// Motions shown, in order.
+    pub(super) milestones: Vec<Milestone>,
+    pub(super) curve: Vec<Generation>,
+    /// Simulated time of all niches, s.
+    pub(super) simulated: f64,
+    started: Instant,
+    /// Wall clock time spent before this run was resumed, s.
+    pub(super) spent: f64,
+}
+
+impl Default for Progress {
+    fn default() -> Self {
+        Self::resumed(Vec::new(), Vec::new(), 0.0)
+    }
+}
+
+impl Progress {
+    /// How far an earlier run had come.
+    pub(super) fn resumed(milestones: Vec<Milestone>, curve: Vec<Generation>, spent: f64) -> Self {
+        let simulated = curve.last().map_or(0.0, |figures| figures.simulated_seconds);
+        Self { milestones, curve, simulated, started: Instant::now(), spent }
+    }
+
+    /// s of the wall clock since the start of the training.
+    pub(super) fn elapsed(&self) -> f64 {
+        self.spent + self.started.elapsed().as_secs_f64()
+    }
+
+    /// Shows a motion and keeps it.
+    pub(super) fn show(
+        &mut self,
+        motion: LearnedMotion,
+        finished: bool,
+        observer: &mut dyn TrainingObserver,
+    ) {
+        if finished {
+            observer.finished(&motion);
+        } else {
+            observer.improved(&motion);
+        }
+        self.milestones.push(Milestone { motion, finished });
+    }
+}

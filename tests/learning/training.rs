@@ -1,0 +1,221 @@
+//! Training gait by gait: which gaits a task calls for, and what comes out of it.
+
+use std::sync::Arc;
+
+use gaitwright_learning::gait::{GaitContext, measure};
+use gaitwright_learning::learn::{
+    AskedSpeed, Cancel, Generation, Learning, LearningSetup, Seeds, SpeedWord, StopReason, Task,
+};
+use gaitwright_learning::program::refine::Subject;
+use gaitwright_learning::training::niche::{NichePace, niches};
+use gaitwright_learning::training::{
+    LearnedMotion, Trained, TrainingCheckpoint, TrainingObserver, train,
+};
+use gaitwright_physics::character::read_file;
+use gaitwright_physics::model::{Base, Model};
+use gaitwright_physics::playback::Playback;
+use gaitwright_physics::scene::{Accuracy, Scene, StepPlan};
+use gaitwright_physics::sim::link_poses;
+use gaitwright_physics::stance::{Stance, Upright};
+
+const GRAVITY: f64 = 9.81;
+
+fn setup(name: &str, task: Task, learning: Learning, threads: usize) -> LearningSetup {
+    let reading = read_file(&crate::common::example_path(name), Default::default()).unwrap();
+    let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
+    let (scene, accuracy) = (Scene::default(), Accuracy::default());
+    let stance = Arc::new(Stance::find(&model, &scene));
+    let parameters = learning.resolve(&stance, GRAVITY, accuracy.step).unwrap();
+    LearningSetup { model, stance, scene, accuracy, task, parameters, seed: 3, threads }
+}
+
+/// Keeps what it is told, and cancels at the first checkpoint if asked to.
+#[derive(Default)]
+struct Witness {
+    curve: Vec<Generation>,
+    improved: Vec<LearnedMotion>,
+    finished: Vec<LearnedMotion>,
+    checkpoints: Vec<TrainingCheckpoint>,
+    cancel: Option<Cancel>,
+}
+
+impl TrainingObserver for Witness {
+    fn generation(&mut self, figures: &Generation) {
+        self.curve.push(figures.clone());
+    }
+
+    fn improved(&mut self, motion: &LearnedMotion) {
+        self.improved.push(motion.clone());
+    }
+
+    fn finished(&mut self, motion: &LearnedMotion) {
+        self.finished.push(motion.clone());
+    }
+
+    fn checkpoint(&mut self, checkpoint: &TrainingCheckpoint) {
+        self.checkpoints.push(checkpoint.clone());
+        if let Some(cancel) = &self.cancel {
+            cancel.cancel();
+        }
+    }
+}
+
+/// Without what the wall clock says.
+fn timeless(curve: &[Generation]) -> Vec<Generation> {
+    curve.iter().map(|figures| Generation { elapsed: 0.0, ..figures.clone() }).collect()
+}
+
+fn gait(name: &str) -> Task {
+    Task { gait: name.into(), ..Task::default() }
+}
+
+fn names(character: &str, task: &Task) -> Vec<String> {
+    let setup = setup(character, task.clone(), Learning::default(), 1);
+    let LearningSetup { model, stance, scene, accuracy, .. } = &setup;
+    let subject = Subject::new(model, stance, scene, accuracy, task.direction).unwrap();
+    niches(task, &subject).into_iter().map(|niche| niche.name).collect()
+}
+
+#[test]
+fn a_task_calls_for_the_gaits_that_suit_it() {
+    // A dog walks at Froude number 0.1, trots at 0.5 and gallops at 3 (Alexander & Jayes 1983).
+    let at = |froude| Task { froude: Some(froude), ..Task::default() };
+    assert_eq!(names("quadruped.urdf", &at(0.05))[0], "walk");
+    assert!(names("quadruped.urdf", &at(0.05)).iter().all(|name| !name.contains("gallop")));
+    assert_eq!(names("quadruped.urdf", &at(0.45))[0], "trot");
+    assert!(names("quadruped.urdf", &at(2.5)).iter().any(|name| name.contains("gallop")));
+    assert!(names("quadruped.urdf", &at(2.5)).iter().all(|name| name != "walk"));
+    // Every gait, and the fastest; each name once.
+    let all = names("quadruped.urdf", &Task::default());
+    for name in ["walk", "trot", "running trot", "pace", "canter", "bound", "pronk"] {
+        assert_eq!(all.iter().filter(|other| *other == name).count(), 1, "{name} in {all:?}");
+    }
+    assert!(all.iter().any(|name| name.contains("gallop")) && all.iter().any(|name| name.contains("fastest")));
+    assert_eq!(names("quadruped.urdf", &gait("trot")), ["trot"]);
+    assert_eq!(names("quadruped.urdf", &Task { froude: Some(1.5), ..gait("trot") }), ["running trot"]);
+    assert_eq!(names("hexapod.json", &gait("ripple")), ["ripple"]);
+    assert_eq!(names("biped.urdf", &gait("run")), ["run"]);
+    // A speed in m/s is the same as its Froude number v² / (g l).
+    let setup = setup("quadruped.urdf", Task::default(), Learning::default(), 1);
+    let LearningSetup { model, stance, scene, accuracy, .. } = &setup;
+    let subject = Subject::new(model, stance, scene, accuracy, [1.0, 0.0, 0.0]).unwrap();
+    let speed = (0.2 * GRAVITY * subject.legs.hip_height).sqrt();
+    let task = Task { speed: Some(AskedSpeed::Number(speed)), ..gait("walk") };
+    let NichePace::Cheapest { first, others } = &niches(&task, &subject)[0].pace else { panic!() };
+    assert!((first - 0.2).abs() < 1e-12 && others.is_empty());
+    let task = Task { speed: Some(AskedSpeed::Word(SpeedWord::Fastest)), ..Task::default() };
+    assert!(matches!(niches(&task, &subject)[0].pace, NichePace::Fastest { .. }));
+}
+
+#[test]
+fn a_gait_that_the_legs_do_not_allow_is_refused() {
+    let asked = |character: &str, name: &str| {
+        let setup = setup(character, gait(name), Learning::default(), 1);
+        train(&setup, &mut Witness::default(), &Cancel::default(), None).unwrap_err().to_string()
+    };
+    assert!(asked("biped.urdf", "trot").contains("walk, run, hop"), "{}", asked("biped.urdf", "trot"));
+    assert!(asked("quadruped.urdf", "tripod").contains("/task/gait"));
+    assert!(asked("snake.json", "walk").contains("no legs"));
+}
+
+fn few(generations: u32) -> Learning {
+    Learning { generations: Some(generations), gait_generations: 6, ..Learning::default() }
+}
+
+#[test]
+fn the_repertoire_is_the_same_with_any_threads_and_after_an_interruption() {
+    let task = Task { speed: Some(AskedSpeed::Number(0.9)), ..Task::default() };
+    // Two gaits: the second is cut short by the budget.
+    let whole = |threads| {
+        let mut witness = Witness::default();
+        let setup = setup("quadruped.urdf", task.clone(), few(8), threads);
+        let trained = train(&setup, &mut witness, &Cancel::default(), None).unwrap();
+        (trained, witness)
+    };
+    let ((alone, witness), (together, _)) = (whole(1), whole(3));
+    assert_eq!(alone.motions, together.motions);
+    assert_eq!(timeless(&alone.curve), timeless(&together.curve));
+    assert_eq!(alone.ended, StopReason::Generations);
+    assert_eq!(alone.curve.len(), 8);
+    assert_eq!(witness.finished, alone.motions);
+    assert!(alone.motions.len() == 2 && !witness.improved.is_empty());
+
+    let cancel = Cancel::default();
+    let mut witness = Witness { cancel: Some(cancel.clone()), ..Witness::default() };
+    let setup = setup("quadruped.urdf", task.clone(), few(8), 2);
+    let cut: Trained = train(&setup, &mut witness, &cancel, None).unwrap();
+    assert_eq!((cut.ended, cut.motions.len()), (StopReason::Cancelled, 1));
+    // As a file would have it.
+    let text = serde_json::to_string(&witness.checkpoints[0]).unwrap();
+    let checkpoint: TrainingCheckpoint = serde_json::from_str(&text).unwrap();
+    let resumed = train(&setup, &mut Witness::default(), &Cancel::default(), Some(checkpoint.clone())).unwrap();
+    assert_eq!(resumed.motions, alone.motions);
+    assert_eq!(timeless(&resumed.curve), timeless(&alone.curve));
+    // That of another training is refused.
+    let other = LearningSetup { seed: 4, ..setup };
+    let error = train(&other, &mut Witness::default(), &Cancel::default(), Some(checkpoint)).unwrap_err();
+    assert!(error.to_string().contains("/checkpoint/seed"), "{error}");
+}
+
+#[test]
+fn a_few_generations_teach_a_walk_that_is_a_walk() {
+    let learning = Learning { gait_generations: 16, ..Learning::default() };
+    let task = Task { froude: Some(0.1), ..gait("walk") };
+    let setup = setup("quadruped.urdf", task, learning, 2);
+    let trained = train(&setup, &mut Witness::default(), &Cancel::default(), None).unwrap();
+    assert_eq!(trained.ended, StopReason::Complete);
+    let motion = &trained.motions[0];
+    assert_eq!(motion.behaviour.cycle.len(), 8, "the whole stride is kept");
+
+    let LearningSetup { model, stance, scene, accuracy, .. } = &setup;
+    let plan = StepPlan::compile(scene, accuracy, Some(&motion.gains), model).unwrap();
+    let player = motion.player(&stance.angles);
+    let playback = Playback {
+        model,
+        plan: &Arc::new(plan),
+        start: &stance.state,
+        player: &player,
+        upright: &Upright::new(model, stance, scene),
+        seconds: 15.0,
+        sample_every: 0.004,
+    };
+    let mut trace = playback.run(|| false);
+    assert_eq!(trace.fell_at, None);
+    trace.samples.retain(|sample| sample.time > player.lead() + 2.0 * player.period());
+    let standing = link_poses(model, &stance.state);
+    let gait = measure(&trace, &GaitContext {
+        character: &model.character,
+        support: &stance.support,
+        standing: &standing,
+        ground: 0.0,
+        mass: model.mass,
+        gravity: GRAVITY,
+        direction: [1.0, 0.0, 0.0],
+    });
+    assert_eq!(gait.gait.as_deref(), Some("walk"), "{gait:?}");
+    // Lateral sequence (Hildebrand 1965): hind, fore of one side, then of the other, a quarter of a stride apart.
+    let wanted = motion.speed.unwrap();
+    assert!((gait.speed / wanted - 1.0).abs() < 0.1, "{} of {wanted} m/s", gait.speed);
+    // Each foot stands for more than half of the stride: a walk, not a hop.
+    assert!(gait.feet.iter().all(|foot| foot.duty_factor > 0.5), "{:?}", gait.feet);
+}
+
+#[test]
+fn without_seeds_and_without_legs_qdsega_searches() {
+    let learning = Learning {
+        generations: Some(1),
+        population: 4,
+        islands: 1,
+        elite: 1,
+        episodes: 2,
+        check_seconds: 2.0,
+        ..Learning::default()
+    };
+    for (character, seeds) in [("quadruped.urdf", Seeds::None), ("snake.json", Seeds::Templates)] {
+        let setup = setup(character, Task::default(), Learning { seeds, ..learning.clone() }, 2);
+        let trained = train(&setup, &mut Witness::default(), &Cancel::default(), None).unwrap();
+        assert_eq!(trained.ended, StopReason::Generations);
+        assert_eq!(trained.curve.len(), 1);
+        assert!(trained.motions.iter().all(|motion| motion.gait.is_none() && motion.gains == setup.stance.gains));
+    }
+}
