@@ -6,6 +6,7 @@ mod bodies;
 #[path = "../common/mod.rs"]
 mod common;
 mod documents;
+mod gait;
 mod hard_cases;
 mod learn;
 mod loops;
