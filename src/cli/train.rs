@@ -176,7 +176,8 @@ impl RunWatcher for Progress {
 
     fn learned(&mut self, entry: &RepertoireEntry) {
         let RepertoireEntry { number, name, metrics, .. } = entry;
-        let cost = metrics.cost_of_transport.map_or(String::new(), |cost| format!(", cost of transport {cost:.2}"));
+        let cost =
+            metrics.cost_of_transport.map_or(String::new(), |cost| format!(", cost of transport {cost:.2}"));
         let natural = if metrics.natural { "natural" } else { "not natural" };
         let gait = metrics.gait.as_deref().unwrap_or("no name");
         let line = format!("motion {number}, {name}: {:.2} m/s{cost}, {gait}, {natural}", metrics.speed);

@@ -110,9 +110,13 @@ fn metrics(performance: &Performance<'_>, root_adjustment: RootAdjustment) -> Me
         speed: gait.speed,
         upright_seconds: trace.fell_at.unwrap_or(end),
         cost_of_transport: gait.cost_of_transport,
+        positive_cost_of_transport: gait.positive_cost_of_transport,
         froude: gait.froude,
         gait: gait.gait.clone(),
         duty_factors: gait.feet.iter().map(|foot| (foot.link.clone(), foot.duty_factor)).collect(),
+        stride_period: gait.stride_period,
+        natural: gait.natural,
+        naturalness: gait.naturalness.clone(),
         validity: Validity { root_adjustment, ..performance.validity.clone() },
         ..Metrics::default()
     }

@@ -84,7 +84,9 @@ pub(super) async fn gait(
 fn export_format(name: &str) -> Result<ExportFormat, ProblemDetails> {
     let served = [ExportFormat::Glb, ExportFormat::Bvh, ExportFormat::Csv];
     let found = served.into_iter().find(|format| format.name() == name);
-    found.ok_or_else(|| ProblemDetails::not_found(format!("motions are not served as `{name}`: glb, bvh and csv are")))
+    found.ok_or_else(|| {
+        ProblemDetails::not_found(format!("motions are not served as `{name}`: glb, bvh and csv are"))
+    })
 }
 
 /// Name of the file of the motion with this number.
@@ -95,6 +97,8 @@ async fn file(app: &App, job: &Job, number: &str) -> Result<String, ProblemDetai
     let entry = number.parse().ok().and_then(|number| repertoire.entry(number));
     entry.map(|entry| entry.file.clone()).ok_or_else(|| {
         let count = repertoire.motions.len();
-        ProblemDetails::not_found(format!("the job has {count} motions, numbered from 1; there is no motion {number}"))
+        ProblemDetails::not_found(format!(
+            "the job has {count} motions, numbered from 1; there is no motion {number}"
+        ))
     })
 }

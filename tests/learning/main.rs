@@ -6,12 +6,13 @@ mod bodies;
 #[path = "../common/mod.rs"]
 mod common;
 mod documents;
+mod gait;
 mod hard_cases;
 mod learn;
 mod loops;
 mod program;
 mod rapier;
 mod scenarios;
-mod training;
 #[path = "../common/tables.rs"]
 mod tables;
+mod training;

@@ -59,7 +59,7 @@ fn forces_carry_the_weight_and_the_trunk_obeys_newton_and_euler() {
     let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
     let legs = &subject.legs;
     for gait in gaits(4) {
-        let wanted = Wanted::at_froude(legs, *gait, 0.4, GRAVITY);
+        let wanted = Wanted::at_froude(legs, gait, 0.4, GRAVITY);
         let program = program(legs, &wanted, &[]);
         let moments = stride(legs, &program, GRAVITY);
         let count = SAMPLES as f64;

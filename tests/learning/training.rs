@@ -8,9 +8,7 @@ use gaitwright_learning::learn::{
 };
 use gaitwright_learning::program::refine::Subject;
 use gaitwright_learning::training::niche::{NichePace, niches};
-use gaitwright_learning::training::{
-    LearnedMotion, Trained, TrainingCheckpoint, TrainingObserver, train,
-};
+use gaitwright_learning::training::{LearnedMotion, Trained, TrainingCheckpoint, TrainingObserver, train};
 use gaitwright_physics::character::read_file;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::playback::Playback;
@@ -90,7 +88,9 @@ fn a_task_calls_for_the_gaits_that_suit_it() {
     for name in ["walk", "trot", "running trot", "pace", "canter", "bound", "pronk"] {
         assert_eq!(all.iter().filter(|other| *other == name).count(), 1, "{name} in {all:?}");
     }
-    assert!(all.iter().any(|name| name.contains("gallop")) && all.iter().any(|name| name.contains("fastest")));
+    assert!(
+        all.iter().any(|name| name.contains("gallop")) && all.iter().any(|name| name.contains("fastest"))
+    );
     assert_eq!(names("quadruped.urdf", &gait("trot")), ["trot"]);
     assert_eq!(names("quadruped.urdf", &Task { froude: Some(1.5), ..gait("trot") }), ["running trot"]);
     assert_eq!(names("hexapod.json", &gait("ripple")), ["ripple"]);
@@ -148,7 +148,8 @@ fn the_repertoire_is_the_same_with_any_threads_and_after_an_interruption() {
     // As a file would have it.
     let text = serde_json::to_string(&witness.checkpoints[0]).unwrap();
     let checkpoint: TrainingCheckpoint = serde_json::from_str(&text).unwrap();
-    let resumed = train(&setup, &mut Witness::default(), &Cancel::default(), Some(checkpoint.clone())).unwrap();
+    let resumed =
+        train(&setup, &mut Witness::default(), &Cancel::default(), Some(checkpoint.clone())).unwrap();
     assert_eq!(resumed.motions, alone.motions);
     assert_eq!(timeless(&resumed.curve), timeless(&alone.curve));
     // That of another training is refused.
@@ -183,15 +184,18 @@ fn a_few_generations_teach_a_walk_that_is_a_walk() {
     assert_eq!(trace.fell_at, None);
     trace.samples.retain(|sample| sample.time > player.lead() + 2.0 * player.period());
     let standing = link_poses(model, &stance.state);
-    let gait = measure(&trace, &GaitContext {
-        character: &model.character,
-        support: &stance.support,
-        standing: &standing,
-        ground: 0.0,
-        mass: model.mass,
-        gravity: GRAVITY,
-        direction: [1.0, 0.0, 0.0],
-    });
+    let gait = measure(
+        &trace,
+        &GaitContext {
+            character: &model.character,
+            support: &stance.support,
+            standing: &standing,
+            ground: 0.0,
+            mass: model.mass,
+            gravity: GRAVITY,
+            direction: [1.0, 0.0, 0.0],
+        },
+    );
     assert_eq!(gait.gait.as_deref(), Some("walk"), "{gait:?}");
     // Lateral sequence (Hildebrand 1965): hind, fore of one side, then of the other, a quarter of a stride apart.
     let wanted = motion.speed.unwrap();
@@ -216,6 +220,8 @@ fn without_seeds_and_without_legs_qdsega_searches() {
         let trained = train(&setup, &mut Witness::default(), &Cancel::default(), None).unwrap();
         assert_eq!(trained.ended, StopReason::Generations);
         assert_eq!(trained.curve.len(), 1);
-        assert!(trained.motions.iter().all(|motion| motion.gait.is_none() && motion.gains == setup.stance.gains));
+        assert!(
+            trained.motions.iter().all(|motion| motion.gait.is_none() && motion.gains == setup.stance.gains)
+        );
     }
 }

@@ -34,4 +34,3 @@ impl<'a> CancelLimit<'a> {
         self.is_cancelled() && self.since.get_or_init(Instant::now).elapsed() >= self.longest
     }
 }
-

@@ -31,4 +31,3 @@ pub enum Unsuccessful {
     #[error("the character fell before it had gone round its loop once")]
     Fell,
 }
-

@@ -180,7 +180,13 @@ impl MotionCheck<'_> {
 
 fn trial(change: String, trace: &Trace) -> Trial {
     let end = trace.samples.last().map_or(0.0, |sample| sample.time);
-    Trial { change, upright_seconds: trace.fell_at.unwrap_or(end), of_seconds: TRIED }
+    Trial {
+        change,
+        upright_seconds: trace.fell_at.unwrap_or(end),
+        speed: 0.0,
+        relative_speed: None,
+        of_seconds: TRIED,
+    }
 }
 
 fn gcd(a: usize, b: usize) -> usize {

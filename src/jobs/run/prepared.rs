@@ -42,8 +42,9 @@ impl PreparedRun {
         let swaying = swaying(&model, &stance, &scene);
         let settled = settle(&swaying, &accuracy, &|| cancel.is_cancelled())?;
         let Some((accuracy, accuracy_choice)) = settled else { return Ok(None) };
-        let parameters =
-            learning.resolve(&stance, reference_gravity(&scene), accuracy.step).map_err(|error| error.under("/learning"))?;
+        let parameters = learning
+            .resolve(&stance, reference_gravity(&scene), accuracy.step)
+            .map_err(|error| error.under("/learning"))?;
         let plan = Arc::new(StepPlan::compile(&scene, &accuracy, Some(&stance.gains), &model)?);
         let setup = LearningSetup { model, stance, scene, accuracy, task, parameters, seed, threads };
         let standing_seconds = start.elapsed().as_secs_f64();
@@ -56,7 +57,11 @@ impl PreparedRun {
     }
 
     /// A motion about to be played as it was learned.
-    pub(super) fn motion_check<'a>(&'a self, motion: &'a LearnedMotion, player: &'a Player) -> MotionCheck<'a> {
+    pub(super) fn motion_check<'a>(
+        &'a self,
+        motion: &'a LearnedMotion,
+        player: &'a Player,
+    ) -> MotionCheck<'a> {
         MotionCheck {
             model: &self.setup.model,
             stance: &self.setup.stance,

@@ -105,4 +105,3 @@ pub(super) fn report(
         gait: shelved.gait().cloned(),
     }
 }
-

@@ -30,7 +30,7 @@ pub struct Footing {
 }
 
 impl Footing {
-    /// The stances of `link` in `trace`.
+    /// The stances of `link` on the ground in `trace`; what it touches of obstacles and of the character is no ground.
     ///
     /// First swings shorter than the debounce time become stance, so that a foot that chatters while it lands is down
     /// from its first contact; then stances that are still shorter become swing. A stance or swing at the start or the
@@ -39,16 +39,27 @@ impl Footing {
         let mut stance: Vec<bool> = trace
             .samples
             .iter()
-            .map(|sample| {
-                let of_link = sample.contacts.iter().filter(|contact| contact.link == link);
-                of_link.map(|contact| contact.force.dot(&contact.normal)).sum::<f64>() > detection.threshold
-            })
+            .map(|sample| sample.loads.get(link).is_some_and(|&load| load > detection.threshold))
             .collect();
         let shortest = (detection.debounce / interval(trace)).round() as usize;
         remove_short_runs(&mut stance, false, shortest);
         remove_short_runs(&mut stance, true, shortest);
         let touch_downs = (1..stance.len()).filter(|&at| stance[at] && !stance[at - 1]).collect();
         Self { link, stance, touch_downs }
+    }
+
+    /// First sample of every stance and the one after its last, in order; the first and the last stance may be cut off by
+    /// the trace.
+    pub(super) fn stances(&self) -> Vec<[usize; 2]> {
+        let mut stances = Vec::new();
+        let mut start = 0;
+        for run in self.stance.chunk_by(|a, b| a == b) {
+            if run.first() == Some(&true) {
+                stances.push([start, start + run.len()]);
+            }
+            start += run.len();
+        }
+        stances
     }
 }
 

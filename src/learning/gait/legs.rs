@@ -1,4 +1,5 @@
-//! Which leg is which: left or right, fore or hind, from the positions of the feet in the standing pose.
+//! Which leg is which: left or right, fore or hind, from the positions of the feet in the standing pose and the direction
+//! of travel.
 
 use std::fmt;
 
@@ -9,9 +10,9 @@ use gaitwright_physics::character::Character;
 /// A side of the body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Side {
-    /// Toward +y of the heading.
+    /// To the left of the direction of travel.
     Left,
-    /// Toward −y.
+    /// To the right of it.
     Right,
 }
 
@@ -44,18 +45,17 @@ impl fmt::Display for Leg {
 
 /// The supporting links in the order left before right, front to back, each with its leg.
 ///
-/// `standing` are the world frames of the character's links in its standing pose; the root's x axis
-/// seen from above is the heading. Without as many feet on the left as on the right, no link has a leg
-/// and the order is that of `support`.
+/// `standing` are the world frames of the character's links in its standing pose. Fore is where `direction` (world
+/// frame, of any length) points seen from above, whatever the root's axes are: a character sent sideways or backward has
+/// its left and fore legs where an animal that faces that way has them. Without as many feet on the left as on the
+/// right, no link has a leg and the order is that of `support`.
 pub(super) fn place(
     character: &Character,
     support: &[usize],
     standing: &[Isometry3<f64>],
+    direction: [f64; 3],
 ) -> Vec<(usize, Option<Leg>)> {
-    let heading = standing.first().map_or(0.0, |root| {
-        let forward = root.rotation * Vector3::x();
-        forward.y.atan2(forward.x)
-    });
+    let heading = direction[1].atan2(direction[0]);
     let level = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -heading);
     let feet: Vec<(usize, Vector3<f64>)> =
         support.iter().map(|&link| (link, level * foot(character, link, standing).coords)).collect();

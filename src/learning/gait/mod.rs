@@ -4,16 +4,19 @@
 //! quadrupedal gaits of vertebrates"): the duty factor of a foot is the share of the stride for which it is
 //! on the ground; its phase is the share of the stride by which it touches down after the reference foot.
 
+mod foot;
 mod footfall;
 mod legs;
 mod measure;
 mod name;
 mod report;
+mod stride;
+mod unnamed;
 mod validity;
 
 pub use footfall::{Detection, Footing};
 pub use legs::{Leg, Side};
 pub use measure::{GaitContext, measure};
-pub use name::{Classified, MAX_DISTANCE, Template, classify, templates};
-pub use report::{Foot, GaitFormat, GaitReport, Pair, Regime, Spread};
+pub use name::{Classified, Template, classify, templates};
+pub use report::{Foot, GaitFormat, GaitReport, Pair, Regime, Spread, UnnamedBecause};
 pub use validity::validity;

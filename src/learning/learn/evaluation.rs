@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
+use super::objective::{Terms, reference_gravity};
 use super::parameters::Parameters;
 use super::stop::{Interrupted, Stop};
-use super::objective::{Terms, reference_gravity};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
 use gaitwright_physics::scene::{Accuracy, Scene, StepPlan};

@@ -52,10 +52,10 @@ pub use behaviour::{Behaviour, Posture};
 pub use checkpoint::Checkpoint;
 pub use generation::Generation;
 pub use learned::Learned;
+pub use objective::{Objective, Terms, reference_gravity};
 pub use observer::Observer;
 pub use parameters::{Budget, Coding, Crossover, Learning, Mutation, Parameters, Search, Seeds, Trunk};
 pub use stop::{Cancel, Interrupted, Stop, StopReason};
-pub use objective::{Objective, Terms, reference_gravity};
 pub use task::{ANY_GAIT, AskedSpeed, Pace, SpeedWord, Task, Weights};
 
 /// Everything that [`learn`] needs.
@@ -103,7 +103,8 @@ pub fn learn(
     resume: Option<Checkpoint>,
 ) -> Result<Learned, LearnError> {
     let LearningSetup { model, stance, scene, accuracy, task, parameters, seed, threads } = setup;
-    let objective = Objective::new(task, model, stance, reference_gravity(scene)).map_err(|error| error.under("/task"))?;
+    let objective = Objective::new(task, model, stance, reference_gravity(scene))
+        .map_err(|error| error.under("/task"))?;
     let world = evaluation::SimulatedWorld::new(model, stance, scene, accuracy, parameters)?;
     let grid = grid::Grid::new(model, stance, parameters);
     if let Some(checkpoint) = &resume {

@@ -6,7 +6,6 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-
 use gaitwright_physics::fault::{Fault, InputError};
 use gaitwright_physics::scene::{Effect, Scene, Switch};
 use gaitwright_physics::stance::Stance;

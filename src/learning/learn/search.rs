@@ -15,11 +15,11 @@ use super::generation::Generation;
 use super::genome::Genome;
 use super::grid::Grid;
 use super::learned::Learned;
+use super::objective::Objective;
 use super::observer::Observer;
 use super::parameters::Parameters;
 use super::stop::{Interrupted, Stop, StopReason};
 use super::subset::SearchContext;
-use super::objective::Objective;
 use super::task::Task;
 use super::trial::{AcceptedBehaviour, IndividualVerdict, judge};
 

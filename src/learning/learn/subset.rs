@@ -7,11 +7,11 @@ use super::cache::{Additions, Cache, SimulationTotals, TrackedTransition, Transi
 use super::evaluation::World;
 use super::genome::Genome;
 use super::grid::Grid;
+use super::objective::Objective;
 use super::parameters::Parameters;
 use super::policy::Edge;
 use super::qlearning::{ActionOutcome, Environment};
 use super::stop::{Interrupted, Stop};
-use super::objective::Objective;
 use super::transition::Transition;
 
 /// Number of actions between two checks whether to stop. An action whose transition is known takes a microsecond, but

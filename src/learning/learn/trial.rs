@@ -6,11 +6,11 @@ use super::behaviour::{Behaviour, Posture};
 use super::cache::{Additions, Cache, SimulationTotals};
 use super::evaluation::World;
 use super::genome::Genome;
+use super::objective::Terms;
 use super::policy::{ActionPath, best_path, greedy_path};
 use super::qlearning::{Environment, QTable, Rates, learn};
 use super::stop::Interrupted;
 use super::subset::{SearchContext, Subset};
-use super::objective::Terms;
 use gaitwright_physics::motion::Player;
 
 /// The result of evaluating an individual.

@@ -90,9 +90,13 @@ pub fn motion(ring: &Ring, performance: &RolloutRecord<'_>) -> Option<Motion> {
             speed: gait.speed,
             upright_seconds: trace.fell_at.unwrap_or(trace.samples.last()?.time),
             cost_of_transport: gait.cost_of_transport,
+            positive_cost_of_transport: gait.positive_cost_of_transport,
             froude: gait.froude,
             gait: gait.gait.clone(),
             duty_factors: gait.feet.iter().map(|foot| (foot.link.clone(), foot.duty_factor)).collect(),
+            stride_period: gait.stride_period,
+            natural: gait.natural,
+            naturalness: gait.naturalness.clone(),
             ..Metrics::default()
         },
         scene: (*scene).clone(),

@@ -1,8 +1,9 @@
 //! Named gaits: when each leg touches down, for how much of the stride it stands, and at which speeds it is used.
 
 use super::legs::Legs;
+use crate::gait::templates;
 
-/// A way of going with a name, for as many legs as it has phases.
+/// A way of going with a name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NamedGait {
     /// Its own name.
@@ -12,7 +13,7 @@ pub struct NamedGait {
     /// Touch-down of each leg after that of the first, parts of a stride; left legs before right ones,
     /// front to back.
     pub phases: &'static [f64],
-    /// Usual share of the stride for which a leg stands.
+    /// Share of the stride for which a leg is to stand.
     pub duty_factor: f64,
     /// Froude numbers v² / (g l): the least at which it is used, the usual one, and the greatest.
     pub froude: [f64; 3],
@@ -30,70 +31,52 @@ impl NamedGait {
     }
 }
 
-const TROT: [f64; 4] = [0.0, 0.5, 0.5, 0.0];
+/// A way of going: its name, its gait and which variant of that, its duty factor and its Froude numbers.
+type Way = (&'static str, &'static str, Option<&'static str>, f64, [f64; 3]);
 
-/// LF, LH, RF, RH (Hildebrand 1965, 1989; Alexander 1984 for the fast gaits). The canter and the gallops
-/// lead with the left fore leg, which lands last of the fore legs. Froude numbers after Alexander & Jayes 1983: horses
-/// and dogs change from walk to trot at 0.35 to 0.5, and from trot to gallop at 2 to 3.
-const FOUR: [NamedGait; 9] = [
-    entry("walk", "walk", &[0.0, 0.75, 0.5, 0.25], 0.65, [0.02, 0.1, 0.5]),
-    entry("trot", "trot", &TROT, 0.5, [0.1, 0.4, 0.7]),
-    entry("running trot", "trot", &TROT, 0.4, [0.7, 1.0, 3.0]),
-    entry("pace", "pace", &[0.0, 0.0, 0.5, 0.5], 0.5, [0.1, 0.4, 3.0]),
-    entry("canter", "canter", &[0.0, 0.67, 0.67, 0.33], 0.4, [0.8, 1.0, 3.0]),
-    entry("bound", "bound", &[0.0, 0.5, 0.0, 0.5], 0.4, [0.3, 1.0, 5.0]),
-    entry("transverse gallop", "gallop", &[0.0, 0.4, 0.95, 0.35], 0.3, [0.8, 2.0, 20.0]),
-    entry("rotary gallop", "gallop", &[0.0, 0.4, 0.05, 0.35], 0.3, [0.8, 2.0, 20.0]),
-    entry("pronk", "pronk", &[0.0, 0.0, 0.0, 0.0], 0.4, [0.1, 0.5, 3.0]),
+/// Froude numbers after Alexander & Jayes 1983: horses and dogs change from walk to trot at 0.35 to 0.5, and from trot to
+/// gallop at 2 to 3. The walk's duty factor is that of animals at its speed, not that of its slowest strides.
+const FOUR: [Way; 9] = [
+    ("walk", "walk", None, 0.65, [0.02, 0.1, 0.5]),
+    ("trot", "trot", None, 0.5, [0.1, 0.4, 0.7]),
+    ("running trot", "trot", None, 0.4, [0.7, 1.0, 3.0]),
+    ("pace", "pace", None, 0.5, [0.1, 0.4, 3.0]),
+    ("canter", "canter", None, 0.4, [0.8, 1.0, 3.0]),
+    ("bound", "bound", None, 0.4, [0.3, 1.0, 5.0]),
+    ("transverse gallop", "gallop", Some("transverse"), 0.3, [0.8, 2.0, 20.0]),
+    ("rotary gallop", "gallop", Some("rotary"), 0.3, [0.8, 2.0, 20.0]),
+    ("pronk", "pronk", None, 0.4, [0.1, 0.5, 3.0]),
 ];
 
-/// LF, LM, LH, RF, RM, RH (Wilson 1966): the slower, the longer the stance and the later each leg after that behind it.
-const SIX: [NamedGait; 3] = [
-    entry(
-        "wave",
-        "wave",
-        &[2.0 / 6.0, 1.0 / 6.0, 0.0, 5.0 / 6.0, 4.0 / 6.0, 3.0 / 6.0],
-        5.0 / 6.0,
-        [0.001, 0.01, 0.05],
-    ),
-    entry(
-        "ripple",
-        "ripple",
-        &[4.0 / 6.0, 2.0 / 6.0, 0.0, 1.0 / 6.0, 5.0 / 6.0, 3.0 / 6.0],
-        4.0 / 6.0,
-        [0.005, 0.03, 0.15],
-    ),
-    entry("tripod", "tripod", &[0.0, 0.5, 0.0, 0.5, 0.0, 0.5], 0.52, [0.01, 0.08, 1.0]),
+const SIX: [Way; 3] = [
+    ("wave", "wave", None, 5.0 / 6.0, [0.001, 0.01, 0.05]),
+    ("ripple", "ripple", None, 4.0 / 6.0, [0.005, 0.03, 0.15]),
+    ("tripod", "tripod", None, 0.52, [0.01, 0.08, 1.0]),
 ];
 
-/// L, R.
-const TWO: [NamedGait; 3] = [
-    entry("walk", "walk", &[0.0, 0.5], 0.6, [0.02, 0.1, 0.5]),
-    entry("run", "run", &[0.0, 0.5], 0.4, [0.3, 0.7, 5.0]),
-    entry("hop", "hop", &[0.0, 0.0], 0.4, [0.1, 0.5, 3.0]),
+const TWO: [Way; 3] = [
+    ("walk", "walk", None, 0.6, [0.02, 0.1, 0.5]),
+    ("run", "run", None, 0.4, [0.3, 0.7, 5.0]),
+    ("hop", "hop", None, 0.4, [0.1, 0.5, 3.0]),
 ];
 
-const fn entry(
-    name: &'static str,
-    gait: &'static str,
-    phases: &'static [f64],
-    duty_factor: f64,
-    froude: [f64; 3],
-) -> NamedGait {
-    NamedGait { name, gait, phases, duty_factor, froude }
-}
-
-/// The named gaits of a character with `legs` legs, the slowest first; none for most numbers.
-pub fn gaits(legs: usize) -> &'static [NamedGait] {
-    match legs {
+/// The named gaits of a character with `legs` legs, those that are looked for first before others; none for most numbers.
+pub fn gaits(legs: usize) -> Vec<NamedGait> {
+    let ways: &[Way] = match legs {
         2 => &TWO,
         4 => &FOUR,
         6 => &SIX,
         _ => &[],
-    }
+    };
+    let named = |&(name, gait, variant, duty_factor, froude): &Way| {
+        let template =
+            templates(legs).iter().find(|template| template.name == gait && template.variant == variant)?;
+        Some(NamedGait { name, gait, phases: template.phases, duty_factor, froude })
+    };
+    ways.iter().filter_map(named).collect()
 }
 
 /// The gait called `name` for as many legs as `legs` has.
 pub fn named(name: &str, legs: &Legs) -> Option<NamedGait> {
-    gaits(legs.legs.len()).iter().find(|gait| gait.name == name).copied()
+    gaits(legs.legs.len()).into_iter().find(|gait| gait.name == name)
 }

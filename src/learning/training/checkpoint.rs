@@ -57,8 +57,10 @@ impl TrainingCheckpoint {
 
     /// Every motion shown so far, in order; `gains` are those of the stance.
     pub fn milestones(&self, gains: &Gains) -> Vec<Milestone> {
-        let shown =
-            |best: &Behaviour| Milestone { motion: LearnedMotion::unnamed(best.clone(), gains), finished: false };
+        let shown = |best: &Behaviour| Milestone {
+            motion: LearnedMotion::unnamed(best.clone(), gains),
+            finished: false,
+        };
         match self {
             Self::Qdsega { learner } => learner.improved.iter().map(shown).collect(),
             Self::Gaits { milestones, .. } => milestones.clone(),

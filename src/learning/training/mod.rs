@@ -85,7 +85,10 @@ fn suits(task: &Task, subject: Option<&Subject>) -> Result<(), InputError> {
         return Ok(());
     }
     let reason = if known.is_empty() {
-        format!("the character has no legs for `{}`, or not as many on both sides; only `any` suits it", task.gait)
+        format!(
+            "the character has no legs for `{}`, or not as many on both sides; only `any` suits it",
+            task.gait
+        )
     } else {
         format!("a character with {legs} legs has no gait `{}`; there are {}", task.gait, known.join(", "))
     };

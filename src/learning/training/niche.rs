@@ -46,7 +46,11 @@ impl Niche {
     }
 
     fn at(gait: NamedGait, froude: f64) -> Self {
-        Self { name: gait.name.to_owned(), gait, pace: NichePace::Cheapest { first: froude, others: Vec::new() } }
+        Self {
+            name: gait.name.to_owned(),
+            gait,
+            pace: NichePace::Cheapest { first: froude, others: Vec::new() },
+        }
     }
 
     fn fastest(gait: NamedGait) -> Self {
@@ -65,7 +69,7 @@ pub fn niches(task: &Task, subject: &Subject) -> Vec<Niche> {
         all.iter().filter(|gait| task.any_gait() || gait.gait == task.gait).copied().collect();
     match pace {
         Pace::Comfortable if task.any_gait() => {
-            let fastest = runner(all).map(Niche::fastest);
+            let fastest = runner(&all).map(Niche::fastest);
             asked.into_iter().map(Niche::comfortable).chain(fastest).collect()
         }
         Pace::Comfortable => asked.into_iter().take(1).map(Niche::comfortable).collect(),
@@ -85,7 +89,7 @@ pub fn niches(task: &Task, subject: &Subject) -> Vec<Niche> {
             let count = if task.any_gait() { used.clamp(1, RIVALS) } else { 1 };
             rivals.into_iter().take(count).map(|gait| Niche::at(gait, froude)).collect()
         }
-        Pace::Fastest if task.any_gait() => runner(all).into_iter().map(Niche::fastest).collect(),
+        Pace::Fastest if task.any_gait() => runner(&all).into_iter().map(Niche::fastest).collect(),
         Pace::Fastest => asked.last().copied().into_iter().map(Niche::fastest).collect(),
     }
 }

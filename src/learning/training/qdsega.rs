@@ -1,9 +1,9 @@
 //! Training by QDSEGA: one motion, driven with the gains of the stance.
 
+use super::Trained;
 use super::checkpoint::TrainingCheckpoint;
 use super::motion::LearnedMotion;
 use super::observer::TrainingObserver;
-use super::Trained;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::Gains;
 

@@ -124,7 +124,9 @@ impl Motion {
             ("speed", metrics.speed),
             ("upright_seconds", metrics.upright_seconds),
             ("cost_of_transport", metrics.cost_of_transport.unwrap_or(0.0)),
+            ("positive_cost_of_transport", metrics.positive_cost_of_transport.unwrap_or(0.0)),
             ("froude", metrics.froude.unwrap_or(0.0)),
+            ("stride_period", metrics.stride_period.unwrap_or(0.0)),
             ("validity/torque_saturation", validity.torque_saturation),
             ("validity/greatest_limit_violation", validity.greatest_limit_violation),
             ("validity/greatest_penetration", validity.greatest_penetration),
@@ -138,11 +140,21 @@ impl Motion {
             let place = format!("validity/trials/{index}");
             [
                 (format!("{place}/upright_seconds"), trial.upright_seconds),
+                (format!("{place}/speed"), trial.speed),
+                (format!("{place}/relative_speed"), trial.relative_speed.unwrap_or(0.0)),
                 (format!("{place}/of_seconds"), trial.of_seconds),
             ]
         });
-        for (field, value) in
-            figures.map(|(field, value)| (field.to_owned(), value)).into_iter().chain(duties).chain(trials)
+        let measures = metrics
+            .naturalness
+            .iter()
+            .map(|(name, measure)| (format!("{}/value", member("naturalness", name)), measure.value));
+        for (field, value) in figures
+            .map(|(field, value)| (field.to_owned(), value))
+            .into_iter()
+            .chain(duties)
+            .chain(trials)
+            .chain(measures)
         {
             if !value.is_finite() {
                 faults

@@ -11,6 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::metrics::Metrics;
 use crate::scene::{Accuracy, Decision, Effect, Gains, Scene};
 use crate::sim::Root;
 
@@ -167,87 +168,6 @@ pub struct RootAdvance {
     pub translation: [f64; 3],
     /// Rotation to the left about the world's z axis, rad, in (−π, π].
     pub yaw: f64,
-}
-
-/// What was measured over a continuous simulation of the motion.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Metrics {
-    /// Mean speed along the task's direction, m/s.
-    pub speed: f64,
-    /// How long the character stayed upright, s.
-    pub upright_seconds: f64,
-    /// ∫ Σ |τ q̇| dt / (m g d), dimensionless; `null` when it got nowhere.
-    pub cost_of_transport: Option<f64>,
-    /// v² / (g l) with the standing hip height l, dimensionless; `null` without gravity or legs.
-    pub froude: Option<f64>,
-    /// Name of the gait, or `unclassified`; `null` for a number of legs whose gaits have no names.
-    pub gait: Option<String>,
-    /// Share of the stride that each supporting link spends on the ground, 0 to 1.
-    pub duty_factors: BTreeMap<String, f64>,
-    /// Whether the motion is natural.
-    #[serde(default)]
-    pub natural: bool,
-    /// Whether the motion is physically valid.
-    pub validity: Validity,
-}
-
-/// How well a simulated motion keeps to what is physically possible.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Validity {
-    /// Share of all samples of all joints whose torque is at its greatest, 0 to 1.
-    pub torque_saturation: f64,
-    /// Greatest excursion beyond the end of a joint's range of motion, rad or m.
-    pub greatest_limit_violation: f64,
-    /// Greatest depth of penetration at a contact, m.
-    pub greatest_penetration: f64,
-    /// Mean speed along the ground of the contacts that carry the character, weighted by their
-    /// normal force, m/s.
-    pub foot_slip: f64,
-    /// Root mean square of actual less target angle over all joints and samples, rad or m.
-    pub tracking_error: f64,
-    /// The most by which the root of the keyframes and poses differs from the simulated one, so that the loop
-    /// closes and the entry ends where it starts. All other figures are those of the simulation.
-    #[serde(default)]
-    pub root_adjustment: RootAdjustment,
-    /// Whole cycles of the loop for which the character stayed upright.
-    pub upright_cycles: u32,
-    /// How long it stayed upright when something was changed.
-    #[serde(default)]
-    pub trials: Vec<Trial>,
-}
-
-/// By how much the path of the root was changed.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RootAdjustment {
-    /// m.
-    pub translation: f64,
-    /// rad.
-    pub rotation: f64,
-}
-
-impl RootAdjustment {
-    /// The greater of both in either.
-    pub fn max(self, other: Self) -> Self {
-        Self {
-            translation: self.translation.max(other.translation),
-            rotation: self.rotation.max(other.rotation),
-        }
-    }
-}
-
-/// The same motion under a changed condition.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Trial {
-    /// What was changed, in words: `friction 0.4`, `sideways push of 2 N s`.
-    pub change: String,
-    /// How long the character stayed upright, s.
-    pub upright_seconds: f64,
-    /// How long the trial lasted, s.
-    pub of_seconds: f64,
 }
 
 /// How a motion came about: with these figures the same program makes the same motion again.

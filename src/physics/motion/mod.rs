@@ -3,12 +3,14 @@
 
 mod check;
 mod document;
+mod metrics;
 mod player;
 mod spline;
 
 pub use document::{
-    CharacterRef, Interpolation, Keyframe, Metrics, Motion, MotionFormat, MotionLoop, Provenance,
-    RootAdjustment, RootAdvance, RootMotion, RootPose, SampledPose, Trial, Validity,
+    CharacterRef, Interpolation, Keyframe, Motion, MotionFormat, MotionLoop, Provenance, RootAdvance,
+    RootMotion, RootPose, SampledPose,
 };
+pub use metrics::{MeasureLimit, Metrics, NaturalnessMeasure, RootAdjustment, Trial, Validity};
 pub use player::Player;
 pub use spline::{hermite, hermite_range, hermite_rate};

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::model::Model;
 use crate::motion::Player;
 use crate::scene::StepPlan;
+use crate::sim::contact::Against;
 use crate::sim::{Command, Contact, Failure, Root, Simulator, State};
 use crate::stance::Upright;
 
@@ -29,6 +30,9 @@ pub struct Sample {
     pub link_poses: Vec<Isometry3<f64>>,
     /// Contacts of the last step; none at the start.
     pub contacts: Vec<Contact>,
+    /// Normal force of the ground on each of the character's links, N, the mean over all steps since the sample before;
+    /// 0 at the start. Neither obstacles nor other links count as ground.
+    pub loads: Vec<f64>,
     /// World frame, m.
     pub center_of_mass: Point3<f64>,
 }
@@ -67,9 +71,23 @@ pub struct Playback<'a> {
     pub sample_every: f64,
 }
 
+/// A push in the course of a motion: from one step to the next the whole character has another velocity.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Push {
+    /// When, s.
+    pub time: f64,
+    /// By how much the velocity of every part changes, world frame, m/s: the impulse over the character's mass.
+    pub velocity: Vector3<f64>,
+}
+
 impl Playback<'_> {
     /// Plays to the end, to a fall, to a failure, or until `stop` returns true (it is called at every step).
     pub fn run(&self, stop: impl Fn() -> bool) -> Trace {
+        self.run_pushed(None, stop)
+    }
+
+    /// The same, with a push.
+    pub fn run_pushed(&self, push: Option<Push>, stop: impl Fn() -> bool) -> Trace {
         let step = self.plan.step();
         let steps = (self.seconds / step).round() as usize;
         let stride = ((self.sample_every / step).round() as usize).max(1);
@@ -77,10 +95,18 @@ impl Playback<'_> {
         let (mut now, mut next) = (vec![0.0; joints], vec![0.0; joints]);
         self.player.targets(0.0, &mut now);
         let mut simulator = Simulator::new(self.plan.clone(), self.start.clone());
+        let push = push.map(|push| (((push.time / step).round() as usize).max(1), push.velocity));
+        let links = self.model.character.links.len();
+        let mut loads = vec![0.0; links];
         let mut trace = Trace::default();
-        trace.samples.push(sample(&simulator, 0.0, &now));
+        trace.samples.push(sample(&simulator, 0.0, &now, loads.clone()));
         for index in 1..=steps {
             let time = index as f64 * step;
+            if let Some((_, velocity)) = push.filter(|(at, _)| *at == index) {
+                let mut state = simulator.state().clone();
+                state.root.linear_velocity += velocity;
+                simulator.set_state(&state);
+            }
             self.player.targets(time, &mut next);
             if let Err(failure) = simulator.step(Command::Track { now: &now, next: &next }) {
                 trace.failure = Some(failure);
@@ -91,8 +117,12 @@ impl Playback<'_> {
                 trace.joint_work += (torque * rate).abs() * step;
                 trace.positive_work += (torque * rate).max(0.0) * step;
             }
+            for contact in simulator.contacts().filter(|contact| contact.against == Against::Ground) {
+                loads[contact.link] += contact.force.dot(&contact.normal) / stride as f64;
+            }
             if index % stride == 0 {
-                trace.samples.push(sample(&simulator, time, &now));
+                let loads = std::mem::replace(&mut loads, vec![0.0; links]);
+                trace.samples.push(sample(&simulator, time, &now, loads));
             }
             if stop() {
                 break;
@@ -106,7 +136,7 @@ impl Playback<'_> {
     }
 }
 
-fn sample(simulator: &Simulator, time: f64, targets: &[f64]) -> Sample {
+fn sample(simulator: &Simulator, time: f64, targets: &[f64], loads: Vec<f64>) -> Sample {
     let state = simulator.state();
     Sample {
         time,
@@ -117,6 +147,7 @@ fn sample(simulator: &Simulator, time: f64, targets: &[f64]) -> Sample {
         torques: simulator.torques().to_vec(),
         link_poses: simulator.link_poses(),
         contacts: if time > 0.0 { simulator.contacts().collect() } else { Vec::new() },
+        loads,
         center_of_mass: simulator.center_of_mass(),
     }
 }

@@ -35,7 +35,10 @@ pub fn parameters(learning: &Learning, stance: &Stance) -> Parameters {
 }
 
 pub fn plain_task() -> Task {
-    Task { weights: Weights { energy: 0.0, drift: 0.0, turn: 0.0, slip: 0.0, ..Weights::default() }, ..Task::default() }
+    Task {
+        weights: Weights { energy: 0.0, drift: 0.0, turn: 0.0, slip: 0.0, ..Weights::default() },
+        ..Task::default()
+    }
 }
 
 #[derive(Default)]

@@ -58,7 +58,8 @@ fn impossible_parameters_are_named() {
         assert!(found.iter().any(|found| found == pointer), "{pointer} is not among {found:?}");
     }
     assert_eq!(pointers(&Learning { generations: Some(0), ..Learning::default() }), ["/generations"]);
-    let resolved = Learning { transition_time: Some(0.1013), ..Learning::default() }.resolve(&stance, 9.81, 0.002);
+    let resolved =
+        Learning { transition_time: Some(0.1013), ..Learning::default() }.resolve(&stance, 9.81, 0.002);
     let resolved = resolved.unwrap();
     assert_eq!((resolved.transition_steps, resolved.budget), (51, Budget::Seconds(180.0)));
     assert!((resolved.transition_time - 0.102).abs() < 1e-12, "a whole number of steps");

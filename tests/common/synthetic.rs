@@ -170,6 +170,7 @@ impl Gait {
         let root = Isometry3::from_parts(position.into(), orientation);
         let mut link_poses = vec![root];
         let (mut angles, mut contacts) = (Vec::new(), Vec::new());
+        let mut loads = vec![0.0; 9];
         let standing = (0..4).filter(|&leg| self.stands(leg, time)).count();
         for leg in 0..4 {
             let (upper, lower) = leg_angles(self.foot(leg, time));
@@ -179,6 +180,7 @@ impl Gait {
             angles.extend([upper, lower]);
             if self.stands(leg, time) {
                 let foot = shank * Point3::new(0.0, 0.0, -SHANK);
+                loads[foot_link(leg)] = mass() * GRAVITY / standing as f64;
                 contacts.push(Contact {
                     link: foot_link(leg),
                     against: gaitwright_physics::sim::contact::Against::Ground,
@@ -204,6 +206,7 @@ impl Gait {
             angles,
             link_poses,
             contacts,
+            loads,
             center_of_mass: position,
         }
     }
