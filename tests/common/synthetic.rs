@@ -160,7 +160,7 @@ impl Gait {
     pub fn trace(&self) -> Trace {
         let count = (self.seconds / self.interval).round() as usize;
         let samples = (0..=count).map(|index| self.sample(index as f64 * self.interval)).collect();
-        Trace { samples, fell_at: None, failure: None, joint_work: 0.0, positive_work: 0.0 }
+        Trace { samples, ..Trace::default() }
     }
 
     fn sample(&self, time: f64) -> Sample {

@@ -52,3 +52,38 @@ fn results_name_the_obstacle() {
         assert!(!names.is_empty() && names.iter().all(|name| name == expected), "{names:?}");
     }
 }
+
+/// A budget of one sweep leaves steps unsolved, and the summary says so; the default solver leaves none.
+#[test]
+fn the_summary_says_what_was_left_unsolved() {
+    let run = |solver: Value| {
+        let document = json!({"character": example("quadruped.urdf"), "duration": 0.5,
+            "start": {"root": {"position": [0, 0, 0.6], "angular_velocity": [3, 2, 1]}},
+            "drive": {"kind": "hold"}, "accuracy": {"solver": solver}});
+        let scenario = Scenario::parse(document.to_string().as_bytes()).unwrap();
+        let mut last = None;
+        prepare(&scenario, &NoFiles).unwrap().run(|line| {
+            last = Some(line);
+            true
+        });
+        serde_json::to_value(last).unwrap()["summary"].clone()
+    };
+    let (given_up, solved) = (run(json!({"kind": "pgs", "iterations": 1})), run(json!({})));
+    let number = |summary: &Value, field: &str| summary[field].as_f64().unwrap();
+    assert_eq!(solved["status"], "finished");
+    assert_eq!(solved["unsolved_steps"], 0);
+    assert!(number(&solved, "greatest_residual") < 1e-6 && number(&solved, "greatest_penetration") > 0.0);
+    for field in ["divided_steps", "coarse_steps", "greatest_substeps"] {
+        assert!(solved[field].is_u64(), "{field}");
+    }
+    let unsolved = given_up["unsolved_steps"].as_u64().unwrap();
+    assert!(unsolved > 10, "{unsolved} of {} steps", given_up["steps"]);
+    assert!(number(&given_up, "greatest_residual") > 1e-3);
+    let expected = format!("finished, but {unsolved} of 250 steps are unsolved");
+    assert_eq!(given_up["status"], expected.as_str());
+}
+
+/// A shipped URDF, inline.
+fn example(name: &str) -> Value {
+    json!({"urdf": std::fs::read_to_string(common::example_path(name)).unwrap()})
+}

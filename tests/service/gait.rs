@@ -8,6 +8,7 @@ use gaitwright_learning::gait::{
 };
 use gaitwright_learning::learn::Generation;
 use gaitwright_physics::playback::Trace;
+use gaitwright_physics::sim::StepRecord;
 use nalgebra::{Isometry3, Vector3};
 use proptest::prelude::*;
 use synthetic::{GRAVITY, Gait, LEGS, foot_link, mass, quadruped};
@@ -233,6 +234,37 @@ fn validity_counts_what_breaks_the_rules() {
     assert!((validity.torque_saturation - 1.0 / (samples * (joints - 1)) as f64).abs() < 1e-12);
     assert_eq!(validity.upright_cycles, 6);
     assert_eq!(validity.foot_slip, 0.0);
+    assert!(!validity.valid, "it fell");
+}
+
+#[test]
+fn a_motion_with_unsolved_steps_is_not_valid() {
+    let gait = Gait { seconds: 2.0, ..Gait::new([0.0, 0.5, 0.5, 0.0], 0.45) };
+    let mut trace = gait.trace();
+    let joints = synthetic::joint_names().len();
+    let judged = |trace: &Trace| validity(trace, &vec![None; joints], &vec![None; joints], gait.stride);
+    assert!(judged(&trace).valid);
+    trace.record = StepRecord {
+        greatest_residual: 0.25,
+        unsolved_steps: 3,
+        divided_steps: 40,
+        coarse_steps: 2,
+        greatest_substeps: 17,
+        greatest_penetration: 0.02,
+    };
+    let found = judged(&trace);
+    assert!(!found.valid);
+    let record = StepRecord {
+        greatest_residual: found.greatest_residual,
+        unsolved_steps: found.unsolved_steps,
+        divided_steps: found.divided_steps,
+        coarse_steps: found.coarse_steps,
+        greatest_substeps: found.greatest_substeps,
+        greatest_penetration: found.greatest_penetration,
+    };
+    assert_eq!(record, trace.record);
+    trace.record.unsolved_steps = 0;
+    assert!(judged(&trace).valid, "divided steps alone are not a fault");
 }
 
 #[test]

@@ -4,6 +4,7 @@ use super::prepared::PreparedRun;
 use super::report::TrainingReport;
 use crate::jobs::order::Order;
 use crate::jobs::repertoire::RepertoireEntry;
+use gaitwright_physics::motion::Validity;
 
 /// What a job is about, and what came of it once there is a report, as Markdown.
 pub(super) fn describe(order: &Order, prepared: &PreparedRun, report: Option<&TrainingReport>) -> String {
@@ -29,14 +30,24 @@ pub(super) fn describe(order: &Order, prepared: &PreparedRun, report: Option<&Tr
 fn outcome(report: &TrainingReport) -> String {
     match (&report.metrics, &report.unsuccessful) {
         (Some(metrics), _) => format!(
-            "**{:.2} m/s**, upright for {:.1} s, gait {}, after {} generations\n\n",
+            "**{:.2} m/s**, upright for {:.1} s, gait {}, after {} generations{}\n\n",
             metrics.speed,
             metrics.upright_seconds,
             metrics.gait.as_deref().unwrap_or("without a name"),
             report.generations,
+            doubts(&metrics.validity),
         ),
         (None, Some(reason)) => format!("{reason}\n\n"),
         (None, None) => String::new(),
+    }
+}
+
+/// Why the motion cannot be relied on, if so.
+fn doubts(validity: &Validity) -> String {
+    match (validity.valid, validity.unsolved_steps) {
+        (true, _) => String::new(),
+        (false, 0) => "; **not valid**: it did not last to the end of its check".to_owned(),
+        (false, steps) => format!("; **not valid**: {steps} steps of its check are unsolved"),
     }
 }
 

@@ -7,7 +7,7 @@ use gaitwright_physics::playback::Trace;
 /// A torque counts as saturated from this share of its greatest on.
 const SATURATED: f64 = 1.0 - 1e-6;
 
-/// Judges `trace`, a continuous simulation of a loop of `period` seconds, from its samples.
+/// Judges `trace`, a continuous simulation of a loop of `period` seconds, from its samples and from the record of its steps.
 ///
 /// `limits` are the ranges of motion and `max_torque` the greatest torques of the joints, in the order
 /// of the trace (rad or m, N m or N; `None` is unlimited). The trials of [`Validity`] are other
@@ -24,7 +24,6 @@ pub fn validity(
         .iter()
         .flat_map(|sample| sample.angles.iter().zip(limits))
         .filter_map(|(angle, limit)| limit.map(|[lower, upper]| (lower - angle).max(angle - upper)));
-    let depths = samples.iter().flat_map(|sample| &sample.contacts).map(|contact| contact.depth);
 
     let torques = samples.iter().flat_map(|sample| sample.torques.iter().zip(max_torque));
     let bounded: Vec<bool> =
@@ -38,10 +37,18 @@ pub fn validity(
         .collect();
 
     let upright = upright_seconds(trace);
+    let record = &trace.record;
+    let depths = samples.iter().flat_map(|sample| &sample.contacts).map(|contact| contact.depth);
     Validity {
+        valid: trace.fell_at.is_none() && trace.failure.is_none() && record.unsolved_steps == 0,
         torque_saturation: saturated as f64 / bounded.len().max(1) as f64,
         greatest_limit_violation: violations.fold(0.0, f64::max),
-        greatest_penetration: depths.fold(0.0, f64::max),
+        greatest_penetration: depths.fold(record.greatest_penetration, f64::max),
+        greatest_residual: record.greatest_residual,
+        unsolved_steps: record.unsolved_steps,
+        divided_steps: record.divided_steps,
+        coarse_steps: record.coarse_steps,
+        greatest_substeps: record.greatest_substeps,
         foot_slip: stance_slip(trace),
         tracking_error: (errors.iter().sum::<f64>() / errors.len().max(1) as f64).sqrt(),
         upright_cycles: if period > 0.0 { (upright / period + 1e-9).floor() as u32 } else { 0 },

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use gaitwright_physics::motion::RootMotion;
 use gaitwright_physics::scene::{Accuracy, AccuracyChoice, Decision, Effect};
+use gaitwright_physics::sim::StepRecord;
 
 /// A line of output: samples, and a summary at the end.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -89,7 +90,8 @@ pub struct ContactLine {
 /// The figures of a whole simulation.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Summary {
-    /// `finished`, or `failed:` with cause, time and body.
+    /// `finished`; `finished, but …` with the number of steps left unsolved, if there are any; or `failed:` with cause, time and
+    /// body.
     pub status: String,
     /// Number of steps computed.
     pub steps: u64,
@@ -104,9 +106,10 @@ pub struct Summary {
     /// Why they were chosen, where the scenario gave a tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy_choice: Option<AccuracyChoice>,
-    /// Greatest depth of a contact, m.
-    pub greatest_penetration: f64,
     /// Greatest distance of a joint from its range of motion, or between its two bodies (of loops, and of all joints in
     /// maximal coordinates), rad or m.
     pub greatest_joint_error: f64,
+    /// What the steps took, and what they left unsolved.
+    #[serde(flatten)]
+    pub record: StepRecord,
 }

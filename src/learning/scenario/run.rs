@@ -77,7 +77,6 @@ impl PreparedScenario {
     pub fn run_while(mut self, wanted: impl Fn() -> bool, mut sink: impl FnMut(Line) -> bool) -> ScenarioEnd {
         let plan = self.simulator.plan().clone();
         let mut computing = Duration::ZERO;
-        let mut penetration: f64 = 0.0;
         let mut joint_error: f64 = 0.0;
         let mut done = 0;
         let mut failure = None;
@@ -94,7 +93,6 @@ impl PreparedScenario {
                 break;
             }
             done += 1;
-            penetration = self.simulator.contacts().map(|contact| contact.depth).fold(penetration, f64::max);
             joint_error =
                 joint_error.max(self.simulator.limit_violation()).max(self.simulator.joint_separation());
             if done % self.stride == 0 && !sink(Line::Sample(Box::new(self.sample()))) {
@@ -102,16 +100,17 @@ impl PreparedScenario {
             }
         }
         let ended = if failure.is_some() { ScenarioEnd::Failed } else { ScenarioEnd::Finished };
+        let record = *self.simulator.record();
         let summary = Summary {
-            status: failure.map_or_else(|| "finished".to_owned(), |failure| format!("failed: {failure}")),
+            status: status(failure.as_ref(), record.unsolved_steps, done),
             steps: done,
             step_seconds: computing.as_secs_f64(),
             simulated_seconds: done as f64 * plan.step(),
             effects: plan.decisions.clone(),
             accuracy: plan.accuracy,
             accuracy_choice: self.choice.take(),
-            greatest_penetration: penetration,
             greatest_joint_error: joint_error,
+            record,
         };
         if sink(Line::End { summary: Box::new(summary) }) { ended } else { ScenarioEnd::Stopped }
     }
@@ -159,5 +158,14 @@ impl PreparedScenario {
             contacts: contacts.collect(),
             residual: simulator.residual(),
         }
+    }
+}
+
+/// How a simulation of `steps` steps ended, of which `unsolved` were left unsolved.
+fn status(failure: Option<&Failure>, unsolved: u64, steps: u64) -> String {
+    match (failure, unsolved) {
+        (Some(failure), _) => format!("failed: {failure}"),
+        (None, 0) => "finished".to_owned(),
+        (None, _) => format!("finished, but {unsolved} of {steps} steps are unsolved"),
     }
 }

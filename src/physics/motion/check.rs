@@ -130,6 +130,7 @@ impl Motion {
             ("validity/torque_saturation", validity.torque_saturation),
             ("validity/greatest_limit_violation", validity.greatest_limit_violation),
             ("validity/greatest_penetration", validity.greatest_penetration),
+            ("validity/greatest_residual", validity.greatest_residual),
             ("validity/foot_slip", validity.foot_slip),
             ("validity/tracking_error", validity.tracking_error),
             ("validity/root_adjustment/translation", validity.root_adjustment.translation),

@@ -43,12 +43,32 @@ pub struct Metrics {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Validity {
+    /// Whether the check holds: the character stayed upright to its end, no step failed, and every step's complementarity
+    /// problem was solved (`unsolved_steps` is 0). False in documents that do not say.
+    #[serde(default)]
+    pub valid: bool,
     /// Share of all samples of all joints whose torque is at its greatest, 0 to 1.
     pub torque_saturation: f64,
     /// Greatest excursion beyond the end of a joint's range of motion, rad or m.
     pub greatest_limit_violation: f64,
-    /// Greatest depth of penetration at a contact, m.
+    /// Greatest depth of penetration at a contact, m, from the standing pose on.
     pub greatest_penetration: f64,
+    /// Greatest residual of a step's complementarity problem, m/s or rad/s; this and the counts below are of all steps from
+    /// the standing pose on.
+    #[serde(default)]
+    pub greatest_residual: f64,
+    /// Steps that went on with forces that do not solve their complementarity problem.
+    #[serde(default)]
+    pub unsolved_steps: u64,
+    /// Steps that were divided into substeps.
+    #[serde(default)]
+    pub divided_steps: u64,
+    /// Divided steps in which the shortest substep allowed still created energy or drove a contact in.
+    #[serde(default)]
+    pub coarse_steps: u64,
+    /// Greatest number of substeps of a step.
+    #[serde(default)]
+    pub greatest_substeps: u64,
     /// Mean speed along the ground of the contacts that carry the character, weighted by their
     /// normal force, m/s.
     pub foot_slip: f64,

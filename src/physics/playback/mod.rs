@@ -8,7 +8,7 @@ use crate::model::Model;
 use crate::motion::Player;
 use crate::scene::StepPlan;
 use crate::sim::contact::Against;
-use crate::sim::{Command, Contact, Failure, Root, Simulator, State};
+use crate::sim::{Command, Contact, Failure, Root, Simulator, State, StepRecord};
 use crate::stance::Upright;
 
 /// Pose, velocities, torques and contacts at one time.
@@ -50,6 +50,8 @@ pub struct Trace {
     pub joint_work: f64,
     /// ∫ Σ max(τ q̇, 0) dt over the joints, J.
     pub positive_work: f64,
+    /// What the steps took, and what they left unsolved.
+    pub record: StepRecord,
 }
 
 /// What is played, where, and for how long.
@@ -132,6 +134,7 @@ impl Playback<'_> {
                 break;
             }
         }
+        trace.record = *simulator.record();
         trace
     }
 }

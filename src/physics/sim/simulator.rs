@@ -12,6 +12,7 @@ use super::momentum::Momentum;
 use super::rows;
 use super::state::State;
 use super::step_control::StepControl;
+use super::step_record::StepRecord;
 use super::step_totals::StepTotals;
 use super::workspace::Workspace;
 use crate::model::Model;
@@ -81,6 +82,11 @@ impl Simulator {
     /// Number of substeps computed since this simulator was made, refused ones included.
     pub fn substeps(&self) -> u64 {
         self.step_control.substeps
+    }
+
+    /// What the steps since this simulator was made took, and what they left unsolved. A step that failed is not among them.
+    pub fn record(&self) -> &StepRecord {
+        &self.step_control.record
     }
 
     /// What each row of the last step's complementarity problem belonged to, in the order of the rows.

@@ -47,6 +47,8 @@ impl Simulator {
             Some(tolerance) => self.step_within(command, tolerance)?,
         }
         self.state.time = end;
+        let control = &mut self.step_control;
+        control.record.add(&control.totals);
         self.remember_targets(command);
         Ok(())
     }
@@ -140,11 +142,12 @@ impl Simulator {
         Ok(())
     }
 
-    /// Adds a substep of `length` seconds to the step's totals, unless it is the whole step.
+    /// Adds a substep of `length` seconds to the step's totals.
     fn add_to_totals(&mut self, length: f64) {
-        let whole = self.plan.step();
+        let (whole, totals) = (self.plan.step(), &mut self.step_control.totals);
+        totals.count(&self.work);
         if length < whole {
-            self.step_control.totals.add(&self.work, &self.plan, length / whole);
+            totals.add_forces(&self.work, &self.plan, length / whole);
         }
     }
 

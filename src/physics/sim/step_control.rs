@@ -1,6 +1,7 @@
 //! When a step is divided into substeps or refused: every threshold, and what dividing a step has to keep.
 
 use super::state::State;
+use super::step_record::StepRecord;
 use super::step_totals::StepTotals;
 use crate::model::Model;
 use crate::scene::StepPlan;
@@ -69,6 +70,8 @@ pub(super) struct StepControl {
     pub totals: StepTotals,
     /// Under error control: those sums before a trial. (keep_totals)
     pub totals_before: StepTotals,
+    /// Of all steps since the simulator was made. (step)
+    pub record: StepRecord,
 }
 
 impl StepControl {
@@ -85,6 +88,7 @@ impl StepControl {
             trial: plan.accuracy.step_tolerance.map(|_| [state(), state()]),
             totals: StepTotals::default(),
             totals_before: StepTotals::default(),
+            record: StepRecord::default(),
         }
     }
 

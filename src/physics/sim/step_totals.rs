@@ -4,14 +4,20 @@ use super::contact::Contact;
 use super::workspace::Workspace;
 use crate::scene::StepPlan;
 
-/// Forces and torques over a step of several substeps, as the means over these. After a step of one substep it is
-/// empty, and the workspace holds the values.
+/// What the substeps of a step sum to. Forces and torques are the means over several substeps; after a step of one substep the
+/// workspace holds them.
 #[derive(Debug, PartialEq, Default)]
 pub(super) struct StepTotals {
-    /// Number of substeps added.
-    substeps: usize,
+    /// Number of substeps counted.
+    substeps: u64,
     /// Greatest residual of a substep, m/s or rad/s.
     residual: f64,
+    /// Greatest depth of a contact at the beginning of a substep, m.
+    depth: f64,
+    /// Whether the forces of a substep do not solve its problem.
+    unsolved: bool,
+    /// Whether the shortest substep allowed was too coarse and was accepted.
+    coarse: bool,
     /// Mean torques, N m or N, one a joint.
     torques: Vec<f64>,
     /// Contacts with their slots, in ascending order of slots; forces are means over the step, N.
@@ -21,16 +27,23 @@ pub(super) struct StepTotals {
 impl StepTotals {
     /// Begins another step.
     pub fn clear(&mut self) {
-        self.substeps = 0;
-        self.residual = 0.0;
+        (self.substeps, self.residual, self.depth) = (0, 0.0, 0.0);
+        (self.unsolved, self.coarse) = (false, false);
         self.torques.clear();
         self.contacts.clear();
     }
 
-    /// Adds the substep that `work` has just computed, whose length is `share` of the step.
-    pub fn add(&mut self, work: &Workspace, plan: &StepPlan, share: f64) {
+    /// Counts the substep that `work` has just computed.
+    pub fn count(&mut self, work: &Workspace) {
         self.substeps += 1;
         self.residual = self.residual.max(work.residual);
+        self.depth = work.candidates.iter().map(|candidate| candidate.depth).fold(self.depth, f64::max);
+        self.unsolved |= work.unsolved;
+        self.coarse |= work.coarse;
+    }
+
+    /// Adds the forces and torques of that substep, whose length is `share` of the step.
+    pub fn add_forces(&mut self, work: &Workspace, plan: &StepPlan, share: f64) {
         self.torques.resize(work.torque.len(), 0.0);
         for (mean, torque) in self.torques.iter_mut().zip(&work.torque) {
             *mean += share * torque;
@@ -51,12 +64,32 @@ impl StepTotals {
 
     /// The sums, if there were several substeps.
     pub fn of_substeps(&self) -> Option<&Self> {
-        (self.substeps > 0).then_some(self)
+        (self.substeps > 1).then_some(self)
     }
 
     /// See [`super::Simulator::residual`].
     pub fn residual(&self) -> f64 {
         self.residual
+    }
+
+    /// Number of substeps.
+    pub fn substeps(&self) -> u64 {
+        self.substeps
+    }
+
+    /// Greatest depth of a contact at the beginning of a substep, m.
+    pub fn depth(&self) -> f64 {
+        self.depth
+    }
+
+    /// See [`StepRecord::unsolved_steps`](super::StepRecord).
+    pub fn is_unsolved(&self) -> bool {
+        self.unsolved
+    }
+
+    /// See [`StepRecord::coarse_steps`](super::StepRecord).
+    pub fn is_coarse(&self) -> bool {
+        self.coarse
     }
 
     /// See [`super::Simulator::torques`].
@@ -77,7 +110,8 @@ impl Clone for StepTotals {
 
     /// Without allocating where there is room.
     fn clone_from(&mut self, other: &Self) {
-        (self.substeps, self.residual) = (other.substeps, other.residual);
+        (self.substeps, self.residual, self.depth) = (other.substeps, other.residual, other.depth);
+        (self.unsolved, self.coarse) = (other.unsolved, other.coarse);
         self.torques.clone_from(&other.torques);
         self.contacts.clone_from(&other.contacts);
     }

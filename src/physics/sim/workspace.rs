@@ -103,6 +103,8 @@ pub(super) struct Workspace {
     pub half: Vec<f64>,
     /// Residual of the solution, m/s or rad/s. (solve)
     pub residual: f64,
+    /// Whether the forces or those that correct positions do not solve their problem. (solve, solve_recovery)
+    pub unsolved: bool,
     /// How often new velocities have been computed since the simulator was made. (velocities_at_mean)
     pub evaluations: u64,
     /// The solver that the plan chose. (new)
@@ -122,6 +124,8 @@ pub(super) struct Workspace {
     pub flight: Flight,
 
     // Step control.
+    /// Whether the substep should have been shorter but is the shortest allowed. (shorter_step)
+    pub coarse: bool,
     /// The character half a step away. (shorter_step)
     pub displaced: Displaced,
     /// J moment arms, m: the distance from the joint to the farthest of its body's centre of mass and of the next
@@ -230,6 +234,8 @@ impl Workspace {
             torque: vec![0.0; joints],
             evaluations: 0,
             residual: 0.0,
+            unsolved: false,
+            coarse: false,
             control: (feedforward != Feedforward::None && !held).then(|| VelocityControl::new(bodies)),
             control_rows: match held {
                 true => Rows::new(control_rows + loop_rows + joints, width),
@@ -261,7 +267,7 @@ impl Workspace {
 
     /// Solves the rows' problem for a step of `step` seconds.
     pub fn solve(&mut self, plan: &StepPlan, step: f64) -> SolveStatus {
-        self.residual = 0.0;
+        (self.residual, self.unsolved) = (0.0, false);
         if self.rows.is_empty() {
             return SolveStatus::Solved;
         }
@@ -276,6 +282,7 @@ impl Workspace {
             solution = restitution::bound(rows, solver, cone, restitution, solution, forces);
         }
         self.residual = solution.residual;
+        self.unsolved = solution.status != SolveStatus::Solved;
         solution.status
     }
 
@@ -289,6 +296,7 @@ impl Workspace {
         self.rows.impulse(step, &mut self.half);
         self.rows.ask_for_recovery(false);
         self.rows.force.clone_from(&self.forces);
+        self.unsolved |= solution.status != SolveStatus::Solved;
         solution.status
     }
 

@@ -18,7 +18,7 @@ pub struct CaseVerdict {
     pub case: String,
     /// The settings it was run with.
     pub accuracy: Accuracy,
-    /// `finished`, or `failed:` with cause, time and body.
+    /// As in [`Summary`](crate::scenario::Summary::status).
     pub status: String,
     /// Whether it ran to its end.
     pub finished: bool,

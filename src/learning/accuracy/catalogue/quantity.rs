@@ -119,8 +119,8 @@ impl Quantity {
                 samples.iter().map(|sample| distance(sample.momentum.angular, first.momentum.angular)),
             ),
             Self::LimitOvershoot => run.summary.greatest_joint_error,
-            Self::Penetration => run.summary.greatest_penetration,
-            Self::Residual => greatest(samples.iter().map(|sample| sample.residual)),
+            Self::Penetration => run.summary.record.greatest_penetration,
+            Self::Residual => run.summary.record.greatest_residual,
             Self::TorqueExcess => {
                 let Drive::Hold { max_torque: MaxTorque::All(most), .. } = run.scenario.drive else {
                     return f64::NAN;

@@ -77,6 +77,7 @@ impl Stages<'_> {
         work.common_point = state.root.position;
         work.mean_rates.copy_from_slice(&state.velocities);
         work.near_limit.copy_from_slice(&own.forecast.work.near_limit);
+        work.coarse = own.forecast.work.coarse;
         work.evaluations += 1;
     }
 

@@ -25,7 +25,8 @@ impl Stages<'_> {
         let straight = angular_rate * whole <= NEGLIGIBLE_ROTATION
             && self.work.residual * self.step <= MAX_PENETRATION_GAIN;
         let exempt = self.plan.accuracy.step_tolerance.is_some() || self.feedforward_depends_on_step();
-        if straight || exempt || self.step * FINEST_DIVISION <= whole {
+        self.work.coarse = false;
+        if straight || exempt {
             return None;
         }
         let created = self.spurious_energy();
@@ -33,7 +34,10 @@ impl Stages<'_> {
         // Both grow with the square of the step, the energy against what is allowed in it.
         let excess = created.max(sunk);
         let [least, most] = SHORTENING;
-        (excess > 1.0).then(|| self.step * (BALANCE_SAFETY / excess.sqrt()).clamp(least, most))
+        let too_coarse = excess > 1.0;
+        self.work.coarse = too_coarse && self.step * FINEST_DIVISION <= whole;
+        (too_coarse && !self.work.coarse)
+            .then(|| self.step * (BALANCE_SAFETY / excess.sqrt()).clamp(least, most))
     }
 
     /// Whether the feedforward reaches the target's velocity within one step, however short.
