@@ -31,6 +31,8 @@ pub enum TrainingCheckpoint {
         milestones: Vec<Milestone>,
         /// The learning curve so far.
         curve: Vec<Generation>,
+        /// Simulated time so far, s.
+        simulated: f64,
         /// s of the wall clock spent so far.
         elapsed: f64,
     },

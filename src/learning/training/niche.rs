@@ -80,7 +80,10 @@ pub fn niches(task: &Task, subject: &Subject) -> Vec<Niche> {
                 let [_, usual, _] = gait.froude;
                 [(gait.suited(froude) / froude).ln().abs(), (usual / froude).ln().abs()]
             };
+            // Nobody travels by leaps of all legs at once unless asked to.
+            let leaps = |gait: &NamedGait| matches!(gait.gait, "pronk" | "hop");
             let mut rivals = asked;
+            rivals.retain(|gait| !task.any_gait() || !leaps(gait));
             rivals.sort_by(|a, b| {
                 let ([a, c], [b, d]) = (off(a), off(b));
                 a.total_cmp(&b).then(c.total_cmp(&d))

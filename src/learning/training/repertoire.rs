@@ -31,9 +31,9 @@ pub(super) fn run(
     let mut next = 0;
     if let Some(checkpoint) = resume {
         checkpoint.fits_gaits(setup, niches.len()).map_err(|error| error.under("/checkpoint"))?;
-        if let TrainingCheckpoint::Gaits { done, milestones, curve, elapsed, .. } = checkpoint {
+        if let TrainingCheckpoint::Gaits { done, milestones, curve, simulated, elapsed, .. } = checkpoint {
             next = done;
-            progress = Progress::resumed(milestones, curve, elapsed);
+            progress = Progress::resumed(milestones, curve, simulated, elapsed);
         }
     }
     let shared = Shared {
@@ -84,6 +84,7 @@ fn checkpoint(setup: &LearningSetup, done: usize, progress: &Progress) -> Traini
         done,
         milestones: progress.milestones.clone(),
         curve: progress.curve.clone(),
+        simulated: progress.simulated,
         elapsed: progress.elapsed(),
     }
 }

@@ -45,14 +45,18 @@ pub(super) struct Progress {
 
 impl Default for Progress {
     fn default() -> Self {
-        Self::resumed(Vec::new(), Vec::new(), 0.0)
+        Self::resumed(Vec::new(), Vec::new(), 0.0, 0.0)
     }
 }
 
 impl Progress {
     /// How far an earlier run had come.
-    pub(super) fn resumed(milestones: Vec<Milestone>, curve: Vec<Generation>, spent: f64) -> Self {
-        let simulated = curve.last().map_or(0.0, |figures| figures.simulated_seconds);
+    pub(super) fn resumed(
+        milestones: Vec<Milestone>,
+        curve: Vec<Generation>,
+        simulated: f64,
+        spent: f64,
+    ) -> Self {
         Self { milestones, curve, simulated, started: Instant::now(), spent }
     }
 
