@@ -85,7 +85,7 @@ function settings() {
   const value = (name) => form.elements[name].value;
   const number = (name) => (value(name) === "" ? undefined : Number(value(name)));
   return {
-    task: { speed: number("speed") },
+    task: { gait: value("gait") || undefined, speed: number("speed") },
     learning: { seconds: number("seconds"), generations: number("generations"), trunk: value("trunk") },
     seed: number("seed"),
   };
@@ -169,6 +169,7 @@ function showJob(job) {
     "Cache hits": job.cache_hit_rate != null && `${(100 * job.cache_hit_rate).toFixed(0)} %`,
     Seed: job.seed,
   };
+  showRepertoire(job, over);
   for (const recommended of job.recommendations ?? []) {
     figures[`Within ${recommended.tolerance} ${job.subject.unit}`] = advice(recommended);
   }
@@ -181,6 +182,23 @@ function showJob(job) {
   const key = `${job.id} ${state}`;
   if (element("actions").dataset.job !== key) showActions(job, over);
   element("actions").dataset.job = key;
+}
+
+/** The motions learned so far; once the job has ended each can be had as a file. */
+function showRepertoire(job, over) {
+  const motions = job.motions ?? [];
+  element("repertoire").hidden = motions.length === 0;
+  const rows = motions.map(({ number, name, gait, speed, cost_of_transport, natural }) => {
+    const row = make("tr");
+    for (const text of [name, gait ?? "", speed.toFixed(2), cost_of_transport?.toFixed(2) ?? "", natural ? "yes" : "no"]) {
+      row.append(make("td", { textContent: text }));
+    }
+    const place = `${job.links.motions}/${number}`;
+    const file = (form, text) => make("a", { href: `${place}${form}`, textContent: text, download: `${name}${form || ".json"}` });
+    row.append(make("td", {}, ...(over ? [file("", "keyframes"), " ", file(".glb", "glTF"), " ", file(".bvh", "BVH")] : [])));
+    return row;
+  });
+  element("repertoire").querySelector("tbody").replaceChildren(...rows);
 }
 
 function showActions(job, over) {
@@ -282,7 +300,7 @@ function drawCurve() {
     line("best"),
   );
   const newest = points.at(-1);
-  if (newest) element("curve").setAttribute("aria-label", `Learning curve, best ${newest.best.toFixed(2)} m/s`);
+  if (newest) element("curve").setAttribute("aria-label", `Learning curve, ${newest.gait ?? "best"} ${newest.best.toFixed(2)}`);
 }
 
 // Jobs

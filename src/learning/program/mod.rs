@@ -17,10 +17,8 @@
 //! | [`rollout`] | what such a ring does in the simulator, and what that costs |
 //! | [`cma`] | the evolution strategy |
 //! | [`refine`] | a gait for a character at a speed |
-//! | [`document`] | what came out, as a motion document |
 
 pub mod cma;
-pub mod document;
 pub mod gains;
 pub mod gaits;
 pub mod legs;

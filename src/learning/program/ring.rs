@@ -13,7 +13,7 @@ use gaitwright_physics::scene::Gains;
 use super::gaits::NamedGait;
 use super::legs::Legs;
 use super::template::{Program, SAMPLES, Step, stride};
-use crate::learn::{Posture, Weights};
+use crate::learn::{Behaviour, Posture, Weights};
 
 /// Keyframes of a stride.
 pub const KEYFRAMES: usize = 8;
@@ -134,6 +134,13 @@ impl Ring {
     /// Time between two keyframes, s.
     pub fn transition_time(&self) -> f64 {
         self.period / self.cycle.len() as f64
+    }
+
+    /// The ring as the learner's behaviours are, with a fitness and the number of generations before it.
+    pub fn behaviour(&self, fitness: f64, generation: u32) -> Behaviour {
+        let transition_time = self.transition_time();
+        let (entry, cycle) = (self.entry.clone(), self.cycle.clone());
+        Behaviour { fitness, generation, transition_time, entry, cycle }
     }
 
     /// When the entry is over, s from the start of play: the time of the cycle's first keyframe.
