@@ -13,5 +13,7 @@ mod loops;
 mod program;
 mod rapier;
 mod scenarios;
+#[path = "../common/synthetic.rs"]
+mod synthetic;
 #[path = "../common/tables.rs"]
 mod tables;

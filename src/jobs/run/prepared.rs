@@ -68,6 +68,7 @@ impl PreparedRun {
             accuracy: &self.setup.accuracy,
             player,
             direction: self.setup.task.direction,
+            speed: self.setup.task.speed,
         }
     }
 }

@@ -1,8 +1,8 @@
 //! What a run leaves behind when it has learned: motion, gait, curve, report, the end of the recording.
 
-use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use schemars::JsonSchema;
@@ -101,6 +101,11 @@ pub enum Unsuccessful {
     /// The character fell in the check.
     #[error("the character fell before it had gone round its loop once")]
     Fell,
+    /// It stayed where it was, or went the other way.
+    #[error(
+        "the character does not travel along the direction that was asked for; more time or generations may help"
+    )]
+    DoesNotTravel,
 }
 
 /// How long a run that is cancelled may still take to check what it found.
@@ -108,13 +113,13 @@ pub(super) struct CancelLimit<'a> {
     cancel: &'a Cancel,
     longest: Duration,
     /// When the cancellation was first noticed.
-    since: OnceCell<Instant>,
+    since: OnceLock<Instant>,
 }
 
 impl<'a> CancelLimit<'a> {
     /// On `cancel`, and at most `longest`.
     pub(super) fn new(cancel: &'a Cancel, longest: Duration) -> Self {
-        Self { cancel, longest, since: OnceCell::new() }
+        Self { cancel, longest, since: OnceLock::new() }
     }
 
     /// Whether the run was cancelled.
@@ -148,12 +153,16 @@ pub(super) fn publish(
             if limit.is_over() {
                 Err(Unsuccessful::NotChecked)
             } else {
-                if !limit.is_cancelled() {
-                    checked.validity.trials = check.trials(&|| limit.is_cancelled())?;
+                if checked.travels && !limit.is_cancelled() {
+                    let threads = prepared.setup.threads;
+                    checked.validity.trials =
+                        check.trials(&checked.trace, threads, &|| limit.is_cancelled())?;
                 }
                 recording.motion(behaviour.generation, &thinned(&checked.trace))?;
                 let motion = document(order, prepared, behaviour, &checked);
-                motion.map(|motion| (motion, checked.gait)).ok_or(Unsuccessful::Fell)
+                let motion = motion.ok_or(Unsuccessful::Fell);
+                let travels = checked.travels.then_some(checked.gait).ok_or(Unsuccessful::DoesNotTravel);
+                motion.and_then(|motion| Ok((motion, travels?)))
             }
         }
     };
