@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [first steps](first_steps) | from a file to a motion that plays; how the learner works |
 //! | [natural gaits](natural_gaits) | walks, trots and runs from leg programs, and how they do in MuJoCo |
+//! | [judging] | the names of gaits, what makes a motion natural, and the trials |
 //! | [characters] | URDF, JSON and zip; faults and repairs; loops and passive joints |
 //! | [formats] | scenario, job, motion, recording |
 //! | [exports] | glTF, BVH, CSV, ROS 2, MuJoCo: the motion in other programs |
@@ -26,6 +27,9 @@ pub mod first_steps {}
 
 #[doc = include_str!("natural_gaits.md")]
 pub mod natural_gaits {}
+
+#[doc = include_str!("judging.md")]
+pub mod judging {}
 
 #[doc = include_str!("characters.md")]
 pub mod characters {}

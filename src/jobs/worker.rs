@@ -238,8 +238,8 @@ impl Worker {
         // Generations after the checkpoint are gone through again.
         self.runtime.block_on(self.shared.store.forget_curve(job.id))?;
         if let Some(checkpoint) = &checkpoint {
-            self.runtime.block_on(self.shared.store.update(job, checkpoint.curve()))?;
-            live.preload(checkpoint.curve().to_vec());
+            self.runtime.block_on(self.shared.store.update(job, &checkpoint.curve()))?;
+            live.preload(checkpoint.curve());
         }
         let bytes = self.runtime.block_on(self.shared.store.job_input(job.id))?;
         let order = Order::read(&bytes, None, "", settings)?;

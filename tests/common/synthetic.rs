@@ -5,6 +5,7 @@
 
 use gaitwright_physics::character::{Character, Inertial, Joint, JointKind, Limits, Link, Placed, Shape};
 use gaitwright_physics::playback::{Sample, Trace};
+use gaitwright_physics::sim::contact::Against;
 use gaitwright_physics::sim::{Contact, Root};
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
@@ -124,6 +125,10 @@ pub struct Gait {
     pub speed: f64,
     /// Direction of travel and of the body's x axis, rad about z.
     pub heading: f64,
+    /// Of the root and the hips above the ground, m.
+    pub height: f64,
+    /// Of a foot in the middle of its swing, m.
+    pub lift: f64,
     pub seconds: f64,
     /// Between two samples, s.
     pub interval: f64,
@@ -131,7 +136,17 @@ pub struct Gait {
 
 impl Gait {
     pub fn new(phases: [f64; 4], duty: f64) -> Self {
-        Self { phases, duty, stride: 0.5, speed: 0.8, heading: 0.0, seconds: 10.0, interval: 0.005 }
+        Self {
+            phases,
+            duty,
+            stride: 0.5,
+            speed: 0.8,
+            heading: 0.0,
+            height: HEIGHT,
+            lift: 0.06,
+            seconds: 10.0,
+            interval: 0.005,
+        }
     }
 
     /// Part of the stride since the touch-down of `leg` at `time`.
@@ -148,12 +163,12 @@ impl Gait {
     fn foot(&self, leg: usize, time: f64) -> Vector3<f64> {
         let s = self.since_touch_down(leg, time);
         let reach = 0.5 * self.speed * self.stride * self.duty;
-        let ground = FOOT - HEIGHT;
+        let ground = FOOT - self.height;
         if s < self.duty {
             Vector3::new(reach * (1.0 - 2.0 * s / self.duty), 0.0, ground)
         } else {
             let u = (s - self.duty) / (1.0 - self.duty);
-            Vector3::new(reach * (2.0 * u - 1.0), 0.0, ground + 0.06 * (std::f64::consts::PI * u).sin())
+            Vector3::new(reach * (2.0 * u - 1.0), 0.0, ground + self.lift * (std::f64::consts::PI * u).sin())
         }
     }
 
@@ -163,10 +178,10 @@ impl Gait {
         Trace { samples, ..Trace::default() }
     }
 
-    fn sample(&self, time: f64) -> Sample {
+    pub fn sample(&self, time: f64) -> Sample {
         let orientation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), self.heading);
         let velocity = orientation * Vector3::new(self.speed, 0.0, 0.0);
-        let position = Point3::from(velocity * time + Vector3::new(0.0, 0.0, HEIGHT));
+        let position = Point3::from(velocity * time + Vector3::new(0.0, 0.0, self.height));
         let root = Isometry3::from_parts(position.into(), orientation);
         let mut link_poses = vec![root];
         let (mut angles, mut contacts) = (Vec::new(), Vec::new());
@@ -183,7 +198,7 @@ impl Gait {
                 loads[foot_link(leg)] = mass() * GRAVITY / standing as f64;
                 contacts.push(Contact {
                     link: foot_link(leg),
-                    against: gaitwright_physics::sim::contact::Against::Ground,
+                    against: Against::Ground,
                     position: Point3::new(foot.x, foot.y, 0.0),
                     normal: Vector3::z(),
                     force: Vector3::new(0.0, 0.0, mass() * GRAVITY / standing as f64),
@@ -208,6 +223,16 @@ impl Gait {
             contacts,
             loads,
             center_of_mass: position,
+        }
+    }
+}
+
+/// Makes the loads those of the contacts with the ground as they are now.
+pub fn settle_loads(trace: &mut Trace) {
+    for sample in &mut trace.samples {
+        sample.loads.fill(0.0);
+        for contact in sample.contacts.iter().filter(|contact| contact.against == Against::Ground) {
+            sample.loads[contact.link] += contact.force.dot(&contact.normal);
         }
     }
 }

@@ -13,6 +13,8 @@ mod loops;
 mod program;
 mod rapier;
 mod scenarios;
+#[path = "../common/synthetic.rs"]
+mod synthetic;
 #[path = "../common/tables.rs"]
 mod tables;
 mod training;

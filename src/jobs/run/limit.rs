@@ -1,6 +1,6 @@
 //! How long a cancelled run may go on.
 
-use std::cell::OnceCell;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use gaitwright_learning::learn::Cancel;
@@ -10,13 +10,13 @@ pub(super) struct CancelLimit<'a> {
     cancel: &'a Cancel,
     longest: Duration,
     /// When the cancellation was first noticed.
-    since: OnceCell<Instant>,
+    since: OnceLock<Instant>,
 }
 
 impl<'a> CancelLimit<'a> {
     /// On `cancel`, and at most `longest`.
     pub(super) fn new(cancel: &'a Cancel, longest: Duration) -> Self {
-        Self { cancel, longest, since: OnceCell::new() }
+        Self { cancel, longest, since: OnceLock::new() }
     }
 
     /// Calls the run off.

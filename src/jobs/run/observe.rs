@@ -77,7 +77,7 @@ impl<'a> Recorder<'a> {
     fn replay(&mut self, checkpoint: &TrainingCheckpoint) -> Result<(), RunError> {
         let milestones = checkpoint.milestones(&self.prepared.setup.stance.gains);
         let mut milestones = milestones.iter().peekable();
-        for figures in checkpoint.curve() {
+        for figures in &checkpoint.curve() {
             while let Some(shown) =
                 milestones.next_if(|shown| shown.motion.behaviour.generation <= figures.generation)
             {
@@ -111,8 +111,13 @@ impl<'a> Recorder<'a> {
             self.shelved.refuse(Unsuccessful::NotChecked);
             return Ok(());
         }
+        if !checked.travels {
+            self.shelved.refuse(Unsuccessful::DoesNotTravel);
+            return Ok(());
+        }
         if !self.limit.is_cancelled() {
-            checked.validity.trials = check.trials(&|| self.limit.is_cancelled())?;
+            let threads = self.prepared.setup.threads;
+            checked.validity.trials = check.trials(&checked.trace, threads, &|| self.limit.is_cancelled())?;
         }
         let seconds = player.lead() + SHOWN_FINISHED;
         let text = match self.shelved.add(&self.folder, (self.order, self.prepared), motion, &checked)? {

@@ -30,4 +30,9 @@ pub enum Unsuccessful {
     /// The character fell in the check.
     #[error("the character fell before it had gone round its loop once")]
     Fell,
+    /// It stayed where it was, or went the other way.
+    #[error(
+        "the character does not travel along the direction that was asked for; more time or generations may help"
+    )]
+    DoesNotTravel,
 }

@@ -2,29 +2,23 @@
 
 use std::sync::Arc;
 
-use gaitwright_learning::gait::{self, GaitContext, GaitReport, validity};
+use gaitwright_learning::gait::{self, GaitContext, GaitReport, NaturalnessContext, validity};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
-use gaitwright_physics::motion::{Player, Trial, Validity};
+use gaitwright_physics::motion::{Player, Validity};
 use gaitwright_physics::playback::{Playback, Trace};
-use gaitwright_physics::scene::{Accuracy, Gains, Scene, StepPlan, Terrain};
+use gaitwright_physics::scene::{Accuracy, ActuatorLimits, Gains, Scene, StepPlan, Terrain};
 use gaitwright_physics::sim::Simulator;
 use gaitwright_physics::stance::{Stance, Upright};
 
-/// How long a motion is checked, s.
+/// How long a motion is checked at least, s.
 const CHECKED: f64 = 20.0;
+
+/// How many rounds of its loop are checked at least.
+const ROUNDS: f64 = 11.0;
 
 /// Longest time between two samples of a check, s.
 const FINE: f64 = 0.005;
-
-/// How long a trial under a changed condition lasts, s.
-const TRIED: f64 = 10.0;
-
-/// Friction of the trials, relative to that of the scene.
-const FRICTION_TRIALS: [f64; 2] = [0.5, 1.5];
-
-/// Change of the sideways velocity by the push of the trials, m/s.
-const PUSH: f64 = 0.2;
 
 /// A motion and everything it takes to play it.
 pub(super) struct MotionCheck<'a> {
@@ -42,14 +36,18 @@ pub(super) struct MotionCheck<'a> {
     pub(super) player: &'a Player,
     /// Wanted direction of travel.
     pub(super) direction: [f64; 3],
+    /// Wanted speed along it, m/s; `None` where any will do.
+    pub(super) speed: Option<f64>,
 }
 
 /// What a check has shown.
 pub(super) struct CheckedMotion {
     /// Everything from the standing pose on.
     pub(super) trace: Trace,
-    /// The gait of the looping part.
+    /// The gait of the looping part, judged.
     pub(super) gait: GaitReport,
+    /// Whether the looping part goes along the direction at all: faster than [`gait::least_travel`].
+    pub(super) travels: bool,
     /// What the looping part is worth.
     pub(super) validity: Validity,
 }
@@ -66,7 +64,16 @@ impl MotionCheck<'_> {
         sample_every: f64,
         stop: &dyn Fn() -> bool,
     ) -> Result<Trace, InputError> {
-        self.vary(self.scene, self.stance, seconds, sample_every, stop)
+        let playback = Playback {
+            model: self.model,
+            plan: &Arc::new(self.plan()?),
+            start: &self.stance.state,
+            player: self.player,
+            upright: &Upright::new(self.model, self.stance, self.scene),
+            seconds,
+            sample_every,
+        };
+        Ok(playback.run(stop))
     }
 
     /// Plays for a long stretch, or until `stop` says so, and judges it but for the trials under changed
@@ -77,7 +84,9 @@ impl MotionCheck<'_> {
     /// Every fault of scene, accuracy and gains.
     pub(super) fn run(&self, stop: &dyn Fn() -> bool) -> Result<CheckedMotion, InputError> {
         let every = self.sample_every();
-        let trace = self.play(CHECKED, every, stop)?;
+        let period = self.player.period();
+        let seconds = CHECKED.max(self.player.lead() + ROUNDS * period);
+        let trace = self.play(seconds, every, stop)?;
         // The same once more up to the loop, for the work that is not the loop's.
         let entry = self.play(self.player.lead(), every, stop)?;
         let looping = Trace {
@@ -92,78 +101,31 @@ impl MotionCheck<'_> {
             ..trace.clone()
         };
         let [x, y, z] = self.scene.gravity;
-        let plan = Arc::new(self.plan(self.scene)?);
-        let standing = Simulator::new(plan, self.stance.state.clone()).link_poses();
-        let gait = gait::measure(
-            &looping,
-            &GaitContext {
-                character: &self.model.character,
-                support: &self.stance.support,
-                standing: &standing,
-                ground: self
-                    .scene
-                    .ground
-                    .as_ref()
-                    .map_or(0.0, |ground| Terrain::new(ground).height(0.0, 0.0)),
-                mass: self.model.mass,
-                gravity: x.hypot(y).hypot(z),
-                direction: self.direction,
-            },
-        );
-        let period = self.player.period();
-        let validity = validity(&looping, &self.model.limits, &self.gains.max_torque, period);
-        Ok(CheckedMotion { trace, gait, validity })
-    }
-
-    /// Plays with less and more friction, and after a push to the left; without what `stop` cuts short.
-    ///
-    /// # Errors
-    ///
-    /// Every fault of scene, accuracy and gains.
-    pub(super) fn trials(&self, stop: &dyn Fn() -> bool) -> Result<Vec<Trial>, InputError> {
-        let every = self.sample_every();
-        let mut trials = Vec::new();
-        for factor in FRICTION_TRIALS {
-            let friction = factor * self.scene.friction;
-            let scene = Scene { friction, ..self.scene.clone() };
-            let trace = self.vary(&scene, self.stance, TRIED, every, stop)?;
-            if stop() {
-                return Ok(trials);
-            }
-            trials.push(trial(format!("friction {friction:.2}"), &trace));
-        }
-        let mut pushed = self.stance.clone();
-        pushed.state.root.linear_velocity.y += PUSH;
-        let trace = self.vary(self.scene, &pushed, TRIED, every, stop)?;
-        if !stop() {
-            let change = format!("sideways push of {:.2} N s at the start", PUSH * self.model.mass);
-            trials.push(trial(change, &trace));
-        }
-        Ok(trials)
-    }
-
-    fn vary(
-        &self,
-        scene: &Scene,
-        stance: &Stance,
-        seconds: f64,
-        sample_every: f64,
-        stop: &dyn Fn() -> bool,
-    ) -> Result<Trace, InputError> {
-        let playback = Playback {
-            model: self.model,
-            plan: &Arc::new(self.plan(scene)?),
-            start: &stance.state,
-            player: self.player,
-            upright: &Upright::new(self.model, self.stance, self.scene),
-            seconds,
-            sample_every,
+        let plan = Arc::new(self.plan()?);
+        let standing = Simulator::new(plan.clone(), self.stance.state.clone()).link_poses();
+        let setting = GaitContext {
+            character: &self.model.character,
+            support: &self.stance.support,
+            standing: &standing,
+            ground: self.scene.ground.as_ref().map_or(0.0, |ground| Terrain::new(ground).height(0.0, 0.0)),
+            mass: self.model.mass,
+            gravity: x.hypot(y).hypot(z),
+            direction: self.direction,
         };
-        Ok(playback.run(stop))
+        let mut gait = gait::measure(&looping, &setting);
+        let actuators: Vec<ActuatorLimits> =
+            (0..self.model.joint_count()).map(|joint| plan.actuator_limits(joint)).collect();
+        let (model, speed) = (&**self.model, self.speed);
+        let context = NaturalnessContext { gait: setting, model, actuators: &actuators, speed, period };
+        gait::judge(&looping, &mut gait, &context);
+        let height = gait.hip_height.unwrap_or(self.stance.root_height);
+        let travels = gait.speed > gait::least_travel(height, setting.gravity);
+        let validity = validity(&looping, &self.model.limits, &actuators, period);
+        Ok(CheckedMotion { trace, gait, travels, validity })
     }
 
-    fn plan(&self, scene: &Scene) -> Result<StepPlan, InputError> {
-        StepPlan::compile(scene, self.accuracy, Some(self.gains), self.model)
+    fn plan(&self) -> Result<StepPlan, InputError> {
+        StepPlan::compile(self.scene, self.accuracy, Some(self.gains), self.model)
     }
 
     /// Time between two samples, s: short, and such that the loop's start and end are sampled where
@@ -175,17 +137,6 @@ impl MotionCheck<'_> {
         let fine = (FINE / step).max(1.0) as usize;
         let stride = (1..=fine).rev().find(|stride| common.is_multiple_of(*stride)).unwrap_or(1);
         stride as f64 * step
-    }
-}
-
-fn trial(change: String, trace: &Trace) -> Trial {
-    let end = trace.samples.last().map_or(0.0, |sample| sample.time);
-    Trial {
-        change,
-        upright_seconds: trace.fell_at.unwrap_or(end),
-        speed: 0.0,
-        relative_speed: None,
-        of_seconds: TRIED,
     }
 }
 

@@ -8,7 +8,7 @@ use super::perform::MotionCheck;
 use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
 use gaitwright_learning::accuracy::{settle, swaying};
-use gaitwright_learning::learn::{Cancel, LearningSetup, reference_gravity};
+use gaitwright_learning::learn::{AskedSpeed, Cancel, LearningSetup, reference_gravity};
 use gaitwright_learning::training::LearnedMotion;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::Player;
@@ -56,6 +56,15 @@ impl PreparedRun {
         motion.player(&self.setup.stance.angles)
     }
 
+    /// The speed that a motion is judged by, m/s: the one that the task asked for.
+    fn asked_speed(&self, motion: &LearnedMotion) -> Option<f64> {
+        match (self.setup.task.speed, self.setup.task.froude) {
+            (Some(AskedSpeed::Number(speed)), _) => Some(speed),
+            (_, Some(_)) => motion.speed,
+            _ => None,
+        }
+    }
+
     /// A motion about to be played as it was learned.
     pub(super) fn motion_check<'a>(
         &'a self,
@@ -70,6 +79,7 @@ impl PreparedRun {
             accuracy: &self.setup.accuracy,
             player,
             direction: self.setup.task.direction,
+            speed: self.asked_speed(motion),
         }
     }
 }

@@ -1,16 +1,22 @@
-//! Measures of a gait: footfalls, phases, duty factors, name, cost of transport and physical validity.
+//! Measures of a gait: footfalls, phases, duty factors, name, cost of transport, physical validity, and whether it is natural.
 //!
 //! The figures are Hildebrand's (M. Hildebrand 1965, "Symmetrical gaits of horses"; 1989, "The
 //! quadrupedal gaits of vertebrates"): the duty factor of a foot is the share of the stride for which it is
 //! on the ground; its phase is the share of the stride by which it touches down after the reference foot.
 
 mod foot;
+mod foot_force;
 mod footfall;
+mod harmonics;
 mod legs;
+mod limb;
+mod limits;
 mod measure;
 mod name;
+mod natural;
 mod report;
 mod stride;
+mod trunk;
 mod unnamed;
 mod validity;
 
@@ -18,5 +24,6 @@ pub use footfall::{Detection, Footing};
 pub use legs::{Leg, Side};
 pub use measure::{GaitContext, measure};
 pub use name::{Classified, Template, classify, templates};
+pub use natural::{NaturalnessContext, judge, least_travel};
 pub use report::{Foot, GaitFormat, GaitReport, Pair, Regime, Spread, UnnamedBecause};
 pub use validity::validity;

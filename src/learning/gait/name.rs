@@ -1,6 +1,7 @@
 //! Names of gaits: the named gait that every leg fits.
 
 use super::legs::Leg;
+use super::stride::apart;
 
 /// Greatest distance of a leg's phase from that of a named gait, share of a stride: Hildebrand (1965) divides the
 /// circle of phases into eight classes, so that each reaches a sixteenth of the stride to either side. It is also half
@@ -172,9 +173,4 @@ impl Fit {
             mean: differences.iter().map(|&shift| mean(shift)).fold(f64::INFINITY, f64::min),
         }
     }
-}
-
-/// Distance of a phase from 0 on the circle, share of a stride, 0 to ½.
-pub(super) fn apart(phase: f64) -> f64 {
-    (phase - phase.round()).abs()
 }

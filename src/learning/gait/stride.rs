@@ -8,6 +8,8 @@ use super::report::Spread;
 /// Strides whose period differs from the median by more than this share of it are odd and left out of all means: the
 /// foot stumbled, or a touch-down was missed.
 const ODD_STRIDE: f64 = 0.3;
+/// A touch-down farther than this share of a stride from the mean phase of its foot belongs to a stumble, too.
+const ODD_STEP: f64 = 0.5 * ODD_STRIDE;
 
 /// When a foot touches down within the reference foot's strides.
 #[derive(Debug, Clone, Copy)]
@@ -16,6 +18,8 @@ pub(super) struct Phase {
     pub(super) mean: f64,
     /// Circular standard deviation, share of a stride.
     deviation: f64,
+    /// Number of touch-downs, and of those that [`ODD_STEP`] leaves out.
+    steps: [usize; 2],
 }
 
 /// The strides of all feet.
@@ -29,7 +33,7 @@ pub(super) struct Strides {
     pub(super) duties: Vec<f64>,
     /// How much strides differ; `None` with fewer than two.
     pub(super) spread: Option<Spread>,
-    /// Share of the strides that are odd, 0 to 1.
+    /// Share of the strides, or of the touch-downs if that is more, that are odd and left out, 0 to 1.
     pub(super) odd: f64,
 }
 
@@ -46,40 +50,56 @@ impl Strides {
             Some(reference) => steps.iter().map(|steps| phase(steps, reference)).collect(),
             None => vec![None; steps.len()],
         };
+        let [steps, odd] = phases
+            .iter()
+            .flatten()
+            .fold([0, 0], |sum, phase| [sum[0] + phase.steps[0], sum[1] + phase.steps[1]]);
+        let odd_steps = odd as f64 / steps.max(1) as f64;
         Self {
             period: mean(&periods),
             duties: footings.iter().map(duty_factor).collect(),
             spread: spread(&periods, &phases),
-            odd: 1.0 - periods.len() as f64 / all.max(1) as f64,
+            odd: if all > 0 { (1.0 - periods.len() as f64 / all as f64).max(odd_steps) } else { 0.0 },
             phases,
         }
     }
 }
 
-/// The phase of touch-downs at `steps` (s) within the strides between those at `reference` (s); averaged as unit
-/// vectors (Batschelet 1981, *Circular Statistics in Biology*), since phases just below 1 and just above 0 are
-/// neighbours. `None` where no touch-down falls into a stride of the reference foot.
+/// The phase of touch-downs at `steps` (s) within the strides between those at `reference` (s), without those far from all
+/// others. `None` where no touch-down falls into a stride of the reference foot.
 fn phase(steps: &[f64], reference: &[f64]) -> Option<Phase> {
-    let angles: Vec<f64> = steps
+    let shares: Vec<f64> = steps
         .iter()
         .filter_map(|&step| {
             let after = reference.partition_point(|&touch_down| touch_down <= step);
             let (from, to) = (reference.get(after.checked_sub(1)?)?, reference.get(after)?);
-            Some(TAU * (step - from) / (to - from))
+            Some((step - from) / (to - from))
         })
         .collect();
-    if angles.is_empty() {
-        return None;
-    }
-    let count = angles.len() as f64;
-    let (sine, cosine) = angles
-        .iter()
-        .fold((0.0, 0.0), |(sine, cosine), angle| (sine + angle.sin() / count, cosine + angle.cos() / count));
+    let (rough, _) = circular_mean(&shares)?;
+    let usual: Vec<f64> = shares.iter().copied().filter(|share| apart(share - rough) <= ODD_STEP).collect();
+    let (mean, deviation) = circular_mean(&usual).or_else(|| circular_mean(&shares))?;
+    Some(Phase { mean, deviation, steps: [shares.len(), shares.len() - usual.len()] })
+}
+
+/// Mean and standard deviation of shares of a stride, averaged as unit vectors (Batschelet 1981, *Circular Statistics in
+/// Biology*), since phases just below 1 and just above 0 are neighbours; `None` of none.
+fn circular_mean(shares: &[f64]) -> Option<(f64, f64)> {
+    let count = shares.len() as f64;
+    let (sine, cosine) = shares.iter().fold((0.0, 0.0), |(sine, cosine), share| {
+        let angle = TAU * share;
+        (sine + angle.sin() / count, cosine + angle.cos() / count)
+    });
     let length = sine.hypot(cosine).clamp(f64::MIN_POSITIVE, 1.0);
     let fraction = (sine.atan2(cosine) / TAU).rem_euclid(1.0);
     // Just below 1 by rounding alone is 0.
     let mean = if 1.0 - fraction < 1e-9 { 0.0 } else { fraction };
-    Some(Phase { mean, deviation: (-2.0 * length.ln()).sqrt() / TAU })
+    (!shares.is_empty()).then_some((mean, (-2.0 * length.ln()).sqrt() / TAU))
+}
+
+/// Distance of a phase from 0 on the circle, share of a stride, 0 to ½.
+pub(super) fn apart(phase: f64) -> f64 {
+    (phase - phase.round()).abs()
 }
 
 /// Periods of all strides of all feet, s, ascending, without those that [`ODD_STRIDE`] leaves out.

@@ -3,19 +3,21 @@
 use super::measure::stance_slip;
 use gaitwright_physics::motion::{RootAdjustment, Validity};
 use gaitwright_physics::playback::Trace;
+use gaitwright_physics::scene::ActuatorLimits;
 
-/// A torque counts as saturated from this share of its greatest on.
-const SATURATED: f64 = 1.0 - 1e-6;
+/// A torque counts as saturated where it is within this share of the greatest torque of what the actuator has at its
+/// speed.
+const SLACK: f64 = 1e-6;
 
 /// Judges `trace`, a continuous simulation of a loop of `period` seconds, from its samples and from the record of its steps.
 ///
-/// `limits` are the ranges of motion and `max_torque` the greatest torques of the joints, in the order
-/// of the trace (rad or m, N m or N; `None` is unlimited). The trials of [`Validity`] are other
+/// `limits` are the ranges of motion (rad or m; `None` is unlimited) and `actuators` what the actuators of the joints can
+/// do, in the order of the trace. The trials of [`Validity`] are other
 /// simulations and are left empty, and nothing is adjusted here.
 pub fn validity(
     trace: &Trace,
     limits: &[Option<[f64; 2]>],
-    max_torque: &[Option<f64>],
+    actuators: &[ActuatorLimits],
     period: f64,
 ) -> Validity {
     let samples = &trace.samples;
@@ -24,11 +26,6 @@ pub fn validity(
         .iter()
         .flat_map(|sample| sample.angles.iter().zip(limits))
         .filter_map(|(angle, limit)| limit.map(|[lower, upper]| (lower - angle).max(angle - upper)));
-
-    let torques = samples.iter().flat_map(|sample| sample.torques.iter().zip(max_torque));
-    let bounded: Vec<bool> =
-        torques.filter_map(|(torque, limit)| limit.map(|limit| torque.abs() >= SATURATED * limit)).collect();
-    let saturated = bounded.iter().filter(|&&saturated| saturated).count();
 
     let errors: Vec<f64> = samples
         .iter()
@@ -41,7 +38,7 @@ pub fn validity(
     let depths = samples.iter().flat_map(|sample| &sample.contacts).map(|contact| contact.depth);
     Validity {
         valid: trace.fell_at.is_none() && trace.failure.is_none() && record.unsolved_steps == 0,
-        torque_saturation: saturated as f64 / bounded.len().max(1) as f64,
+        torque_saturation: torque_saturation(trace, actuators),
         greatest_limit_violation: violations.fold(0.0, f64::max),
         greatest_penetration: depths.fold(record.greatest_penetration, f64::max),
         greatest_residual: record.greatest_residual,
@@ -55,6 +52,24 @@ pub fn validity(
         root_adjustment: RootAdjustment::default(),
         trials: Vec::new(),
     }
+}
+
+/// Share of all samples of all joints with a greatest torque at which the actuator gives all that it has at its speed,
+/// 0 to 1.
+pub(super) fn torque_saturation(trace: &Trace, actuators: &[ActuatorLimits]) -> f64 {
+    let (mut saturated, mut bounded) = (0_usize, 0_usize);
+    for sample in &trace.samples {
+        let driven = sample.torques.iter().zip(&sample.velocities).zip(actuators);
+        for ((&torque, &rate), actuator) in
+            driven.filter(|(_, actuator)| actuator.torque.is_finite() && actuator.torque > 0.0)
+        {
+            let [least, greatest] = actuator.available(rate);
+            let slack = SLACK * actuator.torque;
+            bounded += 1;
+            saturated += usize::from(torque <= least + slack || torque >= greatest - slack);
+        }
+    }
+    saturated as f64 / bounded.max(1) as f64
 }
 
 /// How long the character stayed upright in `trace`, s.

@@ -28,3 +28,16 @@ pub struct Generation {
     /// Wall clock time since the start, s; not part of any result.
     pub elapsed: f64,
 }
+
+impl Generation {
+    /// The same as it follows on the curve of another search before it.
+    pub fn after(&self, before: &[Self]) -> Self {
+        let Some(last) = before.last() else { return self.clone() };
+        Self {
+            generation: last.generation + 1 + self.generation,
+            simulated_seconds: last.simulated_seconds + self.simulated_seconds,
+            elapsed: last.elapsed + self.elapsed,
+            ..self.clone()
+        }
+    }
+}

@@ -54,7 +54,7 @@ pub use generation::Generation;
 pub use learned::Learned;
 pub use objective::{Objective, Terms, reference_gravity};
 pub use observer::Observer;
-pub use parameters::{Budget, Coding, Crossover, Learning, Mutation, Parameters, Search, Seeds, Trunk};
+pub use parameters::{Budget, Coding, Crossover, Learning, Mutation, Parameters, SearchMethod, Seeds, Trunk};
 pub use stop::{Cancel, Interrupted, Stop, StopReason};
 pub use task::{ANY_GAIT, AskedSpeed, Pace, SpeedWord, Task, Weights};
 

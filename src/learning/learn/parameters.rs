@@ -57,7 +57,7 @@ impl Trunk {
 /// How motions are searched for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Search {
+pub enum SearchMethod {
     /// Gait by gait from seeds, each refined, for a character with legs in pairs; otherwise, and without seeds, by
     /// QDSEGA.
     #[default]
@@ -161,6 +161,19 @@ impl Budget {
         }
     }
 
+    /// What is left after so many generations and seconds.
+    pub fn after(self, generations: u32, seconds: f64) -> Self {
+        let fewer = |all: u32| all.saturating_sub(generations);
+        let less = |all: f64| (all - seconds).max(0.0);
+        match self {
+            Self::Generations(all) => Self::Generations(fewer(all)),
+            Self::Seconds(all) => Self::Seconds(less(all)),
+            Self::Either { generations: most, seconds: longest } => {
+                Self::Either { generations: fewer(most), seconds: less(longest) }
+            }
+        }
+    }
+
     /// Share that is used up after so many generations and seconds, 0 to 1.
     pub fn fraction(self, generations: u32, seconds: f64) -> f64 {
         let generations = self.generations().map(|all| f64::from(generations) / f64::from(all.max(1)));
@@ -248,7 +261,7 @@ macro_rules! parameters {
 
 parameters! {
     /// How motions are searched for.
-    search: Search = Search::default();
+    search: SearchMethod = SearchMethod::default();
     /// What the search starts from.
     seeds: Seeds = Seeds::default();
     /// Whether gaits from seeds are refined; without it each is the best of its seeds.
@@ -321,7 +334,7 @@ parameters! {
 impl Parameters {
     /// Whether gaits are searched for one by one, for a character that has legs in pairs.
     pub fn gait_by_gait(&self) -> bool {
-        self.search == Search::Natural && self.seeds == Seeds::Templates
+        self.search == SearchMethod::Natural && self.seeds == Seeds::Templates
     }
 }
 

@@ -16,6 +16,8 @@ pub enum TrainingCheckpoint {
     Qdsega {
         /// The learner's own.
         learner: Box<Checkpoint>,
+        /// The curve of the gaits that were searched for before, in vain.
+        before: Vec<Generation>,
     },
     /// Of the search gait by gait; handed out when one is done.
     Gaits {
@@ -50,21 +52,26 @@ pub struct Milestone {
 
 impl TrainingCheckpoint {
     /// The learning curve so far.
-    pub fn curve(&self) -> &[Generation] {
+    pub fn curve(&self) -> Vec<Generation> {
         match self {
-            Self::Qdsega { learner } => &learner.curve,
-            Self::Gaits { curve, .. } => curve,
+            Self::Qdsega { learner, before } => {
+                let later = learner.curve.iter().map(|figures| figures.after(before));
+                before.iter().cloned().chain(later).collect()
+            }
+            Self::Gaits { curve, .. } => curve.clone(),
         }
     }
 
     /// Every motion shown so far, in order; `gains` are those of the stance.
     pub fn milestones(&self, gains: &Gains) -> Vec<Milestone> {
-        let shown = |best: &Behaviour| Milestone {
-            motion: LearnedMotion::unnamed(best.clone(), gains),
-            finished: false,
-        };
         match self {
-            Self::Qdsega { learner } => learner.improved.iter().map(shown).collect(),
+            Self::Qdsega { learner, before } => {
+                let shown = |best: &Behaviour| Milestone {
+                    motion: LearnedMotion::unnamed(best.clone(), gains, before.len() as u32),
+                    finished: false,
+                };
+                learner.improved.iter().map(shown).collect()
+            }
             Self::Gaits { milestones, .. } => milestones.clone(),
         }
     }

@@ -2,8 +2,8 @@
 //!
 //! A character with legs in pairs is taught gait by gait ([`program`](crate::program)): every way of going that the
 //! task calls for is a niche of its own, in which candidates compete with their like only, so that a fast hop cannot
-//! crowd out a walk. What comes out is a repertoire. Any other character, and any task that asks for it, is taught by
-//! QDSEGA ([`learn`](crate::learn)), which gives one motion.
+//! crowd out a walk. What comes out is a repertoire. Any other character, any that none of its gaits keeps up, and any task that asks
+//! for it, is taught by QDSEGA ([`learn`](crate::learn)), which gives one motion.
 //!
 //! | in the order of use | |
 //! |---|---|
@@ -26,24 +26,13 @@ mod shared;
 
 use gaitwright_physics::fault::InputError;
 
-use crate::learn::{Cancel, Generation, LearnError, LearningSetup, StopReason, Task};
+use crate::learn::{Cancel, LearnError, LearningSetup, StopReason, Task};
 use crate::program::gaits::gaits;
 use crate::program::refine::Subject;
 
 pub use checkpoint::{Milestone, TrainingCheckpoint};
-pub use motion::LearnedMotion;
+pub use motion::{LearnedMotion, Trained};
 pub use observer::TrainingObserver;
-
-/// What a training has come to.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Trained {
-    /// Why it ended.
-    pub ended: StopReason,
-    /// What was learned, in the order in which it was.
-    pub motions: Vec<LearnedMotion>,
-    /// The learning curve: one point a generation, in order.
-    pub curve: Vec<Generation>,
-}
 
 /// Trains until everything that the task calls for is learned, the budget of the parameters is used up or `cancel` asks
 /// to stop, from `resume` if given.
@@ -56,13 +45,18 @@ pub fn train(
     cancel: &Cancel,
     resume: Option<TrainingCheckpoint>,
 ) -> Result<Trained, LearnError> {
-    match subject(setup)? {
-        Some(subject) => {
-            let niches = niche::niches(&setup.task, &subject);
-            repertoire::run(setup, &subject, &niches, observer, cancel, resume)
+    if let Some(subject) = subject(setup)?
+        && !matches!(resume, Some(TrainingCheckpoint::Qdsega { .. }))
+    {
+        let niches = niche::niches(&setup.task, &subject);
+        let trained = repertoire::run(setup, &subject, &niches, observer, cancel, resume)?;
+        if !trained.motions.is_empty() || trained.ended != StopReason::Complete {
+            return Ok(trained);
         }
-        None => qdsega::run(setup, observer, cancel, resume),
+        // None of its gaits keeps this character up: it is taught as one without legs, with what is left of the budget.
+        return qdsega::run(setup, observer, cancel, None, trained.curve);
     }
+    qdsega::run(setup, observer, cancel, resume, Vec::new())
 }
 
 /// The character with its legs, where gaits are searched for one by one; `None` where QDSEGA is to search.

@@ -1,11 +1,11 @@
-//! A learned motion, whichever search found it.
+//! What is learned, whichever search found it.
 
 use serde::{Deserialize, Serialize};
 
 use gaitwright_physics::motion::Player;
 use gaitwright_physics::scene::Gains;
 
-use crate::learn::{Behaviour, Posture};
+use crate::learn::{Behaviour, Generation, Posture, StopReason};
 
 /// A learned motion, whichever search found it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -28,8 +28,9 @@ pub struct LearnedMotion {
 }
 
 impl LearnedMotion {
-    /// A behaviour of QDSEGA, which has no gait in mind.
-    pub(super) fn unnamed(behaviour: Behaviour, gains: &Gains) -> Self {
+    /// A behaviour of QDSEGA, which has no gait in mind, found after so many generations of other searches.
+    pub(super) fn unnamed(behaviour: Behaviour, gains: &Gains, before: u32) -> Self {
+        let behaviour = Behaviour { generation: before + behaviour.generation, ..behaviour };
         Self {
             name: "motion".to_owned(),
             gait: None,
@@ -50,4 +51,15 @@ impl LearnedMotion {
             *transition_time,
         )
     }
+}
+
+/// What a training has come to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trained {
+    /// Why it ended.
+    pub ended: StopReason,
+    /// What was learned, in the order in which it was.
+    pub motions: Vec<LearnedMotion>,
+    /// The learning curve: one point a generation, in order.
+    pub curve: Vec<Generation>,
 }

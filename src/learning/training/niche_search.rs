@@ -107,7 +107,13 @@ impl<'a> NicheSearch<'a> {
             let motion = self.motion(&leading.found());
             self.progress.show(motion, false, self.observer);
         }
-        self.refine(&mut leading, &self.shared.coarse, all / 2, Rank::Leading)?;
+        let trial = all / STAGE;
+        self.refine(&mut leading, &self.shared.coarse, trial, Rank::Leading)?;
+        if all > 0 && leading.best().figures.upright < 1.0 && !self.shared.used_up(self.progress) {
+            // Whoever does not learn to stay up at first does not learn it at all.
+            return Ok(());
+        }
+        self.refine(&mut leading, &self.shared.coarse, all / 2 - trial, Rank::Leading)?;
         let leading = match &self.niche.pace {
             NichePace::Cheapest { others, .. } => self.cheapest(leading, others, all / STAGE)?,
             NichePace::Fastest { .. } => self.fastest(leading, all / STAGE)?,

@@ -1,17 +1,17 @@
 //! Training by QDSEGA: one motion, driven with the gains of the stance.
 
-use super::Trained;
 use super::checkpoint::TrainingCheckpoint;
-use super::motion::LearnedMotion;
+use super::motion::{LearnedMotion, Trained};
 use super::observer::TrainingObserver;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::Gains;
 
 use crate::learn::{
-    Behaviour, Cancel, Checkpoint, Generation, LearnError, Learned, LearningSetup, Observer, learn,
+    Behaviour, Cancel, Checkpoint, Generation, LearnError, Learned, LearningSetup, Observer, Parameters,
+    learn,
 };
 
-/// Trains by QDSEGA.
+/// Trains by QDSEGA, after a search whose curve is `before`: with what that has left of the budget.
 ///
 /// # Errors
 /// As [`learn`], and for a checkpoint of another search.
@@ -20,22 +20,30 @@ pub(super) fn run(
     observer: &mut dyn TrainingObserver,
     cancel: &Cancel,
     resume: Option<TrainingCheckpoint>,
+    before: Vec<Generation>,
 ) -> Result<Trained, LearnError> {
-    let learner = match resume {
-        None => None,
-        Some(TrainingCheckpoint::Qdsega { learner }) => Some(*learner),
+    let (learner, before) = match resume {
+        None => (None, before),
+        Some(TrainingCheckpoint::Qdsega { learner, before }) => (Some(*learner), before),
         Some(TrainingCheckpoint::Gaits { .. }) => {
             let reason = "the checkpoint was made by another search";
             return Err(InputError::impossible("/checkpoint/search", reason).into());
         }
     };
     let gains = &setup.stance.gains;
-    let mut adapter = Adapter { observer, gains };
-    let Learned { ended, best, curve, .. } = learn(setup, &mut adapter, cancel, learner)?;
-    let best = best.map(|best| LearnedMotion::unnamed(best, gains));
+    let spent = before.last().map_or(0.0, |figures| figures.elapsed);
+    let budget = setup.parameters.budget.after(before.len() as u32, spent);
+    let parameters = Parameters { budget, ..setup.parameters.clone() };
+    let left = LearningSetup { parameters, ..setup.clone() };
+    let mut adapter = Adapter { observer, gains, before };
+    let Learned { ended, best, curve, .. } = learn(&left, &mut adapter, cancel, learner)?;
+    let Adapter { observer, before, .. } = adapter;
+    let best = best.map(|best| LearnedMotion::unnamed(best, gains, before.len() as u32));
     if let Some(best) = &best {
-        adapter.observer.finished(best);
+        observer.finished(best);
     }
+    let later: Vec<Generation> = curve.iter().map(|figures| figures.after(&before)).collect();
+    let curve = before.into_iter().chain(later).collect();
     Ok(Trained { ended, motions: best.into_iter().collect(), curve })
 }
 
@@ -43,18 +51,21 @@ pub(super) fn run(
 struct Adapter<'a> {
     observer: &'a mut dyn TrainingObserver,
     gains: &'a Gains,
+    /// The curve of the search before.
+    before: Vec<Generation>,
 }
 
 impl Observer for Adapter<'_> {
     fn generation(&mut self, figures: &Generation) {
-        self.observer.generation(figures);
+        self.observer.generation(&figures.after(&self.before));
     }
 
     fn improved(&mut self, best: &Behaviour) {
-        self.observer.improved(&LearnedMotion::unnamed(best.clone(), self.gains));
+        self.observer.improved(&LearnedMotion::unnamed(best.clone(), self.gains, self.before.len() as u32));
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) {
-        self.observer.checkpoint(&TrainingCheckpoint::Qdsega { learner: Box::new(checkpoint.clone()) });
+        let (learner, before) = (Box::new(checkpoint.clone()), self.before.clone());
+        self.observer.checkpoint(&TrainingCheckpoint::Qdsega { learner, before });
     }
 }

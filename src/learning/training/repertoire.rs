@@ -2,8 +2,8 @@
 
 use rayon::ThreadPoolBuilder;
 
-use super::Trained;
 use super::checkpoint::TrainingCheckpoint;
+use super::motion::Trained;
 use super::niche::Niche;
 use super::niche_search::NicheSearch;
 use super::observer::TrainingObserver;
