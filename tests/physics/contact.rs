@@ -252,11 +252,13 @@ fn a_limit_violated_at_the_start_is_recovered_at_a_bounded_rate() {
     let plan = common::plan(&model, &scene, &Accuracy { solver, ..Accuracy::default() }, None);
     let mut state = State::new(&model);
     state.angles[0] = 1.5;
+    // 0.1 rad in each of the character's own units of time.
+    let unit = plan.units.time;
     let mut simulator = Simulator::new(plan, state);
-    // Half way after half a second, and back at the limit a little after the whole one.
-    run(&mut simulator, 0.5, Command::Passive);
-    assert!(simulator.state().angles[0] > 0.99, "it is pushed faster than 1 rad/s");
-    for _ in 0..350 {
+    // Half way after five of them, and back at the limit a little after ten.
+    run(&mut simulator, 5.0 * unit, Command::Passive);
+    assert!(simulator.state().angles[0] > 0.99, "it is pushed faster than 0.1 rad in each unit of time");
+    for _ in 0..(7.0 * unit / 0.002) as usize {
         simulator.step(Command::Passive).unwrap();
         assert_eq!(simulator.state().velocities[0], 0.0, "the correction leaves a speed behind");
     }

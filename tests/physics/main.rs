@@ -24,3 +24,4 @@ mod loops;
 mod orders;
 mod properties;
 mod stance;
+mod step_control;

@@ -6,6 +6,8 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::collision::convex::Convex;
 use super::collision::pairs::PairFinder;
+use super::size::size;
+use super::spin::spins;
 use super::{Base, Body, DofKind, LinkPlace, LoopJoint, Model, collision};
 use crate::character::{Character, Joint, JointKind, Loop};
 
@@ -88,6 +90,8 @@ impl Model {
             friction: joints.iter().map(|joint| joint.friction).collect(),
             armature: joints.iter().map(|joint| joint.armature).collect(),
             mass: bodies.iter().map(|body| body.mass).sum(),
+            size: size(&bodies, base == Base::Fixed),
+            spins: spins(&character, &links, &bodies, &loops),
             outward: outward(&bodies),
             bodies,
             loops,

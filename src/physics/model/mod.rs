@@ -3,6 +3,8 @@
 mod body;
 pub mod collision;
 mod compile;
+mod size;
+mod spin;
 
 use std::sync::Arc;
 
@@ -14,6 +16,7 @@ use collision::pairs::Pairs;
 
 pub use body::{Body, DofKind, LinkPlace, LoopJoint};
 pub use collision::{CYLINDER_SLOTS, GroundShape, Surface};
+pub use spin::Spin;
 
 /// A character compiled for simulation: rigid bodies joined by joints of one degree of freedom each.
 ///
@@ -53,6 +56,10 @@ pub struct Model {
     pub armature: Vec<f64>,
     /// Total mass, kg.
     pub mass: f64,
+    /// How large the bodies are, m: the root mean square distance of their mass from their joints. From `size.rs`.
+    pub size: f64,
+    /// Which rotation of each body changes neither where its mass nor where its surface is; `n_bodies`. From `spin.rs`.
+    pub spins: Vec<Spin>,
     /// Joints that close kinematic loops over the tree, in the order of the character's loops. From `loop_joint` in
     /// `compile.rs`.
     pub loops: Vec<LoopJoint>,

@@ -6,6 +6,7 @@ mod asked;
 mod decision;
 mod plan;
 mod terrain;
+mod units;
 mod wire;
 
 pub use actuator::ActuatorLimits;
@@ -13,6 +14,7 @@ pub use asked::{AccuracyChoice, AskedAccuracy};
 pub use decision::Decision;
 pub use plan::{DrivePlan, StepPlan};
 pub use terrain::{HeightField, Terrain};
+pub use units::CharacterUnits;
 pub use wire::{
     Accuracy, Coordinates, DEFAULT_FEEDFORWARD_PERIOD, Drive, Effect, Feedforward, FrictionCone, Gains,
     Ground, Integrator, JointBias, MaxTorque, Obstacle, Scene, SolverChoice, SolverKind, Switch,

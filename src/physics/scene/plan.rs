@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::actuator::ActuatorLimits;
 use super::decision::{CONTACTS, Decision, decide};
+use super::units::CharacterUnits;
 use super::{Accuracy, Coordinates, Effect, Feedforward, FrictionCone, Gains, JointBias, Scene, Terrain};
 use crate::fault::{Fault, InputError};
 use crate::model::Model;
@@ -24,6 +25,8 @@ pub struct StepPlan {
     pub accuracy: Accuracy,
     /// Gravitational acceleration in the world frame, m/s²; zero when the effect is off.
     pub gravity: Vector3<f64>,
+    /// The length and the time in which thresholds are counted.
+    pub units: CharacterUnits,
     /// Whether Coriolis, centrifugal and gyroscopic forces are computed.
     pub velocity_forces: bool,
     /// The surface of the ground; `None` without ground contact.
@@ -152,10 +155,12 @@ impl StepPlan {
         }
         let decisions = decide(scene, gains, model, maximal);
         let on = |effect| decisions.get(&effect).is_some_and(|decision: &Decision| decision.on);
+        let gravity = if on(Effect::Gravity) { Vector3::from(scene.gravity) } else { Vector3::zeros() };
         Ok(Self {
             model: model.clone(),
             accuracy: *accuracy,
-            gravity: if on(Effect::Gravity) { Vector3::from(scene.gravity) } else { Vector3::zeros() },
+            gravity,
+            units: CharacterUnits::new(model.size, &gravity),
             velocity_forces: on(Effect::VelocityForces),
             ground: scene.ground.as_ref().filter(|_| on(Effect::GroundContact)).map(Terrain::new),
             self_collision: on(Effect::SelfCollision),

@@ -1,4 +1,8 @@
 //! When a step is divided into substeps or refused: every threshold, and what dividing a step has to keep.
+//!
+//! Thresholds are angles, shares, or numbers of the character's own units of length ℓ and time τ
+//! ([`CharacterUnits`](crate::scene::CharacterUnits)), and speak of relative motion: a character of any size, seen from any
+//! frame that moves uniformly, has the same steps divided.
 
 use super::state::State;
 use super::step_record::StepRecord;
@@ -21,25 +25,27 @@ pub const GROWTH: [f64; 2] = [0.2, 4.0];
 pub const RELAXATION: f64 = 1.1;
 
 /// Greatest rotation angle of a body in a substep, rad, at its old and at its new velocity. A faster rotation needs
-/// shorter substeps.
+/// shorter substeps, unless it is spin about an axis of symmetry ([`Spin`](crate::model::Spin)).
 pub const MAX_ROTATION_ANGLE: f64 = 0.3;
 
 /// Greatest phase, rad, that a pendulum under joint tension may pass through in a substep. The scheme is explicit in
-/// the pendulum's position, and unstable from 2 rad on.
-pub const MAX_PENDULUM_PHASE: f64 = 1.0;
+/// the pendulum's position, and unstable from 2 rad on. Neighbours in a chain swing against each other at up to twice the
+/// frequency of each alone (a string of beads: ω² = 4 F / (m l)), which leaves a factor of two.
+pub const MAX_PENDULUM_PHASE: f64 = 0.5;
 
 /// A step in which no body would rotate by more than this, rad, and the solver leaves no velocity that matters, is
 /// accepted without an energy balance: its paths are straight enough.
 pub const NEGLIGIBLE_ROTATION: f64 = 0.02;
 
-/// Share of the kinetic energy that the scheme may create in a second, for each second of the whole step, 1/s²:
-/// 1.6 % per second at steps of 2 ms, and less at finer steps.
-pub const ENERGY_GROWTH: f64 = 8.0;
+/// Share of the kinetic energy of relative motion that the scheme may create in a time τ, for each τ of the whole step,
+/// and less at finer steps.
+pub const ENERGY_GROWTH: f64 = 0.04;
 
-/// Greatest depth by which a contact may penetrate farther in a substep, m.
-pub const MAX_PENETRATION_GAIN: f64 = 2e-4;
+/// Greatest depth by which a contact may penetrate farther in a substep, ℓ.
+pub const MAX_PENETRATION_GAIN: f64 = 1.5e-3;
 
-/// A substep as short as the whole step divided by this is accepted without an energy balance.
+/// A substep as short as the whole step divided by this is accepted as it is, and counted as coarse where it creates energy
+/// or drives a contact in.
 pub const FINEST_DIVISION: f64 = 32.0;
 
 /// Least and greatest ratio of the next trial's length to that of the substep that was refused.

@@ -17,7 +17,7 @@ use super::restitution;
 use super::rows::{ROOT, RowOwner, Rows, contact};
 use super::spatial::{SpatialForce, SpatialMotion};
 use super::tracking::{Reference, Spring};
-use crate::model::{DofKind, Model, SOLID_SLOTS};
+use crate::model::{Body, DofKind, Model, SOLID_SLOTS};
 use crate::scene::{Coordinates, Feedforward, SolverChoice, SolverKind, StepPlan};
 
 /// After actuators switched this often in a step they do not leave their bounds any more, so that switching ends.
@@ -91,6 +91,8 @@ pub(super) struct Workspace {
     pub loads: Vec<JointLoad>,
     /// J torques of the actuators, N m or N. (switch_actuators)
     pub torque: Vec<f64>,
+    /// J: what a joint's displacement counts, 1 for a rotation and 1/ℓ for a translation, 1/m. (new)
+    pub per_unit: Vec<f64>,
     /// J composite-rigid-body inertias along the joints, with all joints beyond at zero, kg m² or kg. (new)
     pub composite_inertia: Vec<f64>,
     /// The factorised mass matrix. (factorise)
@@ -220,6 +222,7 @@ impl Workspace {
             recovery_rates: vec![0.0; joints],
             recovery_changes: vec![SpatialMotion::ZERO; bodies],
             forces: Vec::with_capacity(contact_rows + 2 * joints),
+            per_unit: per_unit(model, plan),
             composite_inertia: composite_inertia(model),
             moment_arms: moment_arms(model),
             transmitted_force: vec![Vector3::zeros(); bodies],
@@ -425,6 +428,14 @@ impl Workspace {
         contacts.all(|(candidate, force)| *force == 0.0 || candidate.against.body().is_some())
     }
 
+    /// The sum of the forces of ground and obstacles on the character, N.
+    pub fn outer_force(&self, plan: &StepPlan) -> Vector3<f64> {
+        let forces = self.rows.force.chunks_exact(contact::rows_per_contact(plan.friction));
+        let outer =
+            self.candidates.iter().zip(forces).filter(|(candidate, _)| candidate.against.body().is_none());
+        outer.map(|(candidate, forces)| candidate.force(forces)).sum()
+    }
+
     /// Keeps in `memory` the forces that warm-start the next step.
     pub fn remember(&self, plan: &StepPlan, memory: &mut StepMemory) {
         let per_contact = contact::rows_per_contact(plan.friction);
@@ -482,6 +493,15 @@ fn span(model: &Model) -> f64 {
         origins[index] = origins[body.parent] + body.offset.norm() + slide;
     }
     origins.iter().zip(&model.bodies).map(|(origin, body)| origin + body.center.norm()).fold(0.0, f64::max)
+}
+
+/// What a displacement of each joint counts in units of the character.
+fn per_unit(model: &Model, plan: &StepPlan) -> Vec<f64> {
+    let of = |body: &Body| match body.dof {
+        DofKind::Revolute => 1.0,
+        DofKind::Prismatic => 1.0 / plan.units.length,
+    };
+    model.bodies.iter().skip(1).map(of).collect()
 }
 
 /// Greatest number of joint rows under `plan`, with each limited joint near one end of its range.

@@ -5,8 +5,9 @@ use nalgebra::{Rotation3, Vector3};
 use crate::sim::bodies::BodyMotion;
 use crate::sim::spatial::SpatialMotion;
 
-/// Penetration that a step may cause, m, without the point becoming a candidate.
-pub(super) const PENETRATION_ALLOWED: f64 = 1e-5;
+/// Penetration that a step may cause without the point becoming a candidate, in lengths ℓ of the character
+/// ([`Model::size`](crate::model::Model::size)).
+pub(super) const PENETRATION_ALLOWED: f64 = 8e-5;
 
 /// The displacement of a body by a step at constant velocity.
 pub(super) struct BodyDisplacement {

@@ -158,6 +158,7 @@ pub fn add_driven_in(
     candidates: &mut Vec<ContactCandidate>,
 ) -> bool {
     let before = candidates.len();
+    let allowed = PENETRATION_ALLOWED * model.size;
     for shape in close.iter().map(|index| &model.ground_shapes[*index]) {
         let body = &bodies[shape.body];
         let step = BodyDisplacement::new(body, new[shape.body], step);
@@ -169,7 +170,7 @@ pub fn add_driven_in(
             let mut meet = |frame: [Vector3<f64>; 3], gap: f64| {
                 let below = at - frame[0] * radius;
                 let depth = frame[0].dot(&(arrived - at)) - gap;
-                if -gap > depth.max(0.0) + PENETRATION_ALLOWED {
+                if -gap > depth.max(0.0) + allowed {
                     candidates.push(ContactCandidate {
                         slot,
                         link: shape.link,

@@ -238,6 +238,7 @@ impl Solids {
     ) -> bool {
         let before = candidates.len();
         let shapes = model.solids.len();
+        let allowed = PENETRATION_ALLOWED * model.size;
         for &[first, second] in &self.close {
             let shape = &model.ground_shapes[first];
             let other = model.ground_shapes.get(second);
@@ -254,8 +255,7 @@ impl Solids {
             let passing = new[shape.body].minus(moves);
             let solid = &model.solids[first];
             let center = bodies[shape.body].point(solid.center);
-            if (passing.at(center).norm() + passing.angular.norm() * solid.reach) * step < PENETRATION_ALLOWED
-            {
+            if (passing.at(center).norm() + passing.angular.norm() * solid.reach) * step < allowed {
                 continue;
             }
             let moved = |body: usize| BodyDisplacement::new(&bodies[body], new[body], step);
@@ -291,7 +291,7 @@ impl Solids {
                 None => (other_end, own_at),
             };
             let depth = (other_at - own_at).dot(&up);
-            if -approach.gap < depth.max(0.0) + PENETRATION_ALLOWED {
+            if -approach.gap < depth.max(0.0) + allowed {
                 continue;
             }
             candidates.push(ContactCandidate {

@@ -13,14 +13,11 @@ use std::ops::Range;
 use super::assembly::{Row, Rows};
 use super::lanes::Lanes;
 use super::owner::RowOwner;
-use super::stabilization::{gap_bias, gap_recovery};
+use super::stabilization::{Recovery, gap_bias, gap_recovery};
 use crate::sim::contact::ContactCandidate;
 use crate::sim::lcp::Bound;
 use crate::sim::memory::ContactForces;
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
-
-/// Greatest speed at which a penetrating contact is pushed apart, m/s.
-const FASTEST_RECOVERY: f64 = 0.5;
 
 /// Compliance of contacts in the feedforward pass, as a share of the whole character's mobility.
 ///
@@ -47,7 +44,7 @@ pub fn add(
     free: &[SpatialMotion],
     friction: Option<f64>,
     step: f64,
-    stabilization: bool,
+    recovery: Recovery,
     warm_start: &ContactForces,
     compliance: f64,
     mut half_solve: impl FnMut(&ContactCandidate, &[SpatialForce], &mut Vec<Lanes>) -> Range<usize>,
@@ -66,7 +63,7 @@ pub fn add(
             bias = bias.min(-candidate.rebound);
             rows.rebound_next(free, candidate.rebound);
         }
-        let recovery = if stabilization { gap_recovery(gap, step, FASTEST_RECOVERY) } else { 0.0 };
+        let recovery = gap_recovery(gap, step, recovery.translation);
         let warm_start = remembered[0];
         let above =
             Row { warm_start, recovery, softness, ..Row::new(owner, Bound::NonNegative, free + bias) };

@@ -17,7 +17,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use super::assembly::{Row, Rows};
 use super::lanes::Lanes;
 use super::owner::RowOwner;
-use super::stabilization::SHARE_PER_STEP;
+use super::stabilization::{Recovery, SHARE_PER_STEP};
 use crate::character::LoopKind;
 use crate::model::{DofKind, LoopJoint, Model};
 use crate::sim::bodies::BodyMotion;
@@ -183,7 +183,7 @@ impl Coupling {
 /// Adds the rows of `coupling`, which belong to `owner`.
 ///
 /// `free` gives each body's velocity if no row acted, `wanted` the child's velocity against the parent's after
-/// the step; what is apart is taken back no faster than at `fastest` (m/s and rad/s). `half_solve` half-solves
+/// the step; what is apart is taken back no faster than at `recovery`. `half_solve` half-solves
 /// the row of a wrench on the child and its opposite on the parent (see [`Rows::push`]).
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
@@ -193,11 +193,14 @@ pub fn add(
     free: &[SpatialMotion],
     wanted: SpatialMotion,
     step: f64,
-    fastest: f64,
+    recovery: Recovery,
     mut half_solve: impl FnMut(SpatialForce, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     let velocity = free[coupling.child].plus(free[coupling.parent].plus(wanted).scaled(-1.0));
+    let mut translations = coupling.translations();
     coupling.each(|wrench, error| {
+        let fastest = if translations > 0 { recovery.translation } else { recovery.rotation };
+        translations = translations.saturating_sub(1);
         let back = (SHARE_PER_STEP * error / step).max(-fastest).min(fastest);
         let offset = velocity.dot(wrench) + back;
         let row = Row::new(owner, Bound::Free, offset);

@@ -12,9 +12,6 @@ use super::owner::RowOwner;
 use super::stabilization::{gap_bias, gap_recovery};
 use crate::sim::lcp::Bound;
 
-/// Greatest speed at which a violated limit is corrected, rad/s or m/s.
-const FASTEST_RECOVERY: f64 = 1.0;
-
 /// A limit has a row when the joint is within this many steps of it at the velocity it has if no row acts.
 const STEPS_AHEAD: f64 = 2.0;
 
@@ -29,7 +26,7 @@ pub fn near(limit: Option<[f64; 2]>, angle: f64, free: f64, step: f64) -> [bool;
 /// Adds a row for every end of a joint's range that is `near`, lower and upper.
 ///
 /// `angles` are those at the beginning of the step, `free` the joint velocities if no row acted,
-/// `warm_start` the last step's forces; `half_solve` half-solves the row of a force along a joint
+/// `recovery` gives the greatest speed at which a joint is brought back, rad/s or m/s; `warm_start` the last step's forces; `half_solve` half-solves the row of a force along a joint
 /// (see [`Rows::push`]); its sign is changed here for an upper limit.
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
@@ -39,7 +36,7 @@ pub fn add(
     angles: &[f64],
     free: &[f64],
     step: f64,
-    stabilization: bool,
+    recovery: impl Fn(usize) -> f64,
     warm_start: &[f64],
     mut half_solve: impl FnMut(usize, &mut Vec<Lanes>) -> Range<usize>,
 ) {
@@ -55,7 +52,7 @@ pub fn add(
             }
             let offset = sign * free[joint] + gap_bias(gap, step);
             let warm_start = (sign * warm_start[joint]).max(0.0);
-            let recovery = if stabilization { gap_recovery(gap, step, FASTEST_RECOVERY) } else { 0.0 };
+            let recovery = gap_recovery(gap, step, recovery(joint));
             let row = Row { warm_start, recovery, ..Row::new(owner, Bound::NonNegative, offset) };
             rows.push([row], |numbers| {
                 let start = numbers.len();

@@ -21,12 +21,10 @@ use super::assembly::Rows;
 use super::joint::{self, Coupling};
 use super::lanes::Lanes;
 use super::owner::RowOwner;
+use super::stabilization::Recovery;
 use crate::model::Model;
 use crate::sim::bodies::BodyMotion;
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
-
-/// Greatest speed at which a loop that is open is closed, m/s and rad/s.
-const FASTEST_RECOVERY: f64 = 5.0;
 
 /// A row whose mobility is less than this share of the others of its loop is left out: axes count as
 /// parallel within about its square root, rad.
@@ -47,7 +45,7 @@ pub fn add(
     free: &[SpatialMotion],
     step: f64,
     joint_bias: bool,
-    stabilization: bool,
+    recovery: Recovery,
     reduced: Option<&Rows>,
     mut half_solve: impl FnMut([usize; 2], SpatialForce, &mut Vec<Lanes>) -> Range<usize>,
 ) {
@@ -64,10 +62,16 @@ pub fn add(
         } else {
             SpatialMotion::ZERO
         };
-        let fastest = if stabilization { FASTEST_RECOVERY } else { 0.0 };
-        joint::add(rows, RowOwner::Loop(index), &coupling, free, wanted, step, fastest, |wrench, numbers| {
-            half_solve([child, parent], wrench, numbers)
-        });
+        joint::add(
+            rows,
+            RowOwner::Loop(index),
+            &coupling,
+            free,
+            wanted,
+            step,
+            recovery,
+            |wrench, numbers| half_solve([child, parent], wrench, numbers),
+        );
         if reduced.is_none() {
             leave_out_weak(rows, first, coupling.translations());
         }

@@ -17,3 +17,4 @@ pub mod torque;
 pub use assembly::{Row, Rows};
 pub use lanes::{LANES, Lanes, ROOT};
 pub use owner::RowOwner;
+pub use stabilization::Recovery;

@@ -9,7 +9,7 @@ use crate::sim::memory::ContactForces;
 use crate::sim::root_freedom::RootFreedom;
 use crate::sim::rows::joint::Coupling;
 use crate::sim::rows::{
-    Lanes, RowOwner, Rows, contact, drive, dry_friction, joint, limit, lock, loops, torque,
+    Lanes, Recovery, RowOwner, Rows, contact, drive, dry_friction, joint, limit, lock, loops, torque,
 };
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
 use crate::sim::tracking::Spring;
@@ -43,7 +43,7 @@ impl Stages<'_> {
                 &state.angles,
                 rates,
                 step,
-                plan.stabilization,
+                |joint| Recovery::of_unilateral(plan).along(self.model.bodies[joint + 1].dof),
                 &memory.limit,
                 of_joint,
             );
@@ -73,7 +73,7 @@ impl Stages<'_> {
             &work.free,
             step,
             plan.has_joint_bias(),
-            plan.stabilization,
+            Recovery::of_loops(plan),
             Some(&self.own.forecast.work.rows),
             |[child, parent], wrench, numbers| self.of_bodies(child, Some(parent), &[wrench], numbers),
         );
@@ -103,7 +103,7 @@ impl Stages<'_> {
             &work.free,
             plan.friction,
             *step,
-            plan.stabilization,
+            Recovery::of_unilateral(plan),
             warm_start,
             compliance,
             |candidate, forces, numbers| {
@@ -116,9 +116,9 @@ impl Stages<'_> {
     pub(super) fn joint(&self, rows: &mut Rows, joint: usize) {
         let coupling = Coupling::of_joint(self.model, &self.work.bodies, joint);
         // The next step may correct the separation of this one at once, at any speed.
-        let fastest = if self.plan.stabilization { f64::INFINITY } else { 0.0 };
+        let recovery = if self.plan.stabilization { Recovery::UNBOUNDED } else { Recovery::NONE };
         let (owner, free, step) = (RowOwner::Joint(joint), &self.work.free, self.step);
-        joint::add(rows, owner, &coupling, free, SpatialMotion::ZERO, step, fastest, |wrench, numbers| {
+        joint::add(rows, owner, &coupling, free, SpatialMotion::ZERO, step, recovery, |wrench, numbers| {
             self.of_bodies(coupling.child, Some(coupling.parent), &[wrench], numbers)
         });
     }

@@ -90,6 +90,12 @@ impl Articulated {
         }
     }
 
+    /// Acceleration of body `index` by the velocities alone, with neither the root nor a joint accelerating.
+    #[inline]
+    pub fn bias_acceleration(&self, index: usize) -> SpatialMotion {
+        self.bias_acceleration[index]
+    }
+
     /// Bias force of body `index`: what it requires if neither the root nor a joint accelerates.
     #[inline]
     pub fn bias_force(&self, index: usize) -> SpatialForce {

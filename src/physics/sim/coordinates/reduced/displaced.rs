@@ -1,12 +1,23 @@
 //! The character half a step away from where forces are taken.
 
 use super::kinematics::place;
+use nalgebra::Vector3;
+
 use crate::model::Model;
 use crate::sim::bodies::BodyMotion;
 use crate::sim::energy::kinetic_energy;
 use crate::sim::integrate::advance;
 use crate::sim::spatial::SpatialMotion;
 use crate::sim::state::State;
+
+/// How the character moves half a step away.
+#[derive(Debug, Clone, Copy)]
+pub struct RelativeMotion {
+    /// Kinetic energy, less that of the centre of mass, J.
+    pub kinetic: f64,
+    /// Velocity of the centre of mass, m/s.
+    pub center: Vector3<f64>,
+}
 
 /// The character half a step away from where forces are taken.
 #[derive(Debug, Clone)]
@@ -22,7 +33,8 @@ impl Displaced {
     }
 
     /// The character of `from` moved for `time` seconds along the velocity `root` of its root and the joint
-    /// velocities `rates`, with which it moves there too. Gives its kinetic energy, J.
+    /// velocities `rates`, with which it moves there too. The motion given is relative to the centre of mass, or to the world
+    /// where the root is fixed to it.
     pub fn displace(
         &mut self,
         model: &Model,
@@ -30,7 +42,7 @@ impl Displaced {
         root: SpatialMotion,
         rates: &[f64],
         time: f64,
-    ) -> f64 {
+    ) -> RelativeMotion {
         let Self { state, bodies } = self;
         state.root = from.root;
         state.root.linear_velocity = root.linear;
@@ -39,6 +51,13 @@ impl Displaced {
         state.velocities.copy_from_slice(rates);
         advance(state, root, rates, time);
         place(model, state, bodies);
-        kinetic_energy(model, bodies, rates)
+        let kinetic = kinetic_energy(model, bodies, rates);
+        if model.fixed_base {
+            return RelativeMotion { kinetic, center: Vector3::zeros() };
+        }
+        let parts = model.bodies.iter().zip(&*bodies);
+        let momentum: Vector3<f64> = parts.map(|(body, at)| at.velocity.at(at.center) * body.mass).sum();
+        let center = momentum / model.mass;
+        RelativeMotion { kinetic: kinetic - 0.5 * momentum.dot(&center), center }
     }
 }

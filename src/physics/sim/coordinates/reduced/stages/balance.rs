@@ -1,5 +1,7 @@
 //! Whether a step is accepted: it must neither create energy nor drive a contact into the ground.
 //!
+//! Both are judged by relative motion, that of the bodies against their common centre of mass and against what they touch.
+//!
 //! Velocities follow the tangent of the path of the positions, so that a step of any scheme errs by the path's
 //! curvature. The schemes here are staggered: the positions half a step before and half a step after those at
 //! which forces are taken belong to the old and to the new velocities (in Moreau and Jean's step they are the step's
@@ -18,19 +20,18 @@ use crate::sim::step_control::{
 impl Stages<'_> {
     /// The longest step that is likely to create no energy and to let no contact sink in, s, if this one does;
     /// `angular_rate` is the greatest of a body, rad/s. Not used under error control, where the step's error alone
-    /// counts, nor with feedforward whose period is shorter than the step: it reaches a velocity at the step's end, so that a shorter
-    /// step is another drive.
+    /// counts.
     pub(super) fn shorter_step(&mut self, angular_rate: f64) -> Option<f64> {
         let whole = self.plan.step();
         let straight = angular_rate * whole <= NEGLIGIBLE_ROTATION
-            && self.work.residual * self.step <= MAX_PENETRATION_GAIN;
-        let exempt = self.plan.accuracy.step_tolerance.is_some() || self.feedforward_depends_on_step();
+            && self.work.residual * self.step <= self.greatest_gain();
+        let exempt = self.plan.accuracy.step_tolerance.is_some();
         self.work.coarse = false;
         if straight || exempt {
             return None;
         }
         let created = self.spurious_energy();
-        let sunk = self.penetration_gain() / MAX_PENETRATION_GAIN;
+        let sunk = self.penetration_gain() / self.greatest_gain();
         // Both grow with the square of the step, the energy against what is allowed in it.
         let excess = created.max(sunk);
         let [least, most] = SHORTENING;
@@ -40,14 +41,17 @@ impl Stages<'_> {
             .then(|| self.step * (BALANCE_SAFETY / excess.sqrt()).clamp(least, most))
     }
 
-    /// Whether the feedforward reaches the target's velocity within one step, however short.
-    fn feedforward_depends_on_step(&self) -> bool {
-        let period = self.plan.drive.as_ref().map_or(0.0, |drive| drive.feedforward_period);
-        self.feeds_forward() && period < self.plan.step()
+    /// Greatest depth by which a contact may penetrate farther, m.
+    fn greatest_gain(&self) -> f64 {
+        MAX_PENETRATION_GAIN * self.plan.units.length
     }
 
     /// Energy that the step creates, as a multiple of what is allowed. Leaves `displaced` half a step along the new
     /// velocities.
+    ///
+    /// The kinetic energy is that of the motion against the centre of mass and that of the centre of mass (König). The second
+    /// grows by the work of the weight and of the contacts' sum of forces on it, so that of the weight only the latter is left
+    /// to be counted; in flight nothing is, whatever the frame.
     fn spurious_energy(&mut self) -> f64 {
         let half = 0.5 * self.step;
         let Self { model, plan, state, work, step, .. } = self;
@@ -55,16 +59,20 @@ impl Stages<'_> {
         let new = if model.fixed_base { SpatialMotion::ZERO } else { work.new[0] };
         let before = work.displaced.displace(model, state, old, &state.velocities, -half);
         let after = work.displaced.displace(model, state, new, &work.joint_rates, half);
-        let mut twice_power = 0.0;
-        for (index, body) in work.bodies.iter().enumerate() {
-            let both = work.old[index].plus(work.new[index]);
-            twice_power += model.bodies[index].mass * plan.gravity.dot(&both.at(body.center));
-        }
+        let mut twice_power = if model.fixed_base {
+            let parts = work.bodies.iter().zip(work.old.iter().zip(&work.new)).zip(&model.bodies);
+            let moments = parts.map(|((body, (old, new)), part)| old.plus(*new).at(body.center) * part.mass);
+            plan.gravity.dot(&moments.sum::<Vector3<f64>>())
+        } else {
+            -work.outer_force(plan).dot(&(before.center + after.center))
+        };
         for ((torque, old), new) in work.torque.iter().zip(&state.velocities).zip(&work.joint_rates) {
             twice_power += torque * (old + new);
         }
-        let created = after - before - half * twice_power;
-        let allowed = ENERGY_GROWTH * plan.step() * *step * before.max(after);
+        let created = after.kinetic - before.kinetic - half * twice_power;
+        let time = plan.units.time;
+        let share = ENERGY_GROWTH * (plan.step() / time) * (*step / time);
+        let allowed = share * before.kinetic.max(after.kinetic);
         // A scene without velocity-dependent forces does not conserve energy.
         if created > 0.0 && plan.velocity_forces { created / allowed } else { 0.0 }
     }

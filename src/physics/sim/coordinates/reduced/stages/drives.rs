@@ -9,7 +9,7 @@ use crate::sim::coordinates::reduced::articulated::Singular;
 use crate::sim::coordinates::reduced::response;
 use crate::sim::failure::{Failure, fail_unless_usable};
 use crate::sim::lcp::Solver;
-use crate::sim::rows::{ROOT, contact};
+use crate::sim::rows::{ROOT, Recovery, contact};
 use crate::sim::spatial::SpatialForce;
 use crate::sim::tracking::{ImplicitWeights, Spring, Target};
 
@@ -122,7 +122,7 @@ impl Stages<'_> {
                 &work.free,
                 plan.friction,
                 horizon,
-                plan.stabilization,
+                Recovery::of_unilateral(plan),
                 &state.memory.feedforward_contacts,
                 contact::compliance(model.mass, horizon),
                 |candidate, forces, numbers| {

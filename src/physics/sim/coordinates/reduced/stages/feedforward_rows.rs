@@ -11,7 +11,7 @@ use crate::scene::{DrivePlan, Feedforward};
 use crate::sim::coordinates::reduced::response;
 use crate::sim::failure::{Failure, fail_unless_usable};
 use crate::sim::lcp::Solver;
-use crate::sim::rows::{RowOwner, Rows, contact, drive, loops};
+use crate::sim::rows::{Recovery, RowOwner, Rows, contact, drive, loops};
 
 impl Stages<'_> {
     /// Fills the offset torques for the motions of the targets in `reference`, while no joint is driven yet.
@@ -61,7 +61,7 @@ impl Stages<'_> {
                 &work.free,
                 plan.friction,
                 *step,
-                plan.stabilization,
+                Recovery::of_unilateral(plan),
                 &state.memory.feedforward_contacts,
                 contact::compliance(model.mass, *step),
                 |candidate, forces, numbers| {
@@ -78,7 +78,7 @@ impl Stages<'_> {
             &work.free,
             *step,
             plan.has_joint_bias(),
-            plan.stabilization,
+            Recovery::of_loops(plan),
             None,
             |[child, parent], wrench, numbers| {
                 response::of_bodies(model, bodies, articulated, child, Some(parent), &[wrench], numbers)

@@ -27,6 +27,7 @@ mod velocity_forces;
 
 use crate::model::Model;
 use crate::scene::{Feedforward, Integrator, StepPlan};
+use crate::sim::bodies::BodyMotion;
 use crate::sim::command::Command;
 use crate::sim::coordinates::outcome::StepOutcome;
 use crate::sim::coordinates::reduced::kinematics::place;
@@ -133,12 +134,12 @@ impl Stages<'_> {
 
     /// The body that rotates fastest at the old velocities, and its angular rate, rad/s.
     fn fastest_rotation(&self) -> (usize, f64) {
-        fastest(self.work.bodies.iter().map(|body| body.velocity))
+        fastest(self.model, &self.work.bodies, self.work.bodies.iter().map(|body| body.velocity))
     }
 
     /// The same at the new velocities.
     fn fastest_new_rotation(&self) -> (usize, f64) {
-        fastest(self.work.new.iter().copied())
+        fastest(self.model, &self.work.bodies, self.work.new.iter().copied())
     }
 
     /// New velocities; whether the mean velocities converged.
@@ -198,11 +199,15 @@ impl Stages<'_> {
     }
 }
 
-/// Index and magnitude of the greatest angular velocity, rad/s.
-fn fastest(velocities: impl Iterator<Item = SpatialMotion>) -> (usize, f64) {
+/// Index and magnitude of the greatest angular velocity, rad/s, less spin that changes nothing.
+fn fastest(
+    model: &Model,
+    bodies: &[BodyMotion],
+    velocities: impl Iterator<Item = SpatialMotion>,
+) -> (usize, f64) {
     let mut fastest = (0, 0.0);
-    for (index, velocity) in velocities.enumerate() {
-        let square = velocity.angular.norm_squared();
+    for (index, ((velocity, body), spin)) in velocities.zip(bodies).zip(&model.spins).enumerate() {
+        let square = spin.visible_squared(&body.rotation, velocity.angular);
         if square > fastest.1 {
             fastest = (index, square);
         }

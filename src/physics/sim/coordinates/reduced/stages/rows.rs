@@ -4,7 +4,7 @@ use super::Stages;
 use crate::sim::actuator::ActuatorMode;
 use crate::sim::coordinates::reduced::response;
 use crate::sim::failure::{Failure, fail_unless_usable};
-use crate::sim::rows::{Lanes, contact, dry_friction, limit, loops, torque};
+use crate::sim::rows::{Lanes, Recovery, contact, dry_friction, limit, loops, torque};
 use crate::sim::workspace::Workspace;
 
 impl Stages<'_> {
@@ -36,7 +36,7 @@ impl Stages<'_> {
             free,
             plan.friction,
             step,
-            plan.stabilization,
+            Recovery::of_unilateral(plan),
             &memory.contacts,
             0.0,
             |candidate, forces, numbers| {
@@ -57,7 +57,7 @@ impl Stages<'_> {
                 angles,
                 free_rates,
                 step,
-                plan.stabilization,
+                |joint| Recovery::of_unilateral(plan).along(model.bodies[joint + 1].dof),
                 &memory.limit,
                 of_joint,
             );
@@ -82,7 +82,7 @@ impl Stages<'_> {
             free,
             step,
             plan.has_joint_bias(),
-            plan.stabilization,
+            Recovery::of_loops(plan),
             None,
             |[child, parent], wrench, numbers| {
                 response::of_bodies(model, bodies, articulated, child, Some(parent), &[wrench], numbers)

@@ -24,11 +24,16 @@ impl Stages<'_> {
             ..
         } = &mut **work;
         let per_second = 1.0 / *step;
+        // The velocity of the root's origin, which moves, changes by ω × v more than that of the body's point there: see
+        // `after` in `free_motion`.
+        let root = bodies[0].velocity;
+        let of_root = root.angular.cross(&root.linear);
         for (index, body) in bodies.iter().enumerate() {
             let change = new[index].minus(old[index]).at(body.center);
-            let centripetal = body.velocity.angular.cross(&body.velocity.at(body.center));
+            let centripetal = body.velocity.angular.cross(&body.velocity.at(body.center)) - of_root;
+            let by_velocities = articulated.bias_acceleration(index).at(body.center) + centripetal;
             transmitted_force[index] =
-                (change * per_second + centripetal - plan.gravity) * model.bodies[index].mass;
+                (change * per_second + by_velocities - plan.gravity) * model.bodies[index].mass;
         }
         let rows_per_contact = contact::rows_per_contact(plan.friction);
         for (candidate, forces) in candidates.iter().zip(rows.force.chunks_exact(rows_per_contact)) {

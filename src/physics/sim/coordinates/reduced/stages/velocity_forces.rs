@@ -12,7 +12,8 @@ use crate::sim::coordinates::reduced::articulated;
 use crate::sim::coordinates::reduced::kinematics::move_along;
 use crate::sim::spatial::SpatialMotion;
 
-/// The mean velocity has converged when its error would displace no body by more than this in the step, rad or m.
+/// The mean velocity has converged when its error would displace no joint and not the root by more than this in the step, rad
+/// or ℓ.
 const TOLERANCE: f64 = 1e-6;
 
 /// The same for the midpoint rule, whose own error is smaller.
@@ -57,16 +58,18 @@ impl Stages<'_> {
         }
         // Half the change of velocity, and the error of the mean.
         let (mut gain, mut error) = (0.0_f64, 0.0_f64);
-        for ((mean, old), new) in work.mean_rates.iter().zip(&state.velocities).zip(&work.joint_rates) {
-            gain = gain.max((0.5 * (new - old)).abs());
-            error = error.max((0.5 * (new + old) - mean).abs());
+        let rates = work.mean_rates.iter().zip(&state.velocities).zip(&work.joint_rates);
+        for (((mean, old), new), per_unit) in rates.zip(&work.per_unit) {
+            gain = gain.max((0.5 * (new - old)).abs() * per_unit);
+            error = error.max((0.5 * (new + old) - mean).abs() * per_unit);
         }
         let mut root = SpatialMotion::ZERO;
         if !model.fixed_base {
             let (old, new, mean) = (state.root.motion(), work.new[0], work.bodies[0].velocity);
             root = old.plus(new).scaled(0.5);
-            gain = gain.max(root.minus(old).amax());
-            error = error.max(root.minus(mean).amax());
+            let in_units = |it: SpatialMotion| it.angular.amax().max(it.linear.amax() / plan.units.length);
+            gain = gain.max(in_units(root.minus(old)));
+            error = error.max(in_units(root.minus(mean)));
         }
         let gain = gain * *step;
         let tolerance = match (*midpoint, work.rows.is_empty()) {
