@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::chance::{Purpose, stream};
 use super::genome::Genome;
 use super::grid::Grid;
-use super::parameters::{Crossover, Parameters};
+use super::parameters::{Crossover, Parameters, SearchMethod};
 
 /// Mates drawn for a crossover with a neighbour; the closest of them is taken.
 const NEIGHBOURS: usize = 5;
@@ -62,7 +62,8 @@ impl Island {
             let attempts = if self.members.is_empty() { 0 } else { ATTEMPTS };
             let child =
                 (0..attempts).map(|_| self.breed(grid, parameters, &mut rng)).find(|genome| !known(genome));
-            let child = child.unwrap_or_else(|| Genome::random(grid, parameters.states, &mut rng));
+            let coupled = parameters.search == SearchMethod::Natural;
+            let child = child.unwrap_or_else(|| Genome::random(grid, parameters.states, coupled, &mut rng));
             asked.push(child);
         }
         asked

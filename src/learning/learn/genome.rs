@@ -19,10 +19,11 @@ pub struct Genome {
 
 impl Genome {
     /// Draws `count` states around the standing pose. How far they are from it, and how many limbs are coupled to
-    /// others, is drawn first, so that a population contains small and large, symmetric and asymmetric motions.
-    pub fn random(grid: &Grid, count: usize, rng: &mut impl Rng) -> Self {
+    /// others (none unless `coupled`), is drawn first, so that a population contains small and large, symmetric and
+    /// asymmetric motions.
+    pub fn random(grid: &Grid, count: usize, coupled: bool, rng: &mut impl Rng) -> Self {
         let amplitude = rng.random_range(0.1..=1.0);
-        let coupling = rng.random_range(0.0..=1.0);
+        let coupling = if coupled { rng.random_range(0.0..=1.0) } else { 0.0 };
         let states = (0..count).map(|_| random_state(grid, amplitude, rng)).collect();
         let mut genome = Self { states };
         for limb in 0..grid.limbs.len() {

@@ -62,7 +62,9 @@ pub enum SearchMethod {
     /// QDSEGA.
     #[default]
     Natural,
-    /// QDSEGA as published, for any character: no seeds, no refinement, one transition time.
+    /// QDSEGA as published (Tokizaki & Hasegawa; Ito & Matsuno 2002), for any character: one population without seeds,
+    /// refinement, limbs that follow others, or a search for the best cycle beside Q-learning. `seeds`, `refine`,
+    /// `islands`, `crossover` and `mutation.limb` are then what that has, whatever was given.
     Paper,
 }
 
@@ -357,9 +359,23 @@ impl Learning {
         if !faults.is_empty() {
             return Err(InputError::Impossible(faults));
         }
+        let published = self.published();
+        let learning = if self.search == SearchMethod::Paper { &published } else { self };
         let wanted = self.transition_time.unwrap_or(default_time);
         let steps = (wanted / step).round().max(1.0);
-        Ok(Parameters::decided(self, step * steps, steps as u64))
+        Ok(Parameters::decided(learning, step * steps, steps as u64))
+    }
+
+    /// The same with what was added to the published algorithm left out.
+    fn published(&self) -> Self {
+        Self {
+            seeds: Seeds::None,
+            refine: false,
+            islands: 1,
+            crossover: Crossover { uniform: 1.0, limb: 0.0, neighbouring: 0.0 },
+            mutation: Mutation { limb: 0.0, ..self.mutation },
+            ..self.clone()
+        }
     }
 
     /// When the learning is to end.

@@ -7,6 +7,7 @@ use super::cache::{Additions, Cache, SimulationTotals};
 use super::evaluation::World;
 use super::genome::Genome;
 use super::objective::Terms;
+use super::parameters::SearchMethod;
 use super::policy::{ActionPath, best_path, greedy_path};
 use super::qlearning::{Environment, QTable, Rates, learn};
 use super::stop::Interrupted;
@@ -54,7 +55,10 @@ pub fn judge<W: World>(
     let mut table = QTable::new(&subset);
     learn(&mut subset, &mut table, &Rates::from(context.parameters), rng)?;
     let greedy = greedy_path(&mut subset, &table)?;
-    let exact = best_path(subset.situations(), &subset.edges(), subset.start_situation());
+    let exact = match context.parameters.search {
+        SearchMethod::Natural => best_path(subset.situations(), &subset.edges(), subset.start_situation()),
+        SearchMethod::Paper => None,
+    };
     let postures = subset.postures().to_vec();
     let (additions, mut totals) = subset.into_parts();
 

@@ -2,7 +2,7 @@
 
 use super::bundled;
 use gaitwright_learning::learn::{
-    AskedSpeed, Budget, Coding, Learning, Mutation, Objective, Task, Terms, Weights,
+    AskedSpeed, Budget, Coding, Learning, Mutation, Objective, SearchMethod, Seeds, Task, Terms, Weights,
 };
 use gaitwright_physics::scene::Scene;
 use gaitwright_physics::stance::Stance;
@@ -63,6 +63,11 @@ fn impossible_parameters_are_named() {
     let resolved = resolved.unwrap();
     assert_eq!((resolved.transition_steps, resolved.budget), (51, Budget::Seconds(180.0)));
     assert!((resolved.transition_time - 0.102).abs() < 1e-12, "a whole number of steps");
+
+    let paper = Learning { search: SearchMethod::Paper, islands: 7, ..Learning::default() };
+    let paper = paper.resolve(&stance, 9.81, 0.002).unwrap();
+    assert_eq!((paper.seeds, paper.refine, paper.islands), (Seeds::None, false, 1));
+    assert_eq!((paper.crossover.limb, paper.mutation.limb), (0.0, 0.0));
 
     let task = Task { direction: [0.0, 0.0, 1.0], speed: Some(AskedSpeed::Number(0.0)), ..Task::default() };
     let faults: Vec<String> = task.faults().into_iter().map(|fault| fault.pointer).collect();

@@ -71,7 +71,7 @@ fn a_transition_is_refused_exactly_if_its_spline_leaves_the_range() {
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let (mut refused, mut allowed) = (0, 0);
     for _ in 0..400 {
-        let ends = Genome::random(&grid, 2, &mut rng);
+        let ends = Genome::random(&grid, 2, true, &mut rng);
         let (from, to) = (grid.posture(&ends.states[0]), grid.posture(&ends.states[1]));
         let transition = Transition { from: &from, to: &to, duration: 0.2 };
         let mut excess = f64::MIN;
@@ -113,7 +113,7 @@ fn chance_stays_on_the_grid_and_makes_no_duplicates() {
     let rates = Mutation { angle: 0.5, velocity: 0.5, state: 0.2, limb: 0.5 };
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     for _ in 0..50 {
-        let (a, b) = (Genome::random(&grid, 6, &mut rng), Genome::random(&grid, 6, &mut rng));
+        let (a, b) = (Genome::random(&grid, 6, true, &mut rng), Genome::random(&grid, 6, true, &mut rng));
         assert!(is_on(&grid, &a) && all_different(&a));
         assert_eq!(a.distance(&a), 0.0);
         assert_eq!(a.distance(&b), b.distance(&a));
@@ -147,7 +147,7 @@ fn limbs_that_follow_others_still_do_after_mutation() {
     let leaders = |genome: &Genome| (0..4).map(|limb| genome.leader(&grid, limb)).collect::<Vec<_>>();
     let (mut followers, mut alternating) = (0, 0);
     for _ in 0..100 {
-        let genome = Genome::random(&grid, 4, &mut rng);
+        let genome = Genome::random(&grid, 4, true, &mut rng);
         assert_eq!(genome.leader(&grid, 0), None, "the first limb leads");
         let mut mutant = genome.clone();
         let rates = Mutation { angle: 0.3, velocity: 0.3, state: 0.1, limb: 0.0 };

@@ -172,7 +172,7 @@ fn the_cache_counts_what_it_saves_and_changes_no_deterministic_world() {
     let objective = Objective::of(&plain_task(), 1.0, 0.3, 9.81).unwrap();
     let stop = Stop::new(&Cancel::default(), None);
     let context = SearchContext { grid: &grid, objective: &objective, parameters: &parameters, stop: &stop };
-    let genome = Genome::random(&grid, 4, &mut ChaCha8Rng::seed_from_u64(1));
+    let genome = Genome::random(&grid, 4, true, &mut ChaCha8Rng::seed_from_u64(1));
     let rates = Rates::from(&parameters);
     let learn_in = |shared: &Cache<f64>| {
         let mut world = Sledge { calls: Arc::default(), ..world.clone() };
