@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use gaitwright::export::front_diagram;
-use gaitwright_learning::accuracy::catalogue;
+use gaitwright_learning::accuracy::catalogue::{self, Case, CaseVerdict};
 use gaitwright_learning::accuracy::scenes::{ClosedForm, SCENES};
 use gaitwright_learning::accuracy::{Pieces, Recommendation, StudyError, StudyObserver, Sweep, Table, study};
 use gaitwright_learning::scenario::Scenario;
@@ -30,7 +30,8 @@ pub struct AccuracyCommand {
     /// A built-in scene whose exact motion is known, instead of a scenario
     #[arg(long, value_name = "NAME")]
     scene: Option<String>,
-    /// The catalogue of hard cases instead, each at its step and at four times that: leaves hard_cases.csv
+    /// The catalogue of hard cases instead, each at its step and at four times that, with its own settings and with the default
+    /// ones: leaves hard_cases.csv
     #[arg(long)]
     hard_cases: bool,
     /// List the built-in scenes
@@ -56,10 +57,13 @@ struct Recommendations<'a> {
 
 /// What is printed of the hard cases.
 #[derive(Serialize)]
-struct HardCases<'a> {
+struct HardCases {
     format: &'static str,
     runs: usize,
-    broken: Vec<&'a str>,
+    /// Cases of which a bound is broken with their own settings.
+    broken: Vec<String>,
+    /// The same of those that have other settings than the default ones, with these.
+    broken_by_default: Vec<String>,
 }
 
 impl AccuracyCommand {
@@ -128,16 +132,27 @@ fn hard_cases(out: &Path) -> Result<(), CommandError> {
     let mut verdicts = Vec::new();
     let mut progress = Progress::new();
     let cases = catalogue::cases();
-    for (index, case) in cases.iter().enumerate() {
-        progress.progress(index, cases.len(), &case.name);
+    let by_default: Vec<Case> = cases.iter().filter_map(Case::by_default).collect();
+    let count = cases.len() + by_default.len();
+    let mut own = 0;
+    for (index, case) in cases.iter().chain(&by_default).enumerate() {
+        progress.progress(index, count, &case.name);
         for factor in if case.own_step { &[1.0][..] } else { &[1.0, 4.0] } {
             verdicts.push(catalogue::judge(case, *factor).map_err(CommandError::study(case.name.clone()))?);
         }
+        own = if index < cases.len() { verdicts.len() } else { own };
     }
     leave(out, "hard_cases.csv", catalogue::to_csv(&verdicts).as_bytes())?;
-    let broken: Vec<&str> =
-        verdicts.iter().filter(|verdict| !verdict.holds()).map(|verdict| verdict.case.as_str()).collect();
-    print(&HardCases { format: "gaitwright/hard-cases@1", runs: verdicts.len(), broken })
+    let broken = |verdicts: &'_ [CaseVerdict]| -> Vec<String> {
+        verdicts.iter().filter(|verdict| !verdict.holds()).map(|verdict| verdict.case.clone()).collect()
+    };
+    let (own, others) = verdicts.split_at(own);
+    print(&HardCases {
+        format: "gaitwright/hard-cases@1",
+        runs: verdicts.len(),
+        broken: broken(own),
+        broken_by_default: broken(others),
+    })
 }
 
 fn leave(folder: &Path, name: &str, contents: &[u8]) -> Result<(), CommandError> {

@@ -8,7 +8,7 @@ use gaitwright_learning::accuracy::{catalogue, prepare};
 use gaitwright_learning::scenario::{Files, Line, Scenario, ScenarioEnd};
 use gaitwright_physics::character::{Options, Reading, read_file};
 use gaitwright_physics::fault::InputError;
-use gaitwright_physics::scene::AskedAccuracy;
+use gaitwright_physics::scene::{Accuracy, AskedAccuracy};
 
 use super::failure::CommandError;
 use super::input::{name, read};
@@ -44,9 +44,11 @@ impl SimulateCommand {
                 (name(&path), scenario)
             }
         };
-        match (self.step, &mut scenario.accuracy) {
+        match (self.step, &scenario.accuracy) {
             (None, _) => {}
-            (Some(step), AskedAccuracy::Settings(accuracy)) => accuracy.step = step,
+            (Some(step), AskedAccuracy::Settings(accuracy) | AskedAccuracy::StepBySize(accuracy)) => {
+                scenario.accuracy = AskedAccuracy::Settings(Accuracy { step, ..*accuracy });
+            }
             (Some(_), AskedAccuracy::Tolerance(_)) => {
                 let reason = "`tolerance` chooses the settings: give either it or --step";
                 return Err(CommandError::input(name)(InputError::impossible("/accuracy", reason)));

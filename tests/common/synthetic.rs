@@ -3,7 +3,9 @@
 
 #![allow(dead_code)] // Every test binary uses its own part of this.
 
-use gaitwright_physics::character::{Character, Inertial, Joint, JointKind, Limits, Link, Placed, Shape};
+use gaitwright_physics::character::{
+    Character, Inertial, Joint, JointKind, Limits, Link, Placed, Shape, SurfaceMaterial,
+};
 use gaitwright_physics::playback::{Sample, Trace};
 use gaitwright_physics::sim::contact::Against;
 use gaitwright_physics::sim::{Contact, Root};
@@ -72,6 +74,7 @@ pub fn quadruped() -> Character {
             Isometry3::identity(),
             Shape::Box { half_extents: Vector3::new(0.26, 0.09, 0.05) },
         )],
+        surface: SurfaceMaterial::default(),
         visuals: vec![],
     }];
     for (leg, name) in LEGS.iter().enumerate() {
@@ -83,6 +86,7 @@ pub fn quadruped() -> Character {
                 translation(0.0, 0.0, -THIGH / 2.0),
                 Shape::Capsule { radius: 0.025, half_length: THIGH / 2.0 },
             )],
+            surface: SurfaceMaterial::default(),
             visuals: vec![],
         });
         links.push(Link {
@@ -96,6 +100,7 @@ pub fn quadruped() -> Character {
                 ),
                 placed(translation(0.0, 0.0, -SHANK), Shape::Sphere { radius: FOOT }),
             ],
+            surface: SurfaceMaterial::default(),
             visuals: vec![],
         });
     }

@@ -96,6 +96,23 @@ fn whips_gain_less_at_the_default_step() {
     }
 }
 
+/// With the default settings every case runs to its end as well, with all its numbers finite; which bounds then hold is for the
+/// table to show.
+#[test]
+fn every_case_runs_to_its_end_by_default() {
+    let plain: Vec<Case> = cases().iter().filter_map(Case::by_default).collect();
+    assert!(!plain.is_empty());
+    for verdict in common::in_parallel(&plain, |case| judge(case, 1.0).unwrap()) {
+        assert!(verdict.finished, "{}: {}", verdict.case, verdict.status);
+        for row in &verdict.rows {
+            let figures =
+                format!("{:?}: {:.3e} of {:.3e} {}", row.quantity, row.measured, row.bound, row.unit);
+            println!("{} by default: {figures}{}", verdict.case, if row.holds { "" } else { " BROKEN" });
+            assert!(row.measured.is_finite(), "{}: {figures}", verdict.case);
+        }
+    }
+}
+
 #[test]
 fn a_broken_bound_is_told() {
     let mut case = named("friction-0").unwrap();

@@ -166,8 +166,8 @@ fn a1_has_only_harmless_notes() {
 fn anymal_keeps_the_singular_inertia_of_its_base() {
     let Reading { character, notes } = robot("anymal_b");
     assert_eq!(of_kind(&notes, NoteKind::Kept), ["base"]);
-    assert_eq!(of_kind(&notes, NoteKind::Ignored).len(), 17 + 2, "17 visuals, <gazebo>, <contact>");
-    assert_eq!(notes.len(), 20);
+    assert_eq!(of_kind(&notes, NoteKind::Ignored).len(), 17 + 3, "17 visuals, <kp>, <kd>, <contact>");
+    assert_eq!(notes.len(), 21);
     assert_eq!(character.links[0].inertial.as_ref().unwrap().inertia, Matrix3::repeat(1e-6));
     assert_eq!(character.links.iter().map(|link| link.collisions.len()).sum::<usize>(), 41);
 }

@@ -104,7 +104,7 @@ fn every_fault_of_a_urdf_is_named_with_its_line_and_element() {
             r#"lower="-1" upper="1""#,
             r#"lower="1" upper="-1""#,
             r#"line 9, joint "knee""#,
-            "must be less than",
+            "must not be greater than",
         ),
         (r#"effort="10""#, r#"effort="-10""#, r#"line 9, joint "knee""#, "must be positive"),
         (r#"velocity="5""#, r#"velocity="-5""#, r#"line 9, joint "knee""#, "must be positive"),
@@ -193,7 +193,7 @@ fn strictness_turns_repairs_into_faults() {
     strict(r#"effort="10""#, r#"effort="0""#, limit, "effort of <limit> is 0");
     strict(r#"velocity="5""#, r#"velocity="0""#, limit, "velocity of <limit> is 0");
     strict(r#"lower="-1" upper="1""#, "", limit, "no range");
-    strict(r#"lower="-1" upper="1""#, r#"lower="1" upper="1""#, limit, "empty range");
+    strict(r#"lower="-1" upper="1""#, r#"lower="1" upper="1""#, limit, "is empty");
     strict(r#"lower="-1" upper="1""#, r#"upper="1""#, limit, "no lower");
     strict("</joint>", r#"<mimic joint="x"/></joint>"#, r#"line 11, joint "knee""#, "moves on its own");
     strict(
@@ -280,7 +280,7 @@ fn every_fault_of_a_json_character_is_named_with_its_pointer() {
         ("/joints/0/kind", json!("continuous"), "/joints/0/limits", "has no limits"),
         ("/joints/0/axis", json!([0, 0, 0]), "/joints/0/axis", "the axis is zero"),
         ("/joints/0/axis", json!([0, 0]), "/joints/0/axis", "invalid length 2"),
-        ("/joints/0/limits/lower", json!(1), "/joints/0/limits", "must be less than"),
+        ("/joints/0/limits/lower", json!(2), "/joints/0/limits", "must not be greater than"),
         ("/joints/0/actuation/max_torque", json!(0), "/joints/0/actuation/max_torque", "must be positive"),
         ("/joints/0/actuation/max_speed", json!(-1), "/joints/0/actuation/max_speed", "must be positive"),
         ("/joints/0/damping", json!(-1), "/joints/0/damping", "must not be negative"),

@@ -21,6 +21,7 @@ mod flight;
 mod impacts;
 mod lcp;
 mod loops;
+mod materials;
 mod orders;
 mod properties;
 mod stance;

@@ -45,8 +45,10 @@ pub fn settle(
     stop: &dyn Fn() -> bool,
 ) -> Result<Option<(Accuracy, Option<AccuracyChoice>)>, StudyError> {
     let tolerance = match *asked {
-        AskedAccuracy::Settings(accuracy) => return Ok(Some((accuracy, None))),
         AskedAccuracy::Tolerance(tolerance) => tolerance,
+        AskedAccuracy::Settings(_) | AskedAccuracy::StepBySize(_) => {
+            return Ok(asked.settings(setup.model.size).map(|accuracy| (accuracy, None)));
+        }
     };
     let Some((problem, truth)) = reference(setup, &PIECES, stop)? else { return Ok(None) };
     let mut most_exact = f64::INFINITY;

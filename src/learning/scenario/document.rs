@@ -136,7 +136,7 @@ pub struct JointStart {
 }
 
 /// Greatest number of steps in one simulation.
-const STEPS: f64 = 1e8;
+pub(super) const STEPS: f64 = 1e8;
 
 impl Scenario {
     /// The name and version of the document's format.
@@ -167,7 +167,7 @@ impl Scenario {
         positive("/duration", self.duration);
         positive("/sample_every", self.sample_every);
         let step = match &self.accuracy {
-            AskedAccuracy::Settings(accuracy) => accuracy.step,
+            AskedAccuracy::Settings(accuracy) | AskedAccuracy::StepBySize(accuracy) => accuracy.step,
             AskedAccuracy::Tolerance(_) => AskedAccuracy::FINEST,
         };
         if self.duration / step > STEPS {

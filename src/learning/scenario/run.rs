@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::document::STEPS;
 use super::lines::{ContactLine, EnergyLine, JointLine, Line, MomentumLine, SampleLine, Summary};
 use super::script::Script;
 use super::setup::ScenarioSetup;
@@ -53,6 +54,10 @@ impl PreparedScenario {
     ) -> Result<Self, InputError> {
         let plan = setup.plan(accuracy)?;
         let ScenarioSetup { model, scene, start, script, duration, .. } = setup;
+        if duration / plan.step() > STEPS {
+            let reason = format!("the simulation would take more than {STEPS:e} steps of {} s", plan.step());
+            return Err(InputError::impossible("/duration", reason));
+        }
         let obstacles = scene.obstacles.iter().enumerate();
         let obstacles = obstacles.map(|(index, obstacle)| obstacle.name(index)).collect();
         let steps = (duration / plan.step()).round().max(1.0) as u64;

@@ -8,7 +8,7 @@ use super::bounds::{LENGTH, check_axis, check_lengths, shape_fault, unit};
 use super::draft::{At, Diagnostics, Draft, DraftInertial, DraftJoint, DraftLink};
 use super::{
     About, Character, Inertial, Joint, JointKind, Limits, Link, NoteKind, Options, Placed, Reading, inertia,
-    loops, stand_in,
+    loops, stand_in, weld::weld,
 };
 use crate::fault::{Fault, InputError};
 
@@ -40,6 +40,9 @@ pub fn build(mut draft: Draft, digest: String, options: Options) -> Result<Readi
         return Err(InputError::Impossible(std::mem::take(&mut diagnostics.faults)));
     }
     let mut diagnostics = std::mem::take(&mut draft.diagnostics);
+    for joint in &mut draft.joints {
+        weld(joint, &mut diagnostics);
+    }
     let (name, standing) = (std::mem::take(&mut draft.name), draft.standing.take());
     let drafted_loops = std::mem::take(&mut draft.loops);
     let Assembled { mut links, places, missing } = assemble(draft, &order, &mut diagnostics);
@@ -60,6 +63,13 @@ pub fn build(mut draft: Draft, digest: String, options: Options) -> Result<Readi
     let standing = standing.map(|mut angles| {
         let rank =
             |name: &str| links.iter().position(|link| link.joint.as_ref().is_some_and(|it| it.name == name));
+        // Those of joints that are fixed there need not be said.
+        angles.retain(|(name, _)| {
+            links
+                .iter()
+                .filter_map(|link| link.joint.as_ref())
+                .any(|joint| joint.name == name.value && joint.kind != JointKind::Fixed)
+        });
         angles.sort_by_key(|(name, _)| rank(&name.value));
         angles.into_iter().map(|(name, angle)| (name.value, angle)).collect()
     });
@@ -170,6 +180,9 @@ fn check_link(link: &DraftLink, diagnostics: &mut Diagnostics) {
             diagnostics.fault(place.as_str(), format!("the inertia must be at most {INERTIA:e} kg m²"));
         }
     }
+    for fault in link.surface.value.faults() {
+        diagnostics.fault(link.surface.place.as_str(), fault.reason);
+    }
     for At { value, place } in &link.collisions {
         check_lengths(&value.pose.translation.vector, "the position", place, diagnostics);
         if let Some((_, reason)) = shape_fault(&value.shape) {
@@ -188,9 +201,9 @@ fn check_joint(joint: &DraftJoint, diagnostics: &mut Diagnostics) {
     }
     check_axis(&joint.axis, diagnostics);
     if let Some(At { value: [lower, upper], place }) = &joint.limits
-        && !(lower.is_finite() && upper.is_finite() && lower < upper)
+        && !(lower.is_finite() && upper.is_finite() && lower <= upper)
     {
-        let reason = format!("the lower limit {lower} must be less than the upper limit {upper}");
+        let reason = format!("the lower limit {lower} must not be greater than the upper limit {upper}");
         diagnostics.fault(place.as_str(), reason);
     }
     for (bound, what) in [(&joint.effort, "effort"), (&joint.velocity, "velocity")] {
@@ -261,6 +274,7 @@ fn assemble(draft: Draft, order: &[(usize, Option<usize>)], diagnostics: &mut Di
             joint,
             inertial: link.inertial.and_then(|it| finished_inertial(it.value)),
             collisions: link.collisions.into_iter().map(|shape| shape.value).collect(),
+            surface: link.surface.value,
             visuals,
         });
     }

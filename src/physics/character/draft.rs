@@ -3,7 +3,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
-use super::{About, JointKind, LoopKind, Note, NoteKind, Placed};
+use super::{About, JointKind, LoopKind, Note, NoteKind, Placed, SurfaceMaterial};
 use crate::fault::Fault;
 
 /// Something and its place in the document (what becomes [`Fault::pointer`]).
@@ -73,6 +73,7 @@ pub struct DraftLink {
     pub name: At<String>,
     pub inertial: Option<At<DraftInertial>>,
     pub collisions: Vec<At<Placed>>,
+    pub surface: At<SurfaceMaterial>,
     pub visuals: Vec<At<Placed>>,
     /// Collision meshes that cannot be had, and why.
     pub missing_collisions: Vec<At<String>>,

@@ -6,8 +6,8 @@
 //!
 //! The way of the data: [`read`] hands the bytes to the reader of their format; each reader writes a
 //! draft in its own order with the place of every part; one `build` step, the same for all, checks
-//! the tree and the numbers, orders the links, closes loops (`loops`), repairs inertias (`inertia`), replaces missing
-//! collision shapes (`stand_in`), and so establishes the invariants of [`Character`].
+//! the tree and the numbers, fixes joints of a single value (`weld`), orders the links, closes loops (`loops`), repairs inertias
+//! (`inertia`), replaces missing collision shapes (`stand_in`), and so establishes the invariants of [`Character`].
 
 mod archive;
 mod bounds;
@@ -25,11 +25,12 @@ mod stand_in;
 mod supply;
 mod types;
 mod urdf;
+mod weld;
 
 pub use json::{ShapeDocument, read_shape, schema};
 pub use read::{Source, read, read_file};
 pub use size::{ARCHIVE_BYTES, DOCUMENT_BYTES, LINKS};
 pub use types::{
     About, Character, Inertial, Joint, JointKind, Limits, Link, Loop, LoopKind, Note, NoteKind, Options,
-    Placed, Reading, Shape,
+    Placed, Reading, Shape, SurfaceMaterial,
 };

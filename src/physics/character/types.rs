@@ -2,6 +2,8 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
+use crate::fault::Fault;
+
 /// An articulated character: a tree of links, parents before children.
 ///
 /// Invariants, established by the readers and relied on by everyone after them: `links` is not
@@ -36,6 +38,8 @@ pub struct Link {
     pub inertial: Option<Inertial>,
     /// Shapes that make contact.
     pub collisions: Vec<Placed>,
+    /// What those shapes are like to touch.
+    pub surface: SurfaceMaterial,
     /// Shapes for display only. Where there are none, the collision shapes are shown.
     pub visuals: Vec<Placed>,
 }
@@ -51,6 +55,31 @@ pub struct Inertial {
     /// Symmetric and positive semidefinite; a link's own may be singular, but the inertia of the
     /// rigid body that it forms with the links fixed to it is positive definite.
     pub inertia: Matrix3<f64>,
+}
+
+/// What a surface is like to touch; the scene's values hold where it has none of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SurfaceMaterial {
+    /// Coefficient of Coulomb friction, at least 0.
+    pub friction: Option<f64>,
+    /// Coefficient of restitution, 0 to 1.
+    pub restitution: Option<f64>,
+}
+
+impl SurfaceMaterial {
+    /// Everything impossible in it, with JSON pointers to its fields.
+    pub fn faults(&self) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        if self.friction.is_some_and(|friction| !(friction.is_finite() && friction >= 0.0)) {
+            let reason = "the friction coefficient must be a finite number of at least 0";
+            faults.push(Fault::new("/friction", reason));
+        }
+        if self.restitution.is_some_and(|restitution| !(0.0..=1.0).contains(&restitution)) {
+            faults
+                .push(Fault::new("/restitution", "the coefficient of restitution must lie between 0 and 1"));
+        }
+        faults
+    }
 }
 
 /// How a link moves against its parent.

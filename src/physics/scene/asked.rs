@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::units::usual_step;
 use super::wire::{Accuracy, Coordinates, FrictionCone, Integrator, JointBias, SolverChoice};
 use crate::fault::Fault;
 
@@ -13,6 +14,8 @@ use crate::fault::Fault;
 pub enum AskedAccuracy {
     /// With these settings.
     Settings(Accuracy),
+    /// With these settings but for the step, which follows from the character's size ([`usual_step`]).
+    StepBySize(Accuracy),
     /// With the cheapest settings whose error is at most this, m; they are chosen before the simulation.
     Tolerance(f64),
 }
@@ -38,7 +41,8 @@ struct Fields {
     /// that keep it are chosen. No other field goes with it.
     #[serde(skip_serializing_if = "Option::is_none")]
     tolerance: Option<f64>,
-    /// Time step, s; with `step_tolerance` the longest.
+    /// Time step, s; with `step_tolerance` the longest. Follows from the character's size where left out: 2 ms for the size of
+    /// a dog.
     #[serde(skip_serializing_if = "Option::is_none")]
     step: Option<f64>,
     /// Greatest error that one step may add to a joint angle (rad), a joint position or the root's
@@ -82,10 +86,20 @@ impl AskedAccuracy {
     /// The shortest step that is chosen for a tolerance, s.
     pub const FINEST: f64 = 2.5e-4;
 
+    /// The settings for a character of this `size` ([`Model::size`](crate::model::Model::size), m); `None` where they are to
+    /// be chosen for a tolerance.
+    pub fn settings(&self, size: f64) -> Option<Accuracy> {
+        match *self {
+            Self::Settings(accuracy) => Some(accuracy),
+            Self::StepBySize(accuracy) => Some(Accuracy { step: usual_step(size), ..accuracy }),
+            Self::Tolerance(_) => None,
+        }
+    }
+
     /// Everything impossible in what is asked for.
     pub fn faults(&self) -> Vec<Fault> {
         match self {
-            Self::Settings(accuracy) => accuracy.faults(),
+            Self::Settings(accuracy) | Self::StepBySize(accuracy) => accuracy.faults(),
             Self::Tolerance(tolerance) if *tolerance > 0.0 && tolerance.is_finite() => Vec::new(),
             Self::Tolerance(_) => {
                 vec![Fault::new("/tolerance", "the tolerance must be a positive finite number")]
@@ -96,7 +110,7 @@ impl AskedAccuracy {
 
 impl Default for AskedAccuracy {
     fn default() -> Self {
-        Self::Settings(Accuracy::default())
+        Self::StepBySize(Accuracy::default())
     }
 }
 
@@ -132,7 +146,7 @@ impl TryFrom<Fields> for AskedAccuracy {
             friction_cone,
         } = fields;
         let usual = Accuracy::default();
-        Ok(Self::Settings(Accuracy {
+        let accuracy = Accuracy {
             step: step.unwrap_or(usual.step),
             step_tolerance: step_tolerance.or(usual.step_tolerance),
             integrator: integrator.unwrap_or(usual.integrator),
@@ -140,17 +154,22 @@ impl TryFrom<Fields> for AskedAccuracy {
             coordinates: coordinates.unwrap_or(usual.coordinates),
             joint_bias: joint_bias.unwrap_or(usual.joint_bias),
             friction_cone: friction_cone.unwrap_or(usual.friction_cone),
-        }))
+        };
+        Ok(if step.is_some() { Self::Settings(accuracy) } else { Self::StepBySize(accuracy) })
     }
 }
 
 impl From<AskedAccuracy> for Fields {
     fn from(asked: AskedAccuracy) -> Self {
+        let step = match asked {
+            AskedAccuracy::Settings(accuracy) => Some(accuracy.step),
+            AskedAccuracy::StepBySize(_) | AskedAccuracy::Tolerance(_) => None,
+        };
         match asked {
             AskedAccuracy::Tolerance(tolerance) => Self { tolerance: Some(tolerance), ..Self::default() },
-            AskedAccuracy::Settings(accuracy) => Self {
+            AskedAccuracy::Settings(accuracy) | AskedAccuracy::StepBySize(accuracy) => Self {
                 tolerance: None,
-                step: Some(accuracy.step),
+                step,
                 step_tolerance: accuracy.step_tolerance,
                 integrator: Some(accuracy.integrator),
                 solver: Some(accuracy.solver),

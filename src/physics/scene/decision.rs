@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::surfaces::PairMaterial;
 use super::{Effect, Feedforward, Gains, Scene, Switch};
 use crate::model::Model;
 use crate::model::collision::pairs::Pairs;
@@ -28,18 +29,20 @@ pub struct Decision {
 /// What speaks for (`Ok`) or against (`Err`) simulating an effect, in one sentence.
 type Call = Result<Cow<'static, str>, Cow<'static, str>>;
 
-/// Decides every effect; `maximal`: whether the coordinates are maximal, in which joints are constraint rows. An effect
+/// Decides every effect; `maximal`: whether the coordinates are maximal, in which joints are constraint rows; `greatest`
+/// are the greatest coefficients of anything that can touch. An effect
 /// that is switched on is simulated wherever the scene and the character have anything for it to act on.
 pub fn decide(
     scene: &Scene,
     gains: Option<&Gains>,
     model: &Model,
     maximal: bool,
+    greatest: PairMaterial,
 ) -> BTreeMap<Effect, Decision> {
     let mut decisions: BTreeMap<Effect, Decision> = BTreeMap::new();
     let (last, first): (Vec<Effect>, Vec<Effect>) = Effect::ALL.into_iter().partition(|it| LAST.contains(it));
     for effect in first.into_iter().chain(last) {
-        let call = call(effect, scene, gains, model, maximal, &decisions);
+        let call = call(effect, scene, gains, model, maximal, greatest, &decisions);
         let decision = match (scene.effects.get(&effect).copied().unwrap_or_default(), call) {
             (Switch::Off, _) => Decision { on: false, because: "switched off".into() },
             (Switch::On, Ok(_)) => Decision { on: true, because: "switched on".into() },
@@ -60,6 +63,7 @@ fn call(
     gains: Option<&Gains>,
     model: &Model,
     maximal: bool,
+    greatest: PairMaterial,
     earlier: &BTreeMap<Effect, Decision>,
 ) -> Call {
     let on = |effect| earlier.get(&effect).is_some_and(|decision| decision.on);
@@ -78,26 +82,29 @@ fn call(
         Effect::GroundContact => match (&scene.ground, model.ground_slots) {
             (None, _) => Err("the scene has no ground".into()),
             (_, 0) => Err("the character has no collision shapes".into()),
-            _ => Ok(with_restitution("the scene has ground and the character has collision shapes", scene)),
+            _ => {
+                Ok(with_restitution("the scene has ground and the character has collision shapes", greatest))
+            }
         },
         Effect::Friction => {
             if !CONTACTS.into_iter().any(on) {
                 Err("there are no contacts".into())
             } else {
                 either(
-                    scene.friction > 0.0,
+                    greatest.friction > 0.0,
                     "contacts have friction",
                     "the scene's friction coefficient is 0",
                 )
             }
         }
-        Effect::SelfCollision => self_collision(&model.pairs, scene),
+        Effect::SelfCollision => self_collision(&model.pairs, greatest),
         Effect::Obstacles => match (scene.obstacles.len(), model.solids.len()) {
             (0, _) => Err("the scene has no obstacles".into()),
             (_, 0) => Err("the character has no collision shapes".into()),
-            _ => {
-                Ok(with_restitution("the scene has obstacles and the character has collision shapes", scene))
-            }
+            _ => Ok(with_restitution(
+                "the scene has obstacles and the character has collision shapes",
+                greatest,
+            )),
         },
         Effect::JointLimits => either(
             model.limits.iter().any(Option::is_some),
@@ -167,15 +174,15 @@ fn call(
 }
 
 /// `because`, and the coefficient of restitution where contacts rebound.
-fn with_restitution(because: &str, scene: &Scene) -> Cow<'static, str> {
-    match scene.restitution {
+fn with_restitution(because: &str, greatest: PairMaterial) -> Cow<'static, str> {
+    match greatest.restitution {
         0.0 => because.to_owned().into(),
         restitution => format!("{because}; contacts rebound with restitution {restitution}").into(),
     }
 }
 
 /// Self-collision is simulated where two shapes can make contact.
-fn self_collision(pairs: &Pairs, scene: &Scene) -> Call {
+fn self_collision(pairs: &Pairs, greatest: PairMaterial) -> Call {
     let (joined, overlapping, apart) = (pairs.joined.len(), pairs.overlapping.len(), pairs.apart.len());
     if pairs.count + joined + overlapping + apart == 0 {
         return Err("no two bodies of the character have collision shapes".into());
@@ -201,7 +208,7 @@ fn self_collision(pairs: &Pairs, scene: &Scene) -> Call {
             let rest =
                 if left_out.is_empty() { String::new() } else { format!("; left out are pairs {left_out}") };
             let because = format!("{count} pairs of shapes can touch{rest}");
-            Ok(with_restitution(&because, scene))
+            Ok(with_restitution(&because, greatest))
         }
     }
 }

@@ -5,6 +5,7 @@ mod actuator;
 mod asked;
 mod decision;
 mod plan;
+mod surfaces;
 mod terrain;
 mod units;
 mod wire;
@@ -13,8 +14,10 @@ pub use actuator::ActuatorLimits;
 pub use asked::{AccuracyChoice, AskedAccuracy};
 pub use decision::Decision;
 pub use plan::{DrivePlan, StepPlan};
+pub use surfaces::{PairMaterial, Surfaces};
 pub use terrain::{HeightField, Terrain};
-pub use units::CharacterUnits;
+pub(crate) use units::STANDARD_GRAVITY;
+pub use units::{CharacterUnits, usual_step};
 pub use wire::{
     Accuracy, Coordinates, DEFAULT_FEEDFORWARD_PERIOD, Drive, Effect, Feedforward, FrictionCone, Gains,
     Ground, Integrator, JointBias, MaxTorque, Obstacle, Scene, SolverChoice, SolverKind, Switch,

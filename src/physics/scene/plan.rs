@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::actuator::ActuatorLimits;
 use super::decision::{CONTACTS, Decision, decide};
+use super::surfaces::Surfaces;
 use super::units::CharacterUnits;
 use super::{Accuracy, Coordinates, Effect, Feedforward, FrictionCone, Gains, JointBias, Scene, Terrain};
 use crate::fault::{Fault, InputError};
@@ -36,10 +37,12 @@ pub struct StepPlan {
     /// Solids that stand still, in the world frame, in the order of the scene's obstacles; empty without contact with
     /// obstacles.
     pub obstacles: Vec<Convex>,
-    /// Coefficient of restitution, above 0 and at most 1; `None` where contacts do not rebound.
+    /// The greatest coefficient of restitution, above 0 and at most 1; `None` where contacts do not rebound.
     pub restitution: Option<f64>,
-    /// Coulomb friction coefficient; `None` without friction.
+    /// The greatest Coulomb friction coefficient; `None` without friction.
     pub friction: Option<f64>,
+    /// Friction and restitution of whatever can touch.
+    pub surfaces: Surfaces,
     /// Lower and upper end of each joint's range of motion, rad or m, one a joint (`None`: unlimited); `None` as a whole
     /// without joint limits.
     pub limits: Option<Vec<Option<[f64; 2]>>>,
@@ -153,7 +156,9 @@ impl StepPlan {
             );
             return Err(InputError::impossible("/accuracy/coordinates", reason));
         }
-        let decisions = decide(scene, gains, model, maximal);
+        let surfaces = Surfaces::new(scene, &model.character);
+        let greatest = surfaces.greatest();
+        let decisions = decide(scene, gains, model, maximal, greatest);
         let on = |effect| decisions.get(&effect).is_some_and(|decision: &Decision| decision.on);
         let gravity = if on(Effect::Gravity) { Vector3::from(scene.gravity) } else { Vector3::zeros() };
         Ok(Self {
@@ -165,9 +170,10 @@ impl StepPlan {
             ground: scene.ground.as_ref().filter(|_| on(Effect::GroundContact)).map(Terrain::new),
             self_collision: on(Effect::SelfCollision),
             obstacles: if on(Effect::Obstacles) { obstacles(scene) } else { Vec::new() },
-            restitution: (scene.restitution > 0.0 && CONTACTS.into_iter().any(on))
-                .then_some(scene.restitution),
-            friction: on(Effect::Friction).then_some(scene.friction),
+            restitution: (greatest.restitution > 0.0 && CONTACTS.into_iter().any(on))
+                .then_some(greatest.restitution),
+            friction: on(Effect::Friction).then_some(greatest.friction),
+            surfaces,
             limits: on(Effect::JointLimits).then(|| model.limits.clone()),
             drive: gains.map(|gains| DrivePlan::new(model, gains, on)),
             trunk_rotation_lock: on(Effect::TrunkRotationLock),

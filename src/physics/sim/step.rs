@@ -16,9 +16,10 @@ impl Simulator {
     /// One step of the plan's step length (Tokizaki & Hasegawa eqs. 8-9 with the mixed LCP of
     /// eqs. 25-27). Allocates nothing once it is warm.
     ///
-    /// The step is computed in substeps where a body would rotate by more than 0.3 rad, where a pendulum under joint
-    /// tension would pass through more than one radian of its phase, or where the step would create energy or drive
-    /// a contact into the ground; with a tolerance in the plan, in substeps as short as the tolerance requires.
+    /// The step is computed in substeps where a body would rotate by more than 0.3 rad (but for spin about an axis of
+    /// symmetry), where a pendulum under joint tension would pass through more than half a radian of its phase, or where the
+    /// step would create energy or drive a contact into the ground; with a tolerance in the plan, in substeps as short as the
+    /// tolerance requires. [`record`](Self::record) says what was done.
     ///
     /// # Errors
     /// [`Failure`] when nothing resists an acceleration, when the problem has no solution, when a body

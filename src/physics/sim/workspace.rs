@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use super::actuator::ActuatorMode;
 use super::bodies::BodyMotion;
 use super::contact::solids::Solids;
-use super::contact::{Contact, ContactCandidate, DetectionSettings, ground};
+use super::contact::{Against, Contact, ContactCandidate, DetectionSettings, ground};
 use super::coordinates::reduced::articulated::{Articulated, JointLoad};
 use super::coordinates::reduced::displaced::Displaced;
 use super::coordinates::reduced::flight::Flight;
@@ -266,6 +266,7 @@ impl Workspace {
         if let Some(solids) = solids {
             solids.detect(model, bodies, angles, &plan.obstacles, origin, &settings, candidates);
         }
+        touch(plan, candidates);
     }
 
     /// Solves the rows' problem for a step of `step` seconds.
@@ -277,10 +278,10 @@ impl Workspace {
         self.rows.assemble(step);
         let (problem, force) = self.rows.problem(plan.circular_friction());
         let mut solution = self.solver.solve(&problem, force);
-        if let Some(restitution) = plan.restitution
-            && self.rows.has_rebounds()
-        {
-            let Self { rows, solver, forces, .. } = self;
+        if self.rows.has_rebounds() {
+            let Self { rows, solver, forces, candidates, .. } = self;
+            let rebounding = candidates.iter().filter(|candidate| candidate.rebound > 0.0);
+            let restitution = rebounding.map(|it| it.material.restitution).fold(0.0, f64::max);
             let cone = plan.circular_friction();
             solution = restitution::bound(rows, solver, cone, restitution, solution, forces);
         }
@@ -414,10 +415,11 @@ impl Workspace {
         let driven = ground.is_some_and(|ground| {
             ground::add_driven_in(model, close, bodies, new, ground, origin, step, candidates)
         });
-        let into = solids.as_ref();
-        into.is_some_and(|solids| {
+        let into = solids.as_ref().is_some_and(|solids| {
             solids.add_driven_in(model, bodies, new, &plan.obstacles, origin, step, candidates)
-        }) || driven
+        }) || driven;
+        touch(plan, candidates);
+        into
     }
 
     /// Whether no force acts on the character from outside but its weight, at the step's solution. Contacts between its own
@@ -493,6 +495,27 @@ fn span(model: &Model) -> f64 {
         origins[index] = origins[body.parent] + body.offset.norm() + slide;
     }
     origins.iter().zip(&model.bodies).map(|(origin, body)| origin + body.center.norm()).fold(0.0, f64::max)
+}
+
+/// Gives the candidates the coefficients of their surfaces, and the rebounds of those that were detected with the greatest
+/// coefficient their own.
+fn touch(plan: &StepPlan, candidates: &mut [ContactCandidate]) {
+    let surfaces = &plan.surfaces;
+    for candidate in candidates {
+        let other = match candidate.against {
+            Against::Ground => surfaces.ground,
+            Against::Obstacle(index) => surfaces.obstacles[index],
+            Against::Link { link, .. } => surfaces.links[link],
+        };
+        let material = surfaces.links[candidate.link].with(other);
+        if let Some(greatest) = plan.restitution
+            && candidate.material == ContactCandidate::SMOOTH
+            && material.restitution < greatest
+        {
+            candidate.rebound *= material.restitution / greatest;
+        }
+        candidate.material = material;
+    }
 }
 
 /// What a displacement of each joint counts in units of the character.

@@ -6,7 +6,7 @@
 
 use super::anatomy::Posed;
 use crate::model::{DofKind, Model};
-use crate::scene::{Gains, Scene};
+use crate::scene::{Gains, STANDARD_GRAVITY, Scene};
 
 /// Angle by which a joint is deflected under its share of the weight, rad.
 const DEFLECTION: f64 = 0.15;
@@ -14,15 +14,12 @@ const DEFLECTION: f64 = 0.15;
 /// Share of critical damping.
 const DAMPING_RATIO: f64 = 0.3;
 
-/// Standard gravity, for scenes without any, m/s².
-const GRAVITY: f64 = 9.81;
-
 /// Gains for `model` standing at `angles` in `scene`, with the character's own torque limits; 0 for joints
 /// without an actuator.
 pub fn suited(model: &Model, scene: &Scene, angles: &[f64]) -> Gains {
     let posed = Posed::new(model, angles);
     let gravity = nalgebra::Vector3::from(scene.gravity).norm();
-    let gravity = if gravity > 0.0 { gravity } else { GRAVITY };
+    let gravity = if gravity > 0.0 { gravity } else { STANDARD_GRAVITY };
     let lowest = posed.lowest();
     let extent =
         posed.surface.iter().map(|point| (point.at - posed.center_of_mass).norm()).fold(0.0, f64::max);
@@ -45,7 +42,7 @@ pub fn suited(model: &Model, scene: &Scene, angles: &[f64]) -> Gains {
         // An ankle has little mass below it but balances the whole character above, as an inverted pendulum.
         let above = if farthest > 0.0 { posed.center_of_mass.z - origin.z } else { 0.0 };
         // A joint beyond which nothing can reach the ground still carries its own links.
-        if farthest > 0.0 { farthest.max(above) } else { 0.2 * extent.max(0.1) }
+        if farthest > 0.0 { farthest.max(above) } else { 0.2 * extent.max(model.size) }
     };
     let stiffness: Vec<f64> = joints
         .clone()

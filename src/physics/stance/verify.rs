@@ -7,28 +7,28 @@ use nalgebra::Vector3;
 use super::anatomy::Posed;
 use super::standing::Stance;
 use crate::model::Model;
-use crate::scene::{Accuracy, Effect, Gains, Scene, StepPlan, Switch, Terrain};
+use crate::scene::{Accuracy, Effect, Gains, Scene, StepPlan, Switch, Terrain, usual_step};
 use crate::sim::contact::ContactCandidate;
 use crate::sim::{Command, Simulator, State};
 
-/// How long a pose is held, s.
-const SECONDS: f64 = 3.0;
+/// For how many of the character's usual steps a pose is held: 3 s of a dog.
+const STEPS: usize = 1500;
 
 /// Bound on the cost of verifying, as the sum over all steps of the cube of their number of rows; a pose that exceeds it
 /// counts as not stable. About ten seconds of computing: a quadruped takes a thousandth of it, a chain of hundreds of
 /// boxes that lie on the ground would take hours.
 const WORK: f64 = 2e10;
 
-/// A surface point no farther from the ground than this touches it, m.
-const TOUCHING: f64 = 1e-3;
+/// A surface point no farther from the ground than this touches it, in sizes of the character ([`Model::size`]).
+const TOUCHING: f64 = 0.01;
 
 /// Greatest tilt of the root against its first orientation, rad, and greatest loss of height, as a
 /// share of it, of a character that stands.
 const GREATEST_TILT: f64 = 0.35;
 const GREATEST_SINKING: f64 = 0.35;
 
-/// A standing character moves no faster than this many heights of its root a second at the end.
-const REST: f64 = 0.05;
+/// A standing character moves no faster than this many heights of its root in a usual step at the end.
+const REST: f64 = 1e-4;
 
 /// Holds `angles` with `gains` in `scene` and reports how the character stands. If `stop` returns true before it is at
 /// rest, it counts as not stable.
@@ -52,8 +52,9 @@ pub fn verify(
     };
     let height = posed.resting_height(&ground);
     stance.state.root.position.z = height;
-    let touches =
-        |point: &&ContactCandidate| height + point.at.z - ground.height(point.at.x, point.at.y) < TOUCHING;
+    let touches = |point: &&ContactCandidate| {
+        height + point.at.z - ground.height(point.at.x, point.at.y) < TOUCHING * model.size
+    };
     let rows = 3 * posed.surface.iter().filter(touches).count();
     let settled = if work_of(rows) > WORK { None } else { hold(model, scene, &stance, stop) };
     if let Some(settled) = settled {
@@ -75,12 +76,12 @@ fn work_of(rows: usize) -> f64 {
 fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> bool) -> Option<State> {
     let mut scene = scene.clone();
     scene.effects.insert(Effect::TrunkRotationLock, Switch::Off);
-    let accuracy = Accuracy::default();
+    let accuracy = Accuracy { step: usual_step(model.size), ..Accuracy::default() };
     let plan = StepPlan::compile(&scene, &accuracy, Some(&stance.gains), model).ok()?;
     let mut simulator = Simulator::new(Arc::new(plan), stance.state.clone());
     let targets = Command::Track { now: &stance.angles, next: &stance.angles };
     let mut work = 0.0;
-    for _ in 0..(SECONDS / accuracy.step).round() as usize {
+    for _ in 0..STEPS {
         if stop() {
             return None;
         }
@@ -96,7 +97,8 @@ fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> b
     let sunk = posed_height(model, &stance.state) - posed_height(model, &state)
         + (stance.state.root.position.z - state.root.position.z);
     let moving = state.root.linear_velocity.norm() + height * state.root.angular_velocity.norm();
-    let stands = tilt < GREATEST_TILT && sunk < GREATEST_SINKING * height && moving < REST * height;
+    let stands =
+        tilt < GREATEST_TILT && sunk < GREATEST_SINKING * height && moving * accuracy.step < REST * height;
     state.time = 0.0;
     state.root.position.x = 0.0;
     state.root.position.y = 0.0;

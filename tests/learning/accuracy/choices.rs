@@ -26,8 +26,14 @@ fn both_words_are_understood_and_given_back() {
         assert!(faults(&document).is_empty());
     }
     let settings: AskedAccuracy = serde_json::from_value(json!({ "solver": { "iterations": 7 } })).unwrap();
-    let AskedAccuracy::Settings(accuracy) = settings else { panic!("{settings:?}") };
-    assert_eq!((accuracy.solver.iterations, accuracy.step), (7, Accuracy::default().step));
+    // The step that is left out follows from the size of the character.
+    for (size, step) in [(0.12, 0.002), (0.0012, 0.0002), (12.0, 0.02)] {
+        let accuracy = settings.settings(size).unwrap();
+        assert_eq!((accuracy.solver.iterations, accuracy.step), (7, step));
+    }
+    let given: AskedAccuracy = serde_json::from_value(json!({ "step": 0.004 })).unwrap();
+    assert_eq!(given.settings(12.0).unwrap().step, 0.004);
+    assert_eq!(json!(settings).get("step"), None);
     assert_eq!(json!(AskedAccuracy::Tolerance(0.5)), json!({ "tolerance": 0.5 }));
 }
 

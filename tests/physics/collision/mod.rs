@@ -41,7 +41,7 @@ pub fn read(text: &str, source: Source) -> Arc<Model> {
 
 pub fn obstacle(shape: &str) -> Obstacle {
     let shape: ShapeDocument = serde_json::from_str(shape).unwrap();
-    Obstacle { name: None, shape }
+    Obstacle { name: None, shape, friction: None, restitution: None }
 }
 
 pub fn simulator(model: &Arc<Model>, scene: &Scene, step: f64, state: State) -> Simulator {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use gaitwright_physics::character::{Character, Limits, Shape};
 use gaitwright_physics::model::{Base, Model};
-use gaitwright_physics::scene::{Accuracy, Gains, Integrator, Scene, SolverChoice};
+use gaitwright_physics::scene::{Accuracy, Gains, Integrator, Scene, SolverChoice, usual_step};
 use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::Stance;
 use nalgebra::Vector3;
@@ -115,5 +115,23 @@ fn a_character_of_any_size_moves_alike_with_as_many_substeps() {
                 assert!(apart < APART, "{integrator:?}, 1:{s}, step {step}: {apart} apart");
             }
         }
+    }
+}
+
+#[test]
+fn the_usual_step_follows_the_size_and_the_character_stands_at_it() {
+    for name in ["quadruped.urdf", "biped.urdf", "hexapod.json", "snake.json"] {
+        assert_eq!(usual_step(common::example(name).size), 0.002, "{name}");
+    }
+    let own = common::example("quadruped.urdf");
+    for (s, step) in [(0.01, 0.0002), (100.0, 0.02)] {
+        let model = Arc::new(Model::new(Arc::new(scaled(&own.character, s)), Base::Floating));
+        assert!((model.size / own.size / s - 1.0).abs() < 1e-12);
+        assert_eq!(usual_step(model.size), step);
+        let (stance, usual) =
+            (Stance::find(&model, &Scene::default()), Stance::find(&own, &Scene::default()));
+        assert!(stance.stable, "1:{s}");
+        // The search for a pose may end elsewhere by its own tolerance.
+        assert!((stance.root_height / usual.root_height / s - 1.0).abs() < 0.01);
     }
 }

@@ -3,6 +3,7 @@
 use super::quantity::Quantity;
 use super::sketch;
 use crate::scenario::Scenario;
+use gaitwright_physics::scene::Accuracy;
 
 /// A scene that is hard to simulate, and what must hold in it.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,6 +45,14 @@ impl Case {
     pub(super) fn at_its_own_step(mut self) -> Self {
         self.own_step = true;
         self
+    }
+
+    /// The case with the default settings at its step, within the same bounds; `None` where it has them already.
+    pub fn by_default(&self) -> Option<Self> {
+        let plain =
+            |accuracy: &mut Accuracy| *accuracy = Accuracy { step: accuracy.step, ..Accuracy::default() };
+        let scenario = sketch::tuned(self.scenario.clone(), plain);
+        (scenario != self.scenario).then(|| Self { scenario, ..self.clone() })
     }
 
     /// The scenario at `factor` times its step.

@@ -70,7 +70,7 @@ pub fn scenario(character: CharacterSource, scene: Scene) -> Scenario {
         character,
         fixed_base: false,
         scene,
-        accuracy: AskedAccuracy::Settings(Accuracy::default()),
+        accuracy: Accuracy::default().into(),
         start: Start::default(),
         drive: Drive::default(),
         duration: 10.0,

@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use rapier3d::dynamics::{
-    GenericJoint, GenericJointBuilder, JointAxesMask, JointAxis, MassProperties, MultibodyJointHandle,
-    RigidBodyBuilder, RigidBodyHandle,
+    CoefficientCombineRule, GenericJoint, GenericJointBuilder, JointAxesMask, JointAxis, MassProperties,
+    MultibodyJointHandle, RigidBodyBuilder, RigidBodyHandle,
 };
 use rapier3d::geometry::{
     Collider, ColliderBuilder, Group, InteractionGroups, InteractionTestMode, SharedShape,
@@ -13,7 +13,7 @@ use rapier3d::pipeline::PhysicsWorld;
 
 use gaitwright_physics::character::Shape;
 use gaitwright_physics::model::{DofKind, Model};
-use gaitwright_physics::scene::{Feedforward, FrictionCone, StepPlan, Terrain};
+use gaitwright_physics::scene::{Feedforward, FrictionCone, PairMaterial, StepPlan, Terrain};
 use gaitwright_physics::sim::State;
 use gaitwright_physics::sim::bodies::BodyMotion;
 use gaitwright_physics::sim::coordinates::reduced::kinematics::place;
@@ -220,18 +220,21 @@ fn add_colliders(
     bodies: &[RigidBodyHandle],
 ) -> Result<(), Unsupported> {
     let Some(Terrain::Plane { height }) = plan.ground else { return Ok(()) };
-    let finish = |shape: ColliderBuilder, own: Group, other: Group| -> Collider {
+    let finish = |shape: ColliderBuilder, own: Group, other: Group, material: PairMaterial| -> Collider {
         shape
             .density(0.0)
-            .friction(plan.friction.unwrap_or(0.0))
-            .restitution(plan.restitution.unwrap_or(0.0))
+            .friction(plan.friction.map_or(0.0, |_| material.friction))
+            .friction_combine_rule(CoefficientCombineRule::Min)
+            .restitution(plan.restitution.map_or(0.0, |_| material.restitution))
+            .restitution_combine_rule(CoefficientCombineRule::Max)
             .collision_groups(InteractionGroups::new(own, other, InteractionTestMode::And))
             .build()
     };
     let (of_ground, of_character) = (Group::GROUP_1, Group::GROUP_2);
     let plane = ColliderBuilder::new(SharedShape::halfspace(Vector::Z)).translation(Vector::Z * height);
-    world.colliders.insert(finish(plane, of_ground, of_character));
-    for (link, place) in model.character.links.iter().zip(&model.links) {
+    world.colliders.insert(finish(plane, of_ground, of_character, plan.surfaces.ground));
+    let materials = model.links.iter().zip(&plan.surfaces.links);
+    for (link, (place, material)) in model.character.links.iter().zip(materials) {
         if model.fixed_base && place.body == 0 {
             continue;
         }
@@ -240,7 +243,7 @@ fn add_colliders(
             at.translation.vector -= frame_offset(model, place.body);
             let shape = solid(&placed.shape).ok_or_else(|| Unsupported::Flat(link.name.clone()))?;
             let collider = ColliderBuilder::new(shape).position(pose(&at) * upright(&placed.shape));
-            let collider = finish(collider, of_character, of_ground);
+            let collider = finish(collider, of_character, of_ground, *material);
             world.colliders.insert_with_parent(collider, bodies[place.body], &mut world.bodies);
         }
     }

@@ -9,7 +9,7 @@ use crate::accuracy::problem::{AccuracyProblem, Piece};
 use crate::scenario::{CharacterSource, InlineCharacter, NoFiles, Scenario, Start};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::motion::RootMotion;
-use gaitwright_physics::scene::{AskedAccuracy, Drive, Scene};
+use gaitwright_physics::scene::{Accuracy, Drive, Scene};
 use gaitwright_physics::sim::State;
 
 /// Number of times at which a scene is compared with its solution, evenly spaced, the last at its end. The time
@@ -64,7 +64,7 @@ pub(super) fn scenario(character: Value, scene: Scene, root: RootMotion, seconds
         character: CharacterSource::Inline(InlineCharacter::Json(character)),
         fixed_base: false,
         scene,
-        accuracy: AskedAccuracy::default(),
+        accuracy: Accuracy::default().into(),
         start: Start { root: Some(root), joints: BTreeMap::new() },
         drive: Drive::default(),
         duration: seconds,

@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuatern
 use super::bounds::{LENGTH, shape_fault};
 use super::draft::{At, Diagnostics, Draft, DraftInertial, DraftJoint, DraftLink, DraftLoop, name_fault};
 use super::solid::Solid;
-use super::{About, JointKind, LoopKind, NoteKind, Placed, Shape, mesh};
+use super::{About, JointKind, LoopKind, NoteKind, Placed, Shape, SurfaceMaterial, mesh};
 use crate::fault::{self, Fault, InputError};
 
 const FORMAT: &str = "gaitwright/character@1";
@@ -127,6 +127,10 @@ fn read_link(diagnostics: &mut Diagnostics, index: usize, link: wire::LinkDocume
         name: At::new(link.name, format!("{place}/name")),
         inertial,
         collisions,
+        surface: At::new(
+            SurfaceMaterial { friction: link.friction, restitution: link.restitution },
+            place.clone(),
+        ),
         visuals,
         missing_collisions: Vec::new(),
         missing_visuals: Vec::new(),

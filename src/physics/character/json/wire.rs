@@ -54,6 +54,14 @@ pub struct LinkDocument {
     /// What touches the world.
     #[serde(default)]
     pub shapes: Vec<ShapeDocument>,
+    /// Friction coefficient of the shapes; the scene's when left out. In a contact the smaller of both sides holds.
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub friction: Option<f64>,
+    /// Coefficient of restitution of the shapes; the scene's when left out. In a contact the greater of both sides holds.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 1))]
+    pub restitution: Option<f64>,
     /// What is only looked at; the shapes when left out.
     #[serde(default)]
     pub visuals: Vec<ShapeDocument>,

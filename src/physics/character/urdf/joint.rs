@@ -149,10 +149,5 @@ fn range(context: &mut Context, node: Node, owner: &UrdfElement, endless: bool) 
     // A number that cannot be read is a fault already.
     let end = |given: bool, value: Option<f64>| if given { value } else { Some(0.0) };
     let (lower, upper) = (end(given[0], lower)?, end(given[1], upper)?);
-    if lower == upper {
-        let message = format!("<limit> has an empty range ({lower} to {upper}); the joint is unlimited");
-        context.note(node, owner, NoteKind::Repaired, message);
-        return None;
-    }
     Some([lower, upper])
 }

@@ -6,7 +6,7 @@ use roxmltree::Node;
 use super::document::{Context, Materials, UrdfElement, named, tag};
 use crate::character::draft::{At, DraftInertial, DraftLink};
 use crate::character::supply::Supply;
-use crate::character::{NoteKind, Placed, Shape, mesh};
+use crate::character::{NoteKind, Placed, Shape, SurfaceMaterial, mesh};
 
 /// The link that `node` describes; `None` when it has no proper name, which is a fault.
 pub fn read(context: &mut Context, node: Node, materials: &Materials, supply: &Supply) -> Option<DraftLink> {
@@ -16,6 +16,7 @@ pub fn read(context: &mut Context, node: Node, materials: &Materials, supply: &S
         name: At::new(name.to_owned(), context.place(node, &owner)),
         inertial: context.only(node, "inertial", &owner).and_then(|node| inertial(context, node, &owner)),
         collisions: Vec::new(),
+        surface: At::new(SurfaceMaterial::default(), context.place(node, &owner)),
         visuals: Vec::new(),
         missing_collisions: Vec::new(),
         missing_visuals: Vec::new(),

@@ -2,10 +2,11 @@
 //! silence, and every fault names its line and its link or joint.
 //!
 //! What is repaired or ignored follows what real files contain: an effort or velocity of 0 stands for
-//! "not given", as does a range whose ends are equal; elements for other programs (`<gazebo>`,
+//! "not given"; a joint whose range has equal ends is fixed there; the friction of a link is taken from its `<gazebo>`; elements for other programs (`<gazebo>`,
 //! `<transmission>`, …) are noted once a kind.
 
 mod document;
+mod gazebo;
 mod joint;
 mod link;
 
@@ -48,9 +49,12 @@ pub fn draft(bytes: &[u8], supply: &Supply) -> Result<Draft, InputError> {
             links.extend(link::read(&mut context, child, &materials, supply));
         } else if named(child, "joint") {
             joints.extend(joint::read(&mut context, child));
-        } else if !named(child, "material") {
+        } else if !named(child, "material") && !named(child, "gazebo") {
             context.ignore(child);
         }
+    }
+    for node in robot.children().filter(|child| named(*child, "gazebo")) {
+        gazebo::read(&mut context, node, &mut links);
     }
     context.note_ignored(robot, &owner);
     let described = robot.children().filter(|child| named(*child, "link") || named(*child, "joint")).count();

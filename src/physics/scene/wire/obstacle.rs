@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::character::{self, Placed, ShapeDocument};
+use crate::character::{self, Placed, ShapeDocument, SurfaceMaterial};
 use crate::fault::Fault;
 
 /// Greatest number of obstacles of a scene.
@@ -20,6 +20,14 @@ pub struct Obstacle {
     pub name: Option<String>,
     /// Its shape, in the words of character documents; its pose is that in the world.
     pub shape: ShapeDocument,
+    /// Its friction coefficient; the scene's when left out. In a contact the smaller of both sides holds.
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub friction: Option<f64>,
+    /// Its coefficient of restitution; the scene's when left out. In a contact the greater of both sides holds.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = 1))]
+    pub restitution: Option<f64>,
 }
 
 impl Obstacle {
@@ -30,6 +38,11 @@ impl Obstacle {
     pub fn placed(&self) -> Result<Placed, Vec<Fault>> {
         character::read_shape(&self.shape)
             .map_err(|faults| faults.into_iter().map(|fault| fault.under("/shape")).collect())
+    }
+
+    /// What it is like to touch.
+    pub fn surface(&self) -> SurfaceMaterial {
+        SurfaceMaterial { friction: self.friction, restitution: self.restitution }
     }
 
     /// The name by which results call the obstacle at `index` of its list.
@@ -55,7 +68,8 @@ pub fn obstacle_faults(obstacles: &[Obstacle]) -> Vec<Fault> {
             faults.push(Fault::new(format!("/{index}/name"), format!("there is another obstacle {name:?}")));
         }
         let shape = obstacle.placed().err().unwrap_or_default();
-        faults.extend(shape.into_iter().map(|fault| fault.under(&format!("/{index}"))));
+        let surface = obstacle.surface().faults();
+        faults.extend(shape.into_iter().chain(surface).map(|fault| fault.under(&format!("/{index}"))));
     }
     faults
 }

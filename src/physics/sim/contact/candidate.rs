@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::scene::PairMaterial;
 use crate::sim::spatial::SpatialMotion;
 
 /// A point considered before the solve: a contact, or a point that may become one within the step.
@@ -23,6 +24,8 @@ pub struct ContactCandidate {
     pub depth: f64,
     /// Least separation speed along the normal if it closes within the step, m/s: 0 without restitution.
     pub rebound: f64,
+    /// Coefficients of the pair of surfaces. (Workspace::touch)
+    pub material: PairMaterial,
 }
 
 /// The other side of a contact.
@@ -53,6 +56,9 @@ impl Against {
 }
 
 impl ContactCandidate {
+    /// Coefficients of a contact that has none yet.
+    pub(in crate::sim) const SMOOTH: PairMaterial = PairMaterial { friction: 0.0, restitution: 0.0 };
+
     /// Velocity of the body at the point of contact relative to the other side, m/s, where `bodies` are
     /// the velocities of all bodies.
     #[inline]

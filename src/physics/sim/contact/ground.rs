@@ -72,6 +72,7 @@ pub fn detect(
                     frame,
                     depth: -gap,
                     rebound: settings.rebound(approach),
+                    material: ContactCandidate::SMOOTH,
                 });
             }
         };
@@ -180,6 +181,7 @@ pub fn add_driven_in(
                         frame,
                         depth,
                         rebound: 0.0,
+                        material: ContactCandidate::SMOOTH,
                     });
                 }
             };

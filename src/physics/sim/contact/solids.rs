@@ -201,6 +201,7 @@ impl Solids {
                     frame: [up, across, beside],
                     depth: -manifold_point.gap,
                     rebound: 0.0,
+                    material: ContactCandidate::SMOOTH,
                 };
                 let speed = -up.dot(&candidate.slip(|body| bodies[body].velocity));
                 if manifold_point.gap <= settings.margin(speed).min(within) {
@@ -303,6 +304,7 @@ impl Solids {
                 frame: [up, across, beside],
                 depth,
                 rebound: 0.0,
+                material: ContactCandidate::SMOOTH,
             });
         }
         candidates.len() > before

@@ -68,11 +68,11 @@ pub fn add(
         let above =
             Row { warm_start, recovery, softness, ..Row::new(owner, Bound::NonNegative, free + bias) };
         let push = SpatialForce::at(candidate.at, up);
-        let Some(coefficient) = friction else {
+        if friction.is_none() {
             rows.push([above], |numbers| half_solve(candidate, &[push], numbers));
             continue;
-        };
-        let bound = Bound::Friction { normal, coefficient };
+        }
+        let bound = Bound::Friction { normal, coefficient: candidate.material.friction };
         let [first, second] = std::array::from_fn(|index| Row {
             warm_start: remembered[index + 1],
             softness,
