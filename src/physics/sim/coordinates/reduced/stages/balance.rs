@@ -38,8 +38,7 @@ impl Stages<'_> {
 
     /// Whether the feedforward reaches the target's velocity within one step, however short.
     fn feedforward_depends_on_step(&self) -> bool {
-        let period = self.plan.drive.as_ref().map_or(0.0, |drive| drive.feedforward_period);
-        self.feeds_forward() && period < self.plan.step()
+        self.feeds_forward() && self.work.feedforward_period < self.plan.step()
     }
 
     /// Energy that the step creates, as a multiple of what is allowed. Leaves `displaced` half a step along the new
