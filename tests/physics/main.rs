@@ -15,6 +15,7 @@ mod contact;
 mod contacts;
 mod coordinates;
 mod drives;
+mod dry_friction;
 mod dynamics;
 mod effects;
 mod flight;

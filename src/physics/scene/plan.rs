@@ -108,11 +108,11 @@ impl DrivePlan {
 }
 
 impl DrivePlan {
-    /// How far ahead the feedforward pass looks in a step of `step` seconds, s. With contacts it is the period: a contact is
+    /// How far ahead the feedforward pass looks in a step of `step` seconds, s. With contacts it is the `period`: a contact is
     /// stopped within that time, by a force that does not depend on the step, as it would within one step of that length.
-    pub(crate) fn horizon(&self, step: f64) -> f64 {
+    pub(crate) fn horizon(&self, period: f64, step: f64) -> f64 {
         match self.feedforward {
-            Feedforward::ContactAware => self.feedforward_period.max(step),
+            Feedforward::ContactAware => period.max(step),
             Feedforward::None | Feedforward::ContactFree => step,
         }
     }

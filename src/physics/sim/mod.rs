@@ -18,6 +18,7 @@ mod diagnostics;
 mod energy;
 mod failure;
 mod integrate;
+pub(crate) mod joint_friction;
 pub mod lcp;
 mod memory;
 mod momentum;

@@ -66,6 +66,11 @@ impl Simulator {
         self.step_control.totals.of_substeps().map_or(&self.work.torque, StepTotals::torques)
     }
 
+    /// Torques of dry friction, N m or N, one a joint: those of the last substep.
+    pub fn joint_friction(&self) -> &[f64] {
+        &self.state.memory.dry_friction
+    }
+
     /// Residual of the last step's complementarity problem, m/s or rad/s (see [`lcp::residual`](super::lcp::residual())); the greatest if the
     /// step was computed in several substeps.
     pub fn residual(&self) -> f64 {

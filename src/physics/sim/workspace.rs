@@ -11,6 +11,7 @@ use super::coordinates::reduced::displaced::Displaced;
 use super::coordinates::reduced::flight::Flight;
 use super::coordinates::reduced::kinematics::{composite_inertia, moment_arms};
 use super::coordinates::reduced::velocity_control::VelocityControl;
+use super::joint_friction::FrictionMode;
 use super::lcp::{Equality, Lemke, Newton, Pgs, Problem, Solution, SolveStatus, Solver};
 use super::memory::StepMemory;
 use super::restitution;
@@ -77,6 +78,8 @@ pub(super) struct Workspace {
     pub joint_acceleration: Vec<f64>,
     /// J offset torques f₀, N m or N. (velocity_control)
     pub feedforward: Vec<f64>,
+    /// Period of the feedforward, s; 0 without. (new)
+    pub feedforward_period: f64,
     /// J motions of the targets, with feedforward. (substep)
     pub reference: Vec<Reference>,
     /// J drives. (drives)
@@ -87,7 +90,13 @@ pub(super) struct Workspace {
     pub switches: u32,
     /// J: whether the lower and the upper end of the range have rows. (rows, crosses_limit)
     pub near_limit: Vec<[bool; 2]>,
-    /// J loads, N m and kg m² or N and kg. (factorise)
+    /// J: how dry friction is computed. (first_friction, friction_gives_way, release_stuck)
+    pub friction_modes: Vec<FrictionMode>,
+    /// J torques of dry friction without a row, N m or N. (friction_gives_way)
+    pub friction: Vec<f64>,
+    /// B wrenches that bodies transmit to their parents. (sticking_torques)
+    pub wrenches: Vec<SpatialForce>,
+    /// J loads, N m and kg m² or N and kg. (loads, friction_loads)
     pub loads: Vec<JointLoad>,
     /// J torques of the actuators, N m or N. (switch_actuators)
     pub torque: Vec<f64>,
@@ -178,6 +187,7 @@ impl Workspace {
     pub fn new(model: &Model, plan: &StepPlan) -> Self {
         let bodies = model.bodies.len();
         let joints = model.joint_count();
+        let composite = composite_inertia(model);
         let solids = (plan.self_collision || !plan.obstacles.is_empty())
             .then(|| Solids::new(model, plan.self_collision, plan.obstacles.len()));
         let ground_slots = if plan.ground.is_some() { model.ground_slots } else { 0 };
@@ -207,11 +217,15 @@ impl Workspace {
             solids,
             common_point: Point3::origin(),
             feedforward: vec![0.0; joints],
+            feedforward_period: feedforward_period(plan, &composite),
             reference: vec![Reference::default(); joints],
             springs: vec![Spring::default(); joints],
             actuators: vec![ActuatorMode::default(); joints],
             switches: 0,
             near_limit: vec![[false; 2]; joints],
+            friction_modes: vec![FrictionMode::default(); joints],
+            friction: vec![0.0; joints],
+            wrenches: vec![SpatialForce::ZERO; bodies],
             loads: vec![JointLoad::default(); joints],
             articulated: Articulated::new(bodies),
             joint_acceleration: vec![0.0; joints],
@@ -223,7 +237,7 @@ impl Workspace {
             recovery_changes: vec![SpatialMotion::ZERO; bodies],
             forces: Vec::with_capacity(contact_rows + 2 * joints),
             per_unit: per_unit(model, plan),
-            composite_inertia: composite_inertia(model),
+            composite_inertia: composite,
             moment_arms: moment_arms(model),
             transmitted_force: vec![Vector3::zeros(); bodies],
             loops: vec![SpatialForce::ZERO; model.loops.len()],
@@ -251,9 +265,13 @@ impl Workspace {
     /// Detects the contact candidates of a step of `step` seconds. `angles` are those of the joints if the bodies' poses
     /// follow from them.
     pub fn detect(&mut self, model: &Model, plan: &StepPlan, angles: Option<&[f64]>, step: f64) {
-        let Self { bodies, candidates, close, solids, common_point, .. } = self;
+        let Self { bodies, candidates, close, solids, common_point, feedforward_period, .. } = self;
         let settings = DetectionSettings {
             step,
+            ahead: plan
+                .drive
+                .as_ref()
+                .map_or(step, |drive| step.max(0.5 * drive.horizon(*feedforward_period, step))),
             gravity: plan.gravity.norm(),
             anticipate: plan.stabilization,
             restitution: plan.restitution.unwrap_or(0.0),
@@ -456,6 +474,16 @@ impl Workspace {
         memory.feedforward_contacts.remember(candidates, forces);
     }
 
+    /// Keeps in `memory` the dry friction of the joints that have no row for it.
+    pub fn remember_friction(&self, memory: &mut StepMemory) {
+        let joints = self.friction_modes.iter().zip(&self.friction);
+        for (kept, (mode, torque)) in memory.dry_friction.iter_mut().zip(joints) {
+            if !matches!(mode, FrictionMode::None | FrictionMode::Row) {
+                *kept = *torque;
+            }
+        }
+    }
+
     /// Every contact candidate of the last step with its force.
     pub fn contacts(&self, plan: &StepPlan) -> impl Iterator<Item = Contact> + '_ {
         let rows_per_contact = contact::rows_per_contact(plan.friction);
@@ -525,6 +553,20 @@ fn per_unit(model: &Model, plan: &StepPlan) -> Vec<f64> {
         DofKind::Prismatic => 1.0 / plan.units.length,
     };
     model.bodies.iter().skip(1).map(of).collect()
+}
+
+/// The period of the feedforward, s; `inertia` is that along the joints, kg m² or kg.
+///
+/// It is the drive's, T, but no longer than lets an error of velocity decay, together with the damper, as fast as the fastest
+/// spring swings: 1 / T ≥ (K / I)^½ − D / I in every joint. The pass cancels Coriolis forces, which leaves
+/// ½ q̇ᵀ Ḣ q̇ − q̇ᵀ H q̇ / T of power: more than 0 at joint speeds of about 1 / T and more, which a stiff spring without a damper
+/// reaches.
+fn feedforward_period(plan: &StepPlan, inertia: &[f64]) -> f64 {
+    let Some(drive) = &plan.drive else { return 0.0 };
+    let springs = drive.stiffness.iter().zip(&drive.damping).zip(inertia);
+    let decays =
+        springs.map(|((stiffness, damping), inertia)| (stiffness / inertia).sqrt() - damping / inertia);
+    1.0 / decays.fold(1.0 / drive.feedforward_period, f64::max)
 }
 
 /// Greatest number of joint rows under `plan`, with each limited joint near one end of its range.

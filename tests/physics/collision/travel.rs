@@ -125,7 +125,13 @@ fn no_two_points_close_faster_than_foreseen() {
         state.root.linear_velocity = vector(&mut rng, 3.0);
         state.root.angular_velocity = vector(&mut rng, 3.0);
         let bodies = placed(model, &state);
-        let outlook = DetectionSettings { step: 0.002, gravity: 9.81, anticipate: true, restitution: 0.0 };
+        let outlook = DetectionSettings {
+            step: 0.002,
+            ahead: 0.002,
+            gravity: 9.81,
+            anticipate: true,
+            restitution: 0.0,
+        };
         let mut travel = Travel::new(model, world);
         let most = travel.measure_speeds(&bodies, &outlook);
         let moving: Vec<_> = points

@@ -119,9 +119,6 @@ pub fn driven(rng: &mut ChaCha8Rng) -> Drawing {
         damping: vec![damping; joints],
         max_torque: vec![max_torque; joints],
         feedforward,
-        // The paper's pass. Stiff springs without dampers beside a pass with a period of its own may excite each other:
-        // torque that cancels Coriolis forces is not passive.
-        feedforward_period: 0.0,
         ..Gains::default()
     };
     drawing(rng, scene, Some(&drive))

@@ -9,9 +9,11 @@ const RESTING_STEPS: f64 = 4.0;
 pub struct DetectionSettings {
     /// Length of the step, s.
     pub step: f64,
+    /// Time ahead for which contacts are detected, s: the step's, and more where a feedforward pass looks farther ahead.
+    pub ahead: f64,
     /// Magnitude of gravity, m/s².
     pub gravity: f64,
-    /// Whether a point that can be reached within two steps is a candidate already, so that its row stops it on
+    /// Whether a point that can be reached within twice the time ahead is a candidate already, so that its row stops it on
     /// the surface instead of in it. Otherwise only points at or below the surface are candidates.
     pub anticipate: bool,
     /// Coefficient of restitution.
@@ -20,13 +22,14 @@ pub struct DetectionSettings {
 
 impl DetectionSettings {
     /// For the contacts closed at present.
-    pub const PRESENT: Self = Self { step: 0.0, gravity: 0.0, anticipate: false, restitution: 0.0 };
+    pub const PRESENT: Self =
+        Self { step: 0.0, ahead: 0.0, gravity: 0.0, anticipate: false, restitution: 0.0 };
 
-    /// Greatest gap that can be closed within two steps at a present speed of `approach`, m.
+    /// Greatest gap that can be closed within twice the time ahead at a present speed of `approach`, m.
     #[inline]
     pub fn margin(&self, approach: f64) -> f64 {
         if self.anticipate {
-            4.0 * self.step * self.step * self.gravity + 2.0 * self.step * approach.max(0.0)
+            4.0 * self.ahead * self.ahead * self.gravity + 2.0 * self.ahead * approach.max(0.0)
         } else {
             0.0
         }

@@ -6,14 +6,19 @@
 //! 2003), but can go in circles. Then sweeps of projected Gauss-Seidel, twice as many each time, bring the
 //! next active set nearer.
 //!
-//! Neither may lead on where many contacts press a mechanism with one or two freedoms left: their rows depend on
-//! each other, and few of the many active sets are consistent. What is left unsolved then is given to the
+//! Before that, where the first steps do not lead on, the problem is approached by proximal-point steps: rows that depend on each
+//! other (a character on more points than it has freedoms, or with joints that dry friction holds) leave many
+//! solutions, and the active sets that Newton's method meets contradict each other.
+//!
+//! Neither may lead on where many contacts press a mechanism with one or two freedoms left: few of the many active sets
+//! are consistent. What is left unsolved then is given to the
 //! pivoting method, with the pyramid for the cone, and the Newton steps start again from what it finds.
 
 use super::active::{self, ActiveSet, NewtonStep};
 use super::lemke::Lemke;
 use super::pgs::Sweeper;
 use super::problem::{Problem, Solution, SolveStatus, Solver};
+use super::proximal::{Nearby, longest_way};
 use super::residual::{evaluate, project};
 
 /// Newton steps in a row that may fail to lessen the residual before sweeps take over.
@@ -29,6 +34,14 @@ const PIVOTS: u32 = 150;
 /// forces found in this one.
 const NEARLY: f64 = 1e3;
 
+/// Shares ε of A's diagonal in the proximal terms: the first, and the least and the greatest that are tried.
+const FIRST_SHARE: f64 = 1e-3;
+const LEAST_SHARE: f64 = 1e-8;
+const GREATEST_SHARE: f64 = 10.0;
+
+/// Most Newton steps in proximal steps, as a multiple of those allowed otherwise.
+const APPROACH: u32 = 4;
+
 /// Semi-smooth Newton method, warm-started, with projected Gauss-Seidel and Lemke's method behind it.
 #[derive(Debug, Clone)]
 pub struct Newton {
@@ -41,14 +54,17 @@ pub struct Newton {
     trial: Vec<f64>,
     before: Vec<f64>,
     start: Vec<f64>,
+    /// See `approach`.
+    nearby: Nearby,
+    point: Vec<f64>,
     pivoting: Lemke,
     /// n.
     pivoted: Vec<f64>,
 }
 
 impl Newton {
-    /// At most `iterations` sweeps and Newton steps together, and as many again after pivoting; fewer when the
-    /// residual falls to `tolerance` (m/s or rad/s) before.
+    /// At most `iterations` Newton steps, four times as many in proximal steps, as many sweeps and Newton steps together, and
+    /// those again after pivoting; fewer when the residual falls to `tolerance` (m/s or rad/s) before.
     pub fn new(iterations: u32, tolerance: f64) -> Self {
         Self {
             iterations,
@@ -59,9 +75,65 @@ impl Newton {
             trial: Vec::new(),
             before: Vec::new(),
             start: Vec::new(),
+            nearby: Nearby::default(),
+            point: Vec::new(),
             pivoting: Lemke::new(PIVOTS),
             pivoted: Vec::new(),
         }
+    }
+
+    /// Proximal-point steps from `lambda`, whose residual is `residual`; both are left at the best point. Returns how many
+    /// Newton steps that took.
+    ///
+    /// Each solves the problem with A + ε D in place of A and b − ε D λ in place of b, where D is A's diagonal and λ the last
+    /// step's point (Rockafellar 1976). Rows that depend on each other leave it one solution, which Newton's method finds from
+    /// nearby; where it does not, ε grows. The steps end at a solution of the problem itself, for the difference, ε D times
+    /// their length, tends to zero.
+    ///
+    /// Where rows depend on each other and their velocities contradict each other by δ, a step only shifts their forces, by
+    /// δ / ε, until one of them reaches a bound. It is prolonged to there.
+    fn approach(&mut self, problem: &Problem<'_>, lambda: &mut [f64], residual: &mut f64) -> u32 {
+        let mut nearby = std::mem::take(&mut self.nearby);
+        let mut point = std::mem::take(&mut self.point);
+        point.clear();
+        point.extend_from_slice(lambda);
+        let (mut share, mut before, mut failed) = (FIRST_SHARE, *residual, false);
+        let mut taken = 0;
+        while *residual > self.tolerance && taken < APPROACH * self.iterations && share <= GREATEST_SHARE {
+            nearby.pose(problem, &point, share);
+            let shifted = Problem { matrix: &nearby.matrix, offset: &nearby.offset, ..*problem };
+            self.trial.clear();
+            self.trial.extend_from_slice(&point);
+            let mut left = evaluate(&shifted, &self.trial, &mut self.velocity);
+            nearby.solution.clear();
+            nearby.solution.extend_from_slice(&point);
+            let (steps, _) = self.walk(&shifted, &mut nearby.solution, &mut left, self.iterations);
+            taken += steps.max(1);
+            if left > self.tolerance {
+                (share, failed) = (10.0 * share, true);
+                continue;
+            }
+            let mut reached = evaluate(problem, &nearby.solution, &mut self.velocity);
+            if reached > 0.5 * before && share <= FIRST_SHARE && !failed {
+                let way = longest_way(problem, &point, &nearby.solution);
+                for (force, from) in nearby.solution.iter_mut().zip(&point) {
+                    *force = from + way * (*force - from);
+                }
+                project(problem, &mut nearby.solution);
+                reached = evaluate(problem, &nearby.solution, &mut self.velocity);
+            } else if !failed {
+                share = (0.1 * share).max(LEAST_SHARE);
+            }
+            (before, failed) = (reached, false);
+            point.copy_from_slice(&nearby.solution);
+            if reached < *residual {
+                *residual = reached;
+                lambda.copy_from_slice(&point);
+            }
+        }
+        self.nearby = nearby;
+        self.point = point;
+        taken
     }
 
     /// Newton steps from the present point for as long as they lead on, at most `most`. `lambda` and `residual` are
@@ -167,7 +239,18 @@ impl Solver for Newton {
         if !residual.is_finite() {
             return Solution::refused(SolveStatus::NotFinite);
         }
-        let (mut iterations, mut contradiction) = self.search(problem, lambda, &mut residual);
+        self.trial.clear();
+        self.trial.extend_from_slice(lambda);
+        let (mut iterations, mut contradiction) = self.walk(problem, lambda, &mut residual, self.iterations);
+        if residual > self.tolerance {
+            iterations += self.approach(problem, lambda, &mut residual);
+        }
+        if residual > self.tolerance {
+            evaluate(problem, lambda, &mut self.velocity);
+            let more;
+            (more, contradiction) = self.search(problem, lambda, &mut residual);
+            iterations += more;
+        }
         if residual > NEARLY * self.tolerance && problem.rows() <= MOST_PIVOTED {
             let mut found = self.pivot(problem);
             if found.is_finite() {

@@ -49,7 +49,7 @@ impl Stages<'_> {
             );
         }
         if let Some(friction) = &plan.dry_friction {
-            dry_friction::add(&mut rows, friction, rates, &memory.dry_friction, of_joint);
+            dry_friction::add(&mut rows, friction, |_| true, rates, &memory.dry_friction, of_joint);
         }
         for (joint, rate) in rates.iter().enumerate() {
             if let Some((line, bounds)) = self.actuator_row(joint) {

@@ -25,8 +25,9 @@ impl Stages<'_> {
             self.work.feedforward.copy_from_slice(&self.own.forecast.work.feedforward);
             return Ok(());
         }
+        let period = self.work.feedforward_period;
         // The pass is a step of its own.
-        let horizon = drive.horizon(step);
+        let horizon = drive.horizon(period, step);
         self.look_ahead(horizon);
         let mut rows = std::mem::take(&mut self.work.control_rows);
         rows.clear();
@@ -34,7 +35,7 @@ impl Stages<'_> {
             let compliance = contact::compliance(model.mass, horizon);
             self.contacts(&mut rows, &self.state.memory.feedforward_contacts, compliance);
         }
-        let (period, joints) = (drive.feedforward_period, self.work.reference.len());
+        let joints = self.work.reference.len();
         for joint in 0..joints {
             let rate = self.state.velocities[joint];
             self.work.joint_rates[joint] = self.work.reference[joint].rate_after(rate, period, step);

@@ -21,7 +21,7 @@ use multiversion::multiversion;
 pub struct JointFactor {
     /// Force on the joint's body that goes with a unit of joint acceleration.
     pub u: SpatialForce,
-    /// Inverse of the inertia felt along the joint, 1/(kg m²).
+    /// Inverse of the inertia felt along the joint, 1/(kg m²); 0 for a joint whose acceleration is given.
     pub inverse_d: f64,
     /// Its square root.
     pub root_inverse_d: f64,
@@ -35,13 +35,15 @@ pub struct JointLoad {
     /// Inertia along the joint besides that of bodies: armature, and h times
     /// the coefficients of forces that are implicit in the new velocity; kg m² or kg.
     pub inertia: f64,
+    /// The acceleration that the joint is to have whatever it takes, rad/s² or m/s².
+    pub held: Option<f64>,
 }
 
 impl JointLoad {
     /// What the drive `spring` adds to a joint that moves at `rate` before the step.
     #[inline]
     pub fn of_drive(spring: Spring, rate: f64, step: f64) -> Self {
-        Self { torque: spring.torque(rate), inertia: step * spring.resistance }
+        Self { torque: spring.torque(rate), inertia: step * spring.resistance, held: None }
     }
 }
 
@@ -148,7 +150,7 @@ pub fn factorise(
         if d.is_nan() || d <= 0.0 {
             return Err(Singular::Joint(joint));
         }
-        let inverse_d = 1.0 / d;
+        let inverse_d = if loads[joint].held.is_some() { 0.0 } else { 1.0 / d };
         before[model.bodies[index].parent].add_reduced(&after[0], u, inverse_d);
         factor.joints[joint] = JointFactor { u, inverse_d, root_inverse_d: inverse_d.sqrt() };
     }
@@ -178,7 +180,8 @@ pub fn accelerate(
         let joint = index - 1;
         let share = &factor.joints[joint];
         let net = loads[joint].torque - bodies[index].motion_subspace.dot(factor.articulated_bias[index]);
-        let handed_on = factor.articulated_bias[index].plus_scaled(share.u, net * share.inverse_d);
+        let by_itself = loads[joint].held.unwrap_or(net * share.inverse_d);
+        let handed_on = factor.articulated_bias[index].plus_scaled(share.u, by_itself);
         let parent = model.bodies[index].parent;
         factor.articulated_bias[parent] = factor.articulated_bias[parent].plus(handed_on);
         factor.net[joint] = net;
@@ -197,7 +200,8 @@ pub fn accelerate(
         let joint = index - 1;
         let share = &factor.joints[joint];
         let of_parent = factor.acceleration[model.bodies[index].parent];
-        let acceleration = (factor.net[joint] - of_parent.dot(share.u)) * share.inverse_d;
+        let by_itself = (factor.net[joint] - of_parent.dot(share.u)) * share.inverse_d;
+        let acceleration = loads[joint].held.unwrap_or(by_itself);
         joint_acceleration[joint] = acceleration;
         factor.acceleration[index] = of_parent.plus_scaled(bodies[index].motion_subspace, acceleration);
     }

@@ -6,7 +6,11 @@
 //! decays as e^(−t/T) at any step, so that motions converge as the step falls (derived at
 //! [`Reference::rate_after`](crate::sim::tracking::Reference::rate_after)). With T = h the pass is the paper's. Contacts (in
 //! the contact-aware form) are stopped within T as well: their velocities after T, not after h, are what the rows ask for,
-//! so that an impact does not put a torque in proportion to 1/h into f₀.
+//! so that an impact does not put a torque in proportion to 1/h into f₀. All points take part that may close within T, as
+//! far ahead as that at any step: a force that begins one or two steps before the touch-down would begin earlier the longer the step
+//! is. So f₀ is that of one step of length T and stays bounded as h falls. Where nothing touches down
+//! it errs as the state does, O(h). At a touch-down the time of the impact is known to O(h) and f₀
+//! is bounded, so that its impulse errs by O(h) as well: motions converge at first order.
 //!
 //! Rows s are held at the velocity that this gives in the step as rows e (velocity control, Tokizaki & Hasegawa eq. 17
 //! and figure 2). In joint coordinates that prescribes every joint's acceleration and leaves only

@@ -4,6 +4,7 @@ use super::Stages;
 use crate::sim::coordinates::reduced::response;
 use crate::sim::failure::{Failure, fail_unless_usable};
 use crate::sim::integrate::advance;
+use crate::sim::lcp::SolveStatus;
 use crate::sim::momentum::Momentum;
 use crate::sim::root_freedom::RootFreedom;
 use crate::sim::spatial::SpatialMotion;
@@ -12,13 +13,20 @@ impl Stages<'_> {
     /// The velocities along which positions move: the new ones, and where a penetration or a violated
     /// limit is to be corrected, new ones that also correct it. Correcting leaves no speed behind.
     pub(super) fn recovery(&mut self) -> Result<(), Failure> {
-        let Self { model, plan, state, work, step, .. } = self;
+        let Self { plan, work, step, .. } = self;
         work.recovery_root = work.new[0];
         work.recovery_rates.copy_from_slice(&work.joint_rates);
         if !work.rows.needs_recovery() {
             return Ok(());
         }
         let status = work.solve_recovery(plan, *step);
+        if status != SolveStatus::Solved && self.release_stuck() {
+            // The velocities are the same, but for rounding, with rows in place of joints that stick.
+            self.factorise()?;
+            self.velocities_at_mean()?;
+            return self.recovery();
+        }
+        let Self { model, state, work, .. } = self;
         fail_unless_usable(status, model, state)?;
         work.recovery_rates.copy_from_slice(&work.free_rates);
         let change = response::finish(
@@ -39,6 +47,7 @@ impl Stages<'_> {
         let momentum = self.momentum_of_flight();
         let Self { model, plan, state, work, .. } = self;
         work.remember(plan, &mut state.memory);
+        work.remember_friction(&mut state.memory);
         let last = &mut state.memory.acceleration;
         if !model.fixed_base {
             let root = work.new[0];

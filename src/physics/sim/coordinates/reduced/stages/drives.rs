@@ -85,7 +85,7 @@ impl Stages<'_> {
             return self.prescribe_velocity(drive);
         }
         let step = self.step;
-        let horizon = drive.horizon(step);
+        let horizon = drive.horizon(self.work.feedforward_period, step);
         let (prescribed, minus_gravity) = (self.prescribed().scaled(step / horizon), self.minus_gravity());
         let Self { model, plan, state, work, root_freedom, .. } = self;
         let Some(control) = &mut work.control else {
@@ -94,7 +94,7 @@ impl Stages<'_> {
         };
         for joint in 0..work.reference.len() {
             let rate = state.velocities[joint];
-            work.joint_rates[joint] = work.reference[joint].rate_after(rate, drive.feedforward_period, step);
+            work.joint_rates[joint] = work.reference[joint].rate_after(rate, work.feedforward_period, step);
             work.joint_acceleration[joint] = (work.joint_rates[joint] - rate) / step;
         }
         let root = control

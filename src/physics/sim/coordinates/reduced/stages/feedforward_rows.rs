@@ -19,8 +19,9 @@ impl Stages<'_> {
         // The pass is a step of its own.
         let step = self.step;
         self.velocity_after(drive);
-        self.step = drive.horizon(step);
-        self.factorise()?;
+        self.step = drive.horizon(self.work.feedforward_period, step);
+        self.loads();
+        self.factorise_under_loads()?;
         self.free_velocities();
         let mut rows = std::mem::take(&mut self.work.control_rows);
         rows.clear();
@@ -42,10 +43,10 @@ impl Stages<'_> {
     /// Fills `joint_rates` with the velocities that the driven joints are to have at the end of the pass.
     fn velocity_after(&mut self, drive: &DrivePlan) {
         let Self { state, work, step, .. } = self;
-        let extent = drive.horizon(*step) / *step;
+        let extent = drive.horizon(work.feedforward_period, *step) / *step;
         for (joint, reference) in work.reference.iter().enumerate() {
             let rate = state.velocities[joint];
-            let change = reference.rate_after(rate, drive.feedforward_period, *step) - rate;
+            let change = reference.rate_after(rate, work.feedforward_period, *step) - rate;
             work.joint_rates[joint] = rate + change * extent;
         }
     }

@@ -31,11 +31,18 @@ impl Stages<'_> {
 
     /// The mass matrix under the loads of the joints.
     pub(super) fn factorise(&mut self) -> Result<(), Failure> {
+        self.loads();
+        self.friction_loads();
+        self.factorise_under_loads()
+    }
+
+    /// The loads of the joints but for their dry friction.
+    pub(super) fn loads(&mut self) {
         let step = self.step;
-        let Self { model, plan, state, work, root_freedom, midpoint, .. } = self;
+        let Self { model, plan, state, work, midpoint, .. } = self;
         for joint in 0..work.loads.len() {
             let rate = state.velocities[joint];
-            let mut load = JointLoad { torque: 0.0, inertia: model.armature[joint] };
+            let mut load = JointLoad { torque: 0.0, inertia: model.armature[joint], held: None };
             if let Some(damping) = &plan.damping {
                 let whole = step * damping[joint];
                 let share = if *midpoint {
@@ -53,6 +60,11 @@ impl Stages<'_> {
             }
             work.loads[joint] = load;
         }
+    }
+
+    /// The mass matrix under the `loads`.
+    pub(super) fn factorise_under_loads(&mut self) -> Result<(), Failure> {
+        let Self { model, state, work, root_freedom, .. } = self;
         articulated::factorise(&mut work.articulated, model, &work.bodies, &work.loads, *root_freedom)
             .map_err(|cause| singular(model, state, cause))?;
         Ok(())

@@ -21,6 +21,7 @@ mod convergence;
 mod drives;
 mod feedforward_rows;
 mod free_motion;
+mod joint_friction;
 mod rows;
 mod tension;
 mod velocity_forces;
@@ -147,6 +148,7 @@ impl Stages<'_> {
         self.predict_mean();
         let mut iteration = FixedPoint::START;
         self.drives(command)?;
+        self.first_friction();
         self.factorise()?;
         loop {
             self.velocities_at_mean()?;
@@ -171,17 +173,21 @@ impl Stages<'_> {
         loop {
             self.free_velocities();
             self.rows();
-            self.solve()?;
+            if !self.solve()? && self.release_stuck() {
+                self.factorise()?;
+                continue;
+            }
             self.response();
-            // Rows are added for an actuator that would exceed its greatest torque, a limit that would be crossed and a
-            // contact that an impact brings about. Each is added at most once, and actuators leave their
-            // bounds only so often, so the loop ends.
+            // Rows are added for an actuator that would exceed its greatest torque, a joint whose friction was not known, a
+            // limit that would be crossed and a contact that an impact brings about. Each is added at most once, and
+            // actuators leave their bounds only so often, so the loop ends.
             let saturated = self.work.switch_actuators(self.plan);
+            let gives_way = self.friction_gives_way();
             let crossing = self.crosses_limit();
-            if !self.impact_contacts() && !crossing && !saturated {
+            if !self.impact_contacts() && !crossing && !saturated && !gives_way {
                 return Ok(());
             }
-            if saturated {
+            if saturated || gives_way {
                 self.factorise()?;
             }
         }

@@ -4,6 +4,8 @@ use super::Stages;
 use crate::sim::actuator::ActuatorMode;
 use crate::sim::coordinates::reduced::response;
 use crate::sim::failure::{Failure, fail_unless_usable};
+use crate::sim::joint_friction::FrictionMode;
+use crate::sim::lcp::SolveStatus;
 use crate::sim::rows::{Lanes, Recovery, contact, dry_friction, limit, loops, torque};
 use crate::sim::workspace::Workspace;
 
@@ -18,6 +20,7 @@ impl Stages<'_> {
             springs,
             actuators,
             near_limit,
+            friction_modes,
             articulated,
             mean_rates,
             free_rates,
@@ -63,7 +66,8 @@ impl Stages<'_> {
             );
         }
         if let Some(friction) = &plan.dry_friction {
-            dry_friction::add(rows, friction, free_rates, &memory.dry_friction, of_joint);
+            let has_row = |joint: usize| friction_modes[joint] == FrictionMode::Row;
+            dry_friction::add(rows, friction, has_row, free_rates, &memory.dry_friction, of_joint);
         }
         for (joint, mode) in actuators.iter().enumerate() {
             if *mode == ActuatorMode::Line {
@@ -90,11 +94,15 @@ impl Stages<'_> {
         );
     }
 
-    /// The complementarity problem.
-    pub(super) fn solve(&mut self) -> Result<(), Failure> {
+    /// Solves the complementarity problem; whether to its tolerance.
+    pub(super) fn solve(&mut self) -> Result<bool, Failure> {
         let Self { model, plan, state, work, step, .. } = self;
         let status = work.solve(plan, *step);
-        fail_unless_usable(status, model, state)
+        if status == SolveStatus::Ray && work.friction_modes.contains(&FrictionMode::Stuck) {
+            return Ok(false);
+        }
+        fail_unless_usable(status, model, state)?;
+        Ok(status == SolveStatus::Solved)
     }
 
     /// New velocities.
