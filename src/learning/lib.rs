@@ -6,7 +6,7 @@
 //! | module | what it holds |
 //! |---|---|
 //! | [`scenario`] | one simulation as a JSON document describes it, and its output line by line |
-//! | [`gait`] | footfalls, phases, gait names and cost of transport of a simulated motion |
+//! | [`gait`] | footfalls, phases, gait names and cost of transport of a simulated motion, and whether it is natural |
 //! | [`learn`] | QDSEGA: Q-learning in subsets of states that a genetic algorithm chooses |
 //! | [`program`] | natural gaits: leg programs from force templates, refined by CMA-ES |
 //! | [`accuracy`] | computing time against error for integrators, solvers and steps; the setting to take for a tolerance; the hard cases and their bounds; rapier3d as the engine compared with |

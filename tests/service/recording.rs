@@ -222,6 +222,7 @@ fn a_link_that_lifts_off_loses_its_arrow() {
     recording.motion(1, &trot(1.0)).unwrap();
     let mut flight = trot(1.0);
     flight.samples.iter_mut().for_each(|sample| sample.contacts.clear());
+    synthetic::settle_loads(&mut flight);
     recording.motion(2, &flight).unwrap();
     recording.finish().unwrap();
     let content = read(&std::fs::read(&path).unwrap());
