@@ -48,7 +48,7 @@ fn transition(criterion: &mut Criterion) {
         SimulatedWorld::new(&setup.model, &setup.stance, &setup.scene, &setup.accuracy, parameters)
             .expect("defaults are sound");
     let grid = Grid::new(&setup.model, &setup.stance, parameters);
-    let genome = Genome::random(&grid, 1, &mut ChaCha8Rng::seed_from_u64(1));
+    let genome = Genome::random(&grid, 1, true, &mut ChaCha8Rng::seed_from_u64(1));
     let (from, to) = (grid.standing(), grid.posture(&genome.states[0]));
     let transition = Transition { from: &from, to: &to, duration: parameters.transition_time };
     let targets = |t: f64, angles: &mut [f64]| transition.targets(t, angles);

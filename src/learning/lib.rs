@@ -6,7 +6,7 @@
 //! | module | what it holds |
 //! |---|---|
 //! | [`scenario`] | one simulation as a JSON document describes it, and its output line by line |
-//! | [`gait`] | footfalls, phases, gait names and cost of transport of a simulated motion |
+//! | [`gait`] | footfalls, phases, gait names and cost of transport of a simulated motion, and whether it is natural |
 //! | [`learn`] | QDSEGA: Q-learning in subsets of states that a genetic algorithm chooses |
 //! | [`program`] | natural gaits: leg programs from force templates, refined by CMA-ES |
 //! | [`training`] | what a task asks of a character, by the search that suits both: a repertoire of gaits, or one motion |

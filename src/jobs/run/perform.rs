@@ -46,7 +46,7 @@ pub(super) struct CheckedMotion {
     pub(super) trace: Trace,
     /// The gait of the looping part, judged.
     pub(super) gait: GaitReport,
-    /// Whether the looping part goes along the direction at all: faster than [`gait::least_travel`].
+    /// Whether the looping part goes along the direction at all ([`gait::travels`]).
     pub(super) travels: bool,
     /// What the looping part is worth.
     pub(super) validity: Validity,
@@ -118,8 +118,7 @@ impl MotionCheck<'_> {
         let (model, speed) = (&**self.model, self.speed);
         let context = NaturalnessContext { gait: setting, model, actuators: &actuators, speed, period };
         gait::judge(&looping, &mut gait, &context);
-        let height = gait.hip_height.unwrap_or(self.stance.root_height);
-        let travels = gait.speed > gait::least_travel(height, setting.gravity);
+        let travels = gait::travels(&gait, &setting);
         let validity = validity(&looping, &self.model.limits, &actuators, period);
         Ok(CheckedMotion { trace, gait, travels, validity })
     }

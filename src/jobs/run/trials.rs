@@ -1,17 +1,20 @@
-//! What is left of a motion when something is changed: friction, gains, mass, a push, the step.
+//! What is left of a motion when something is changed: friction, gains, mass, a push, the step, the engine.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use super::perform::MotionCheck;
+use gaitwright_learning::accuracy::Engine;
+use gaitwright_learning::accuracy::rapier::Rapier;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::Trial;
 use gaitwright_physics::playback::{Playback, Push, Trace};
-use gaitwright_physics::scene::{Accuracy, Scene, StepPlan};
+use gaitwright_physics::scene::{Accuracy, Effect, Scene, StepPlan, Switch};
+use gaitwright_physics::sim::{Command, center_of_mass};
 use gaitwright_physics::stance::Upright;
 
 /// How long a trial lasts, s.
@@ -35,11 +38,27 @@ struct Change {
     mass: f64,
     step: f64,
     push: Option<Push>,
+    engine: Engine,
 }
 
 impl Change {
     fn none(name: String) -> Self {
-        Self { name, friction: 1.0, gains: 1.0, mass: 1.0, step: 1.0, push: None }
+        Self { name, friction: 1.0, gains: 1.0, mass: 1.0, step: 1.0, push: None, engine: Engine::Gaitwright }
+    }
+}
+
+/// Where a character's centre of mass was when, and when it had fallen.
+#[derive(Debug, Default)]
+struct Course {
+    /// Time, s, and place in the world frame, m, every [`SAMPLED`] seconds.
+    marks: Vec<(f64, Point3<f64>)>,
+    fell_at: Option<f64>,
+}
+
+impl From<&Trace> for Course {
+    fn from(trace: &Trace) -> Self {
+        let marks = trace.samples.iter().map(|sample| (sample.time, sample.center_of_mass));
+        Self { marks: marks.collect(), fell_at: trace.fell_at }
     }
 }
 
@@ -57,18 +76,19 @@ impl MotionCheck<'_> {
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Vec<Trial>, InputError> {
         let changes = self.changes();
-        let results: Vec<Mutex<Option<Result<Trial, InputError>>>> =
-            changes.iter().map(|_| Mutex::new(None)).collect();
+        let undisturbed = Course::from(undisturbed);
+        let results: Vec<Mutex<Result<Option<Trial>, InputError>>> =
+            changes.iter().map(|_| Mutex::new(Ok(None))).collect();
         let next = AtomicUsize::new(0);
         let work = || {
             loop {
                 let index = next.fetch_add(1, Ordering::Relaxed);
                 let Some((change, result)) = changes.get(index).zip(results.get(index)) else { break };
-                let trial = self.trial(change, undisturbed, stop);
+                let trial = self.trial(change, &undisturbed, stop);
                 if stop() {
                     break;
                 }
-                *result.lock().unwrap_or_else(PoisonError::into_inner) = Some(trial);
+                *result.lock().unwrap_or_else(PoisonError::into_inner) = trial;
             }
         };
         std::thread::scope(|scope| {
@@ -79,7 +99,7 @@ impl MotionCheck<'_> {
         });
         results
             .into_iter()
-            .filter_map(|result| result.into_inner().unwrap_or_else(PoisonError::into_inner))
+            .filter_map(|result| result.into_inner().unwrap_or_else(PoisonError::into_inner).transpose())
             .collect()
     }
 
@@ -107,6 +127,7 @@ impl MotionCheck<'_> {
                 });
             }
         }
+        changes.push(Change { engine: Engine::Rapier, ..Change::none("engine rapier3d".to_owned()) });
         changes
     }
 
@@ -124,15 +145,20 @@ impl MotionCheck<'_> {
         Vector3::new(x, y, 0.0).try_normalize(0.0).unwrap_or_else(Vector3::x)
     }
 
+    /// What came of the motion with `change`; `None` where the other engine cannot do what the scene asks for.
     fn trial(
         &self,
         change: &Change,
-        undisturbed: &Trace,
+        undisturbed: &Course,
         stop: &dyn Fn() -> bool,
-    ) -> Result<Trial, InputError> {
+    ) -> Result<Option<Trial>, InputError> {
         let model =
             if change.mass == 1.0 { self.model.clone() } else { Arc::new(heavier(self.model, change.mass)) };
-        let scene = Scene { friction: change.friction * self.scene.friction, ..self.scene.clone() };
+        let mut scene = Scene { friction: change.friction * self.scene.friction, ..self.scene.clone() };
+        if change.engine == Engine::Rapier {
+            // Its multibodies do not collide with themselves as ours do.
+            scene.effects.insert(Effect::SelfCollision, Switch::Off);
+        }
         let mut gains = self.gains.clone();
         gains.stiffness.iter_mut().chain(&mut gains.damping).for_each(|gain| *gain *= change.gains);
         let accuracy = Accuracy { step: change.step * self.accuracy.step, ..*self.accuracy };
@@ -145,30 +171,59 @@ impl MotionCheck<'_> {
             seconds: TRIED,
             sample_every: SAMPLED,
         };
-        let trace = playback.run_pushed(change.push, stop);
-        let end = trace.samples.last().map_or(0.0, |sample| sample.time);
-        let speed = self.speed_until(&trace, end);
-        let usual = self.speed_until(undisturbed, end);
-        let relative_speed =
-            speed.zip(usual).filter(|(_, usual)| *usual != 0.0).map(|(speed, usual)| speed / usual);
-        Ok(Trial {
-            change: change.name.clone(),
-            upright_seconds: trace.fell_at.unwrap_or(end),
-            speed: speed.unwrap_or(0.0),
-            relative_speed,
-            of_seconds: TRIED,
-        })
+        let course = match change.engine {
+            Engine::Gaitwright => Some(Course::from(&playback.run_pushed(change.push, stop))),
+            Engine::Rapier => in_rapier(&playback, stop),
+        };
+        Ok(course.map(|course| {
+            let end = course.marks.last().map_or(0.0, |(time, _)| *time);
+            let speed = self.speed_until(&course, end);
+            let usual = self.speed_until(undisturbed, end).filter(|usual| *usual != 0.0);
+            Trial {
+                change: change.name.clone(),
+                upright_seconds: course.fell_at.unwrap_or(end),
+                speed: speed.unwrap_or(0.0),
+                relative_speed: speed.zip(usual).map(|(speed, usual)| speed / usual),
+                of_seconds: TRIED,
+            }
+        }))
     }
 
-    /// Mean speed along the direction from the start of the loop to `end`, m/s; `None` where the trace has no such stretch.
-    fn speed_until(&self, trace: &Trace, end: f64) -> Option<f64> {
+    /// Mean speed along the direction from the start of the loop to `end`, m/s; `None` where there is no such stretch.
+    fn speed_until(&self, course: &Course, end: f64) -> Option<f64> {
         let lead = self.player.lead() - 1e-9;
-        let mut looping =
-            trace.samples.iter().filter(|sample| sample.time >= lead && sample.time <= end + 1e-9);
+        let mut looping = course.marks.iter().filter(|(time, _)| *time >= lead && *time <= end + 1e-9);
         let (first, last) = (looping.next()?, looping.next_back()?);
-        let way = last.center_of_mass - first.center_of_mass;
-        Some(way.dot(&self.forward()) / (last.time - first.time))
+        Some((last.1 - first.1).dot(&self.forward()) / (last.0 - first.0))
     }
+}
+
+/// Plays in rapier's multibody engine instead; `None` where it cannot do what the plan asks for.
+fn in_rapier(playback: &Playback<'_>, stop: &dyn Fn() -> bool) -> Option<Course> {
+    let Playback { model, plan, player, .. } = *playback;
+    let mut rapier = Rapier::new(model, plan, playback.start).ok()?;
+    let step = plan.step();
+    let every = ((playback.sample_every / step).round() as usize).max(1);
+    let joints = model.joint_count();
+    let (mut now, mut next) = (vec![0.0; joints], vec![0.0; joints]);
+    player.targets(0.0, &mut now);
+    let mut course = Course { marks: vec![(0.0, center_of_mass(model, rapier.state()))], fell_at: None };
+    for index in 1..=(playback.seconds / step).round() as usize {
+        let time = index as f64 * step;
+        player.targets(time, &mut next);
+        if rapier.step(Command::Track { now: &now, next: &next }).is_err() || stop() {
+            break;
+        }
+        std::mem::swap(&mut now, &mut next);
+        if index % every == 0 {
+            course.marks.push((time, center_of_mass(model, rapier.state())));
+        }
+        if !playback.upright.holds(rapier.state()) {
+            course.fell_at = Some(time);
+            break;
+        }
+    }
+    Some(course)
 }
 
 /// `model` with every mass and inertia times `factor`.

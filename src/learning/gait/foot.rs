@@ -57,7 +57,7 @@ fn cores(shape: &Shape) -> (Vec<Point3<f64>>, f64) {
         Shape::Sphere { radius } => (vec![Point3::origin()], *radius),
         Shape::Capsule { radius, half_length } => (ends(*half_length).to_vec(), *radius),
         Shape::Box { half_extents } => {
-            let signs = |bit: usize, corner: usize| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
+            let signs = |bit: usize, corner: usize| if (corner >> bit) & 1 == 0 { -1.0 } else { 1.0 };
             let corner = |corner: usize| {
                 let sign = Vector3::new(signs(0, corner), signs(1, corner), signs(2, corner));
                 Point3::from(half_extents.component_mul(&sign))

@@ -24,6 +24,6 @@ pub use footfall::{Detection, Footing};
 pub use legs::{Leg, Side};
 pub use measure::{GaitContext, measure};
 pub use name::{Classified, Template, classify, templates};
-pub use natural::{NaturalnessContext, judge, least_travel};
+pub use natural::{NaturalnessContext, judge, least_travel, travels};
 pub use report::{Foot, GaitFormat, GaitReport, Pair, Regime, Spread, UnnamedBecause};
 pub use validity::validity;

@@ -34,9 +34,15 @@ pub struct NaturalnessContext<'a> {
 }
 
 /// The least speed along the direction, m/s, at which a character whose hips (or root) are `height` metres above the ground
-/// travels at all: a Froude number of 10⁻⁴. At that speed a dog takes a minute for a metre.
+/// travels at all: a Froude number of 10⁻⁴. At that speed a dog takes some 45 s for a metre.
 pub fn least_travel(height: f64, gravity: f64) -> f64 {
     limits::TRAVEL * (gravity * height.max(0.0)).sqrt()
+}
+
+/// Whether the motion whose gait is `report` goes along the task's direction at all: faster than [`least_travel`] for the hip
+/// height, or for the height of the root where there are no legs.
+pub fn travels(report: &GaitReport, setting: &GaitContext<'_>) -> bool {
+    report.speed > least_travel(size(report, setting), setting.gravity)
 }
 
 /// Judges the motion in `trace`, whose gait is `report`, and writes the measures and the verdict into it. A trace of fewer
@@ -78,7 +84,7 @@ fn measures(trace: &Trace, report: &GaitReport, context: &NaturalnessContext<'_>
 
     let ended = trace.fell_at.is_some() || trace.failure.is_some();
     found.one("upright", MeasureLimit::at_least(1.0), f64::from(u8::from(!ended)));
-    whole_character(&mut found, trace, report, context, &allowed);
+    whole_character(&mut found, report, context, &allowed);
     trunk(&mut found, trace, report, context, (footed, &allowed, stride));
     if footed {
         feet(&mut found, trace, report, context, &allowed);
@@ -103,7 +109,6 @@ fn stride(stride: Option<f64>, period: f64) -> f64 {
 /// Name, way, speed, heading and energy.
 fn whole_character(
     found: &mut Measures,
-    trace: &Trace,
     report: &GaitReport,
     context: &NaturalnessContext<'_>,
     allowed: &GaitLimits,
@@ -113,8 +118,7 @@ fn whole_character(
         let named = f64::from(u8::from(name != "unclassified"));
         found.one("named", MeasureLimit::at_least(1.0), named);
     }
-    let height = report.hip_height.or(trace.samples.first().map(|_| standing_height(gait))).unwrap_or(0.0);
-    let least = least_travel(height, gait.gravity);
+    let least = least_travel(size(report, gait), gait.gravity);
     if least > 0.0 {
         let froude_speed = limits::TRAVEL * report.speed / least;
         found.one("travel", MeasureLimit::at_least(limits::TRAVEL), froude_speed);
@@ -123,7 +127,7 @@ fn whole_character(
         found.one("speed", MeasureLimit::within(limits::SPEED), report.speed / asked);
     }
     // What is related to the way means nothing without one; then `travel` fails.
-    if report.speed > least && report.speed > 0.0 {
+    if travels(report, gait) {
         let drift = report.sideways_speed.abs() / report.speed;
         found.one("drift", MeasureLimit::AtMost(limits::DRIFT), drift);
         let cost = MeasureLimit::AtMost(allowed.cost_of_transport);
@@ -194,7 +198,7 @@ fn feet(
         let peaks = peak_forces(trace, &footings, unit_time);
         found.worst("peak_force", MeasureLimit::AtMost(limits::PEAK_FORCE), peaks);
     }
-    if report.speed > least_travel(report.hip_height.unwrap_or(0.0), gait.gravity) && report.speed > 0.0 {
+    if travels(report, gait) {
         found.one("slip", MeasureLimit::AtMost(limits::SLIP), report.stance_slip / report.speed);
     }
     // More legs than four stand sprawled in nature, with their knees bent.
@@ -225,9 +229,10 @@ fn joints(found: &mut Measures, trace: &Trace, context: &NaturalnessContext<'_>,
     }
 }
 
-/// Height of the root's origin over the ground in the standing pose, at least 1 cm, m.
-fn standing_height(gait: &GaitContext<'_>) -> f64 {
-    gait.standing.first().map_or(0.01, |root| (root.translation.z - gait.ground).max(0.01))
+/// Standing height of the hips, or of the root's origin where there are none, over the ground, at least 1 cm, m.
+fn size(report: &GaitReport, gait: &GaitContext<'_>) -> f64 {
+    let root = || gait.standing.first().map_or(0.0, |root| root.translation.z - gait.ground);
+    report.hip_height.unwrap_or_else(root).max(0.01)
 }
 
 /// Standard deviation over the mean of the way along `direction` in one round of the loop of `period` seconds; `None`

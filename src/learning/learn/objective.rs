@@ -24,7 +24,7 @@ pub fn reference_gravity(scene: &Scene) -> f64 {
 const ENERGY: f64 = 0.02;
 const DRIFT: f64 = 0.5;
 const TURN: f64 = 2.0;
-const SLIP: f64 = 0.5;
+const SLIP: f64 = 0.1;
 
 /// What a stretch of motion did, as far as the reward asks.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

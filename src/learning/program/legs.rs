@@ -8,8 +8,6 @@ use nalgebra::{Matrix3, Matrix5, Rotation3, Vector2, Vector3, Vector5};
 use gaitwright_physics::model::{Body, DofKind, Model, Surface};
 use gaitwright_physics::stance::Stance;
 
-/// A joint whose axis has a greater component than this along the way (a prismatic one: aside) does not swing a leg.
-const ALONG: f64 = 0.87;
 /// A segment shorter than this share of the leg's longest one does not count for its length: it only turns
 /// the leg out, as an abducting hip does.
 const SHORT: f64 = 0.5;
@@ -295,6 +293,10 @@ fn leg(
         chain.push(model.bodies[chain[chain.len() - 1]].parent);
     }
     chain.reverse();
+    // A foot that is to be lifted and set forward needs two joints.
+    if chain.len() < 2 {
+        return None;
+    }
 
     // What can touch: points of the body's shapes with the radius of the ball about them.
     let (rotation, origin) = frames[body];
@@ -358,15 +360,6 @@ fn leg(
         limits: chain.iter().map(|body| model.limits[body - 1]).collect(),
         standing: chain.iter().map(|body| stance.angles[body - 1]).collect(),
     };
-    // A foot that is to be lifted and set forward needs two joints that do not merely turn it about the way.
-    let placed = leg.place(&leg.standing);
-    let swings = |(axis, _, freedom): &&(Vector3<f64>, Vector3<f64>, DofKind)| match freedom {
-        DofKind::Revolute => axis.x.abs() < ALONG,
-        DofKind::Prismatic => axis.y.abs() < ALONG,
-    };
-    if placed.axes.iter().filter(swings).count() < 2 {
-        return None;
-    }
     leg.length = leg.hip.z - leg.foot.z + highest(&leg);
     Some(leg)
 }

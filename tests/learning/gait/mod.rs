@@ -3,6 +3,7 @@
 mod measures;
 mod names;
 mod natural;
+mod played;
 
 use gaitwright_learning::gait::{GaitContext, GaitReport, Leg, Side, measure};
 use gaitwright_physics::playback::Trace;

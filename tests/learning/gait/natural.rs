@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use gaitwright_learning::gait::{GaitContext, GaitReport, NaturalnessContext, judge, least_travel, measure};
-use gaitwright_physics::character::Character;
+use gaitwright_physics::character::{Character, Limits};
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::MeasureLimit;
 use gaitwright_physics::playback::{Sample, Trace};
@@ -23,6 +23,8 @@ fn trot() -> Gait {
 
 /// A motion about to be judged.
 struct Case {
+    character: Character,
+    support: Vec<usize>,
     gait: Gait,
     trace: Trace,
     direction: [f64; 3],
@@ -36,16 +38,23 @@ impl Case {
     fn new(gait: Gait) -> Self {
         let mut trace = gait.trace();
         trace.joint_work = 0.3 * mass() * GRAVITY * gait.speed * gait.seconds;
-        Self { gait, trace, direction: [1.0, 0.0, 0.0], speed: Some(gait.speed), period: gait.stride }
+        Self {
+            character: with_motors(),
+            support: SUPPORT.to_vec(),
+            gait,
+            trace,
+            direction: [1.0, 0.0, 0.0],
+            speed: Some(gait.speed),
+            period: gait.stride,
+        }
     }
 
     fn judged(&self) -> GaitReport {
-        let character = with_motors();
-        let model = Model::new(Arc::new(character.clone()), Base::Floating);
+        let model = Model::new(Arc::new(self.character.clone()), Base::Floating);
         let standing = Gait { speed: 0.0, ..self.gait }.sample(0.1 * self.gait.stride).link_poses;
         let gait = GaitContext {
-            character: &character,
-            support: &SUPPORT,
+            character: &self.character,
+            support: &self.support,
             standing: &standing,
             ground: 0.0,
             mass: mass(),
@@ -264,6 +273,48 @@ proptest! {
         // Forces are averaged over 10 ms and stances start above a hundredth of the weight: a few per cent.
         prop_assert!((peak - 1.0).abs() < 0.06, "{}", peak);
     }
+}
+
+/// What lies on its trunk has no feet: it is judged by what does not need any, and may be natural without a name.
+#[test]
+fn what_lies_on_its_root_is_judged_without_feet() {
+    let mut case = Case { support: vec![0, 2, 4], ..Case::new(trot()) };
+    let report = case.judged();
+    assert!(report.natural && report.gait.is_none(), "{:#?}", report.naturalness);
+    let names: Vec<&str> = report.naturalness.keys().map(String::as_str).collect();
+    let expected = [
+        "cost_of_transport",
+        "drift",
+        "joint_speed",
+        "smoothness",
+        "speed",
+        "strides",
+        "tilt",
+        "torque_saturation",
+        "travel",
+        "travel_spread",
+        "upright",
+    ];
+    assert_eq!(names, expected);
+    assert!((report.naturalness["strides"].value - 20.0).abs() < 1e-9);
+    // Rounds of 0.42 and 0.38 m in turn.
+    for sample in &mut case.trace.samples {
+        sample.center_of_mass.x -= 0.01 * (2.0 * PI * sample.time).cos();
+    }
+    let spread = case.judged().naturalness["travel_spread"];
+    assert!((spread.value - 0.02 / 0.4).abs() < 1e-9 && !spread.holds, "{spread:?}");
+}
+
+/// The length of a leg is what its ranges of motion allow: with the knee at least half a radian bent, by the law of cosines.
+#[test]
+fn a_knee_that_cannot_be_straight_makes_a_shorter_leg() {
+    let mut case = Case::new(trot());
+    for link in case.character.links.iter_mut().filter(|link| link.name.ends_with("shank")) {
+        link.joint.as_mut().unwrap().limits = Some(Limits { lower: -2.6, upper: -0.5 });
+    }
+    let length = (2.0 * 0.2 * 0.2 * (1.0 + 0.5_f64.cos())).sqrt();
+    let extension = case.judged().naturalness["extension"].value;
+    assert!((extension - 0.34 / length).abs() < 2e-3, "{extension}");
 }
 
 /// Nothing that rests is natural, and what has no names may be.

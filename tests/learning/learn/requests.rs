@@ -9,8 +9,8 @@ use gaitwright_physics::stance::Stance;
 
 #[test]
 fn fitness_is_progress_less_costs() {
-    // Of the usual 0.02, 0.5, 2 and 0.5.
-    let weights = Weights { energy: 5.0, drift: 1.0, turn: 1.0, slip: 0.5, ..Weights::default() };
+    // Of the usual 0.02, 0.5, 2 and 0.1.
+    let weights = Weights { energy: 5.0, drift: 1.0, turn: 1.0, slip: 2.5, ..Weights::default() };
     let task = Task { direction: [0.0, -3.0, 9.0], weights, ..Task::default() };
     let objective = Objective::of(&task, 10.0, 0.5, 9.81).unwrap();
     let terms = Terms { displacement: [1.0, -4.0], turn: -0.3, work: 98.1, slip: 2.0 };
