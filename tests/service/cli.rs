@@ -19,8 +19,10 @@ const DEADLINE: Duration = Duration::from_secs(180);
 const PADDLER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/service/paddler.urdf");
 
 /// A job that is over soon.
-const QUICK: &str = r#"{"learning": {"generations": 3, "population": 4, "islands": 1, "elite": 1, "episodes": 2,
-    "trial_seconds": 0.5, "check_seconds": 1.0}}"#;
+const QUICK: &str = r#"{"task": {"gait": "trot", "froude": 0.4}, "learning": {"generations": 3}}"#;
+
+/// A character that soon trots.
+const QUADRUPED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/quadruped.urdf");
 
 fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_gaitwright"));
@@ -242,11 +244,13 @@ fn train_leaves_everything_and_does_not_depend_on_threads() {
     let job = write(folder.path(), "job.json", QUICK);
     let train = |out: &Path, threads: &str| {
         let out = out.to_str().unwrap();
-        run(&["train", PADDLER, "--out", out, "--job", &job, "--seed", "5", "--threads", threads])
+        run(&["train", QUADRUPED, "--out", out, "--job", &job, "--seed", "5", "--threads", threads])
     };
     let (one, two) = (folder.path().join("one"), folder.path().join("two"));
     let listed = stdout(&train(&one, "1"));
-    for name in ["recording.rrd", "motion.json", "report.json", "curve.csv", "gait.json", "gait.svg"] {
+    for name in
+        ["recording.rrd", "motion.json", "motions.json", "report.json", "curve.csv", "gait.json", "gait.svg"]
+    {
         let path = one.join(name);
         assert!(path.is_file(), "{name}");
         assert!(listed.lines().any(|line| line == path.to_str().unwrap()), "{name} is named");
@@ -255,6 +259,8 @@ fn train_leaves_everything_and_does_not_depend_on_threads() {
     for name in ["motion.json", "gait.json", "report.json"] {
         assert_eq!(json(&one.join(name)), json(&two.join(name)), "{name}");
     }
+    // The only motion of its repertoire is the job's.
+    assert_eq!(json(&one.join("motions/1-trot.json")), json(&one.join("motion.json")));
     let motion = json(&one.join("motion.json"));
     assert_eq!(motion["provenance"]["seed"], 5);
     assert_eq!(json(&one.join("report.json"))["reproducible"], true);
@@ -268,15 +274,15 @@ fn recordings_of_different_jobs_have_different_names() {
     let name = |out: &str, job: &str| {
         let job = write(folder.path(), "job.json", job);
         let out = folder.path().join(out);
-        stdout(&run(&["train", PADDLER, "--out", out.to_str().unwrap(), "--job", &job]));
+        stdout(&run(&["train", QUADRUPED, "--out", out.to_str().unwrap(), "--job", &job]));
         let bytes = std::fs::read(out.join("recording.rrd")).unwrap();
         let messages = DecoderApp::decode_lazy(Cursor::new(bytes)).map(Result::unwrap);
         let names = messages.filter(|message| message.store_id().kind() == StoreKind::Recording);
         names.map(|message| message.store_id().recording_id().to_string()).next().unwrap()
     };
-    let sideways = QUICK.replacen('{', r#"{"task": {"direction": [0, 1, 0]}, "#, 1);
+    let faster = QUICK.replace("0.4", "0.5");
     let plain = name("one", QUICK);
-    assert_ne!(plain, name("two", &sideways));
+    assert_ne!(plain, name("two", &faster));
     assert_eq!(plain, name("three", QUICK));
 }
 
@@ -300,11 +306,11 @@ fn the_gait_of_a_motion_is_that_of_its_training() {
     let folder = TempDir::new().unwrap();
     let job = write(folder.path(), "job.json", QUICK);
     let out = folder.path().join("out");
-    stdout(&run(&["train", PADDLER, "--out", out.to_str().unwrap(), "--job", &job]));
+    stdout(&run(&["train", QUADRUPED, "--out", out.to_str().unwrap(), "--job", &job]));
     let motion = out.join("motion.json");
     let motion = motion.to_str().unwrap();
     let svg = folder.path().join("gait.svg");
-    let text = stdout(&run(&["gait", motion, "--character", PADDLER, "--svg", svg.to_str().unwrap()]));
+    let text = stdout(&run(&["gait", motion, "--character", QUADRUPED, "--svg", svg.to_str().unwrap()]));
     let report: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(report, json(&out.join("gait.json")));
     assert!(std::fs::read_to_string(svg).unwrap().contains("<svg"));
@@ -315,10 +321,10 @@ fn the_gait_of_a_motion_is_that_of_its_training() {
     );
     assert_eq!(alone["speed"], report["speed"]);
 
-    let other = std::fs::read_to_string(PADDLER).unwrap().replace("\"2\"", "\"2.5\"");
+    let other = std::fs::read_to_string(QUADRUPED).unwrap().replacen("mass value=\"", "mass value=\"1", 1);
     let other = write(folder.path(), "other.urdf", &other);
     let message = refusal(&run(&["gait", motion, "--character", &other]));
-    assert!(message.contains("paddler"), "{message}");
+    assert!(message.contains("quadruped"), "{message}");
 }
 
 /// The bundled walk, changed, played with the bundled quadruped.
@@ -388,15 +394,15 @@ fn a_step_does_not_go_with_a_tolerance() {
 #[test]
 fn an_interrupted_training_writes_what_was_found() {
     let folder = TempDir::new().unwrap();
-    let job = write(folder.path(), "job.json", &QUICK.replace("3,", "100000,"));
+    let job = write(folder.path(), "job.json", r#"{"learning": {"gait_generations": 6}}"#);
     let out = folder.path().join("out");
-    let mut child = command(&["train", PADDLER, "--out", out.to_str().unwrap(), "--job", &job])
+    let mut child = command(&["train", QUADRUPED, "--out", out.to_str().unwrap(), "--job", &job])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     let mut messages = BufReader::new(child.stderr.take().unwrap()).lines();
-    messages.by_ref().map(Result::unwrap).find(|line| line.starts_with("generation ")).unwrap();
+    messages.by_ref().map(Result::unwrap).find(|line| line.starts_with("motion 1, ")).unwrap();
     interrupt(&child);
     std::thread::spawn(move || messages.for_each(drop));
     assert_eq!(wait(&mut child), Some(0));

@@ -71,7 +71,8 @@ fn a_published_motion_is_judged_and_tried() {
     let character = common::example_path("quadruped.urdf");
     let train = |name: &str, threads: &str| -> Value {
         let (job, out) = (folder.path().join("job.json"), folder.path().join(name));
-        let learning = json!({ "generations": 2, "population": 8, "islands": 1, "episodes": 4 });
+        let learning =
+            json!({ "generations": 2, "population": 8, "islands": 1, "episodes": 4, "seeds": "none" });
         let job_document = json!({ "learning": learning, "seed": 5, "scene": { "friction": 0.5 } });
         std::fs::write(&job, job_document.to_string()).unwrap();
         let arguments =
@@ -122,7 +123,7 @@ fn what_does_not_travel_is_no_success() {
     let folder = tempfile::tempdir().unwrap();
     let character = common::example_path("quadruped.urdf");
     let (job, out) = (folder.path().join("job.json"), folder.path().join("out"));
-    let learning = json!({ "generations": 2, "population": 8, "islands": 1, "episodes": 4 });
+    let learning = json!({ "generations": 2, "population": 8, "islands": 1, "episodes": 4, "seeds": "none" });
     std::fs::write(
         &job,
         json!({ "learning": learning, "seed": 5, "scene": { "friction": 0.0 } }).to_string(),

@@ -74,9 +74,10 @@ impl ActuatorMode {
         match self {
             Self::Forward if wanted >= upper - slack => self,
             Self::Backward if wanted <= lower + slack => self,
+            // A servo at its bound that passes its velocity may reach it with less torque: off it, it wants all or nothing.
+            Self::Forward | Self::Backward if spring.is_servo() => Self::Boxed,
             _ if wanted > upper + slack => Self::Forward,
             _ if wanted < lower - slack => Self::Backward,
-            Self::Forward | Self::Backward if spring.is_servo() => Self::Boxed,
             Self::Forward | Self::Backward => Self::Line,
             Self::Line | Self::Boxed => self,
         }

@@ -15,6 +15,9 @@ const DEADLINE: Duration = Duration::from_secs(180);
 /// A character that learns fast: a heavy plate that carries itself, with two paddles on hinges.
 pub const PADDLER: &str = include_str!("../paddler.urdf");
 
+/// The bundled quadruped.
+pub const QUADRUPED: &str = include_str!("../../../examples/quadruped.urdf");
+
 /// The same as a part of a form, for `curl -F`.
 pub const PADDLER_PART: &str =
     concat!("character=@", env!("CARGO_MANIFEST_DIR"), "/tests/service/paddler.urdf");
@@ -130,6 +133,20 @@ impl Service {
     }
 
     /// Posts a job for the paddler that is quick unless `learning` says otherwise, and gives its path.
+    /// Posts a job that soon finds motions that get on: the bundled quadruped, asked to `task`. Gives its path.
+    pub fn post_gaits(&self, task: &Value, learning: &Value) -> String {
+        let document =
+            json!({ "character": { "urdf": QUADRUPED }, "task": task, "learning": learning, "seed": 7 });
+        let answer = self.post_json("/v1/jobs", &document);
+        assert_eq!(answer.status, 202, "{}", answer.text());
+        answer.headers["location"].clone()
+    }
+
+    /// Posts two gaits, one after the other with twelve generations each. Gives the job's path.
+    pub fn post_two_gaits(&self) -> String {
+        self.post_gaits(&json!({ "speed": 0.9 }), &json!({ "generations": 24, "gait_generations": 12 }))
+    }
+
     pub fn post_job(&self, learning: &Value) -> String {
         let mut quick = json!({ "population": 4, "islands": 1, "elite": 1, "episodes": 2, "trial_seconds": 0.5,
             "check_seconds": 1.0 });

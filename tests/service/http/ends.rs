@@ -52,17 +52,16 @@ fn only_a_job_that_has_ended_is_deleted() {
 /// A job that is cancelled and tried again comes to what it would have come to undisturbed.
 #[test]
 fn a_cancelled_job_goes_on_from_its_checkpoint() {
-    let learning = json!({ "generations": 40, "cache_generations": 2 });
     let service = Service::start();
-    let path = service.post_job(&learning);
+    let path = service.post_two_gaits();
     service.retry(&path).problem(409);
-    service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 5);
+    service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 13);
     service.retry(&path).problem(409);
     service.cancel(&path);
     let cancelled = service.wait_for_end(&path);
     assert_eq!(cancelled["state"], "cancelled");
     let reached = cancelled["progress"]["generations"].as_u64().unwrap();
-    assert!(reached < 40);
+    assert!(reached < 24);
 
     let answer = service.retry(&path);
     assert_eq!(answer.status, 202, "{}", answer.text());
@@ -71,10 +70,10 @@ fn a_cancelled_job_goes_on_from_its_checkpoint() {
     assert_eq!((&queued["metrics"], &queued["timings"]["ended"]), (&Value::Null, &Value::Null));
     let job = service.wait_for_end(&path);
     assert_eq!(job["state"], "succeeded", "{job}");
-    assert_eq!(job["progress"]["generations"], 40);
+    assert_eq!(job["progress"]["generations"], 24);
     service.retry(&path).problem(409);
 
-    let undisturbed = service.post_job(&learning);
+    let undisturbed = service.post_two_gaits();
     service.wait_for_end(&undisturbed);
     let motion = |path: &str| service.json(&format!("{path}/motion"));
     assert_eq!(motion(&path), motion(&undisturbed));
@@ -105,7 +104,7 @@ fn results_are_whole_or_marked() {
     service.curl(&format!("{first}/motion?preliminary=perhaps"), &[]).problem(400);
 
     // A job that waits to be tried again has what its earlier run has left, and shows it to those who ask.
-    let again = service.post_job(&json!({ "generations": 2 }));
+    let again = service.post_gaits(&json!({ "gait": "trot", "froude": 0.4 }), &json!({ "generations": 2 }));
     service.cancel(&first);
     service.wait_for_end(&again);
     let folder = service.folder(&first);

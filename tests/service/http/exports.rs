@@ -7,7 +7,7 @@ use super::client::Service;
 #[test]
 fn a_motion_is_exported_once_its_job_has_ended() {
     let service = Service::with(&["--workers", "1"]);
-    let job = service.post_job(&json!({ "generations": 2 }));
+    let job = service.post_gaits(&json!({ "gait": "trot", "froude": 0.4 }), &json!({ "generations": 2 }));
     // It waits for the first.
     let waiting = service.post_job(&json!({ "generations": 2 }));
     let problem = service.curl(&format!("{waiting}/motion.glb"), &[]).problem(409);
@@ -20,7 +20,7 @@ fn a_motion_is_exported_once_its_job_has_ended() {
     assert_eq!(file.animations().count(), 3);
     let bvh = service.curl(&format!("{job}/motion.bvh?in_place=true"), &[]);
     assert_eq!(bvh.status, 200);
-    assert!(bvh.text().starts_with("HIERARCHY\nROOT plate"));
+    assert!(bvh.text().starts_with("HIERARCHY\nROOT trunk"));
     let rows = |query: &str| {
         let answer = service.curl(&format!("{job}/motion.csv{query}"), &[]);
         assert!(answer.headers["content-type"].starts_with("text/csv"), "{}", answer.text());

@@ -5,13 +5,13 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use super::client::{PADDLER, PADDLER_PART, Receiver, Service, events};
+use super::client::{PADDLER, PADDLER_PART, QUADRUPED, Receiver, Service, events};
 
 #[test]
 fn a_job_succeeds_and_leaves_everything() {
     let service = Service::start();
-    let document = json!({ "character": { "urdf": PADDLER }, "seed": 7,
-        "learning": { "generations": 2, "population": 4 } });
+    let document = json!({ "character": { "urdf": QUADRUPED }, "seed": 7, "learning": { "generations": 2 },
+        "task": { "gait": "trot", "froude": 0.4 } });
     let answer = service.post_json("/v1/jobs", &document);
     assert_eq!(answer.status, 202, "{}", answer.text());
     let path = answer.headers["location"].clone();
@@ -34,13 +34,27 @@ fn a_job_succeeds_and_leaves_everything() {
 
     let motion = service.json(link("motion"));
     assert_eq!(motion["format"], "gaitwright/motion@1");
-    assert_eq!(motion["joints"], json!(["left_hinge", "right_hinge"]));
+    assert_eq!(motion["joints"].as_array().unwrap().len(), 12);
     assert_eq!(motion["metrics"], job["metrics"]);
     assert_eq!(service.json(link("gait"))["format"], "gaitwright/gait@1");
     let report = service.json(link("report"));
     assert_eq!(report["format"], "gaitwright/report@1");
     assert_eq!(report["reproducible"], true);
     assert_eq!(report["metrics"], job["metrics"]);
+    // The repertoire, and each motion of it.
+    let motions = service.json(link("motions"));
+    assert_eq!((&motions["format"], &motions["motion"]), (&json!("gaitwright/motions@1"), &json!(1)));
+    assert_eq!(motions["motions"][0]["name"], "trot");
+    assert_eq!(motions["motions"][0]["metrics"], job["metrics"]);
+    assert_eq!(job["motions"][0]["natural"], job["metrics"]["natural"]);
+    let first = format!("{}/1", link("motions"));
+    assert_eq!(service.json(&first), motion);
+    assert_eq!(service.json(&format!("{first}/gait")), service.json(link("gait")));
+    let glb = service.curl(&format!("{first}.glb"), &[]);
+    assert_eq!((glb.status, &*glb.headers["content-type"]), (200, "model/gltf-binary"));
+    for absent in ["2", "0", "1.obj", "walk"] {
+        service.curl(&format!("{}/{absent}", link("motions")), &[]).problem(404);
+    }
     let diagram = service.curl(link("diagram"), &[]);
     assert_eq!(diagram.headers["content-type"], "image/svg+xml");
     assert!(diagram.text().contains("<svg"));

@@ -10,11 +10,6 @@ use tempfile::TempDir;
 
 use super::client::Service;
 
-/// Enough generations to be interrupted in, and few enough to wait for.
-fn learning() -> Value {
-    json!({ "generations": 40, "cache_generations": 2 })
-}
-
 /// The curve without the time that it took.
 fn figures(service: &Service, path: &str) -> Vec<Value> {
     let mut curve = service.json(&format!("{path}/curve"));
@@ -40,7 +35,7 @@ fn rows(service: &Service, path: &str) -> BTreeMap<String, usize> {
 /// Curve, motion and rows of the recording of the job as it comes out undisturbed.
 fn undisturbed() -> (Vec<Value>, Value, BTreeMap<String, usize>) {
     let service = Service::start();
-    let path = service.post_job(&learning());
+    let path = service.post_two_gaits();
     assert_eq!(service.wait_for_end(&path)["state"], "succeeded");
     (figures(&service, &path), service.json(&format!("{path}/motion")), rows(&service, &path))
 }
@@ -49,16 +44,16 @@ fn undisturbed() -> (Vec<Value>, Value, BTreeMap<String, usize>) {
 fn a_killed_service_goes_on_to_the_same_result() {
     let data = TempDir::new().unwrap();
     let mut service = Service::on(data.path(), &[]);
-    let path = service.post_job(&learning());
+    let path = service.post_two_gaits();
     let waiting = service.post_job(&json!({ "generations": 1 }));
-    service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 5);
+    service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 13);
     service.signal("KILL");
     assert!(!service.wait_for_exit());
 
     let service = Service::on(data.path(), &[]);
     let job = service.wait_for_end(&path);
     assert_eq!(job["state"], "succeeded", "{job}");
-    assert_eq!(job["progress"]["generations"], 40);
+    assert_eq!(job["progress"]["generations"], 24);
     let (curve, motion, _) = undisturbed();
     assert_eq!(figures(&service, &path), curve);
     assert_eq!(service.json(&format!("{path}/motion")), motion);
@@ -69,8 +64,8 @@ fn a_killed_service_goes_on_to_the_same_result() {
 fn a_service_shut_down_puts_its_job_back() {
     let data = TempDir::new().unwrap();
     let mut service = Service::on(data.path(), &[]);
-    let path = service.post_job(&learning());
-    service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 5);
+    let path = service.post_two_gaits();
+    service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 13);
     let stream = super::client::Receiver::start(&service.url(&format!("{path}/events")));
     service.signal("TERM");
     assert!(service.wait_for_exit(), "it ends by itself, in order");
@@ -91,7 +86,7 @@ fn a_service_shut_down_puts_its_job_back() {
 fn an_acknowledged_cancellation_outlives_the_process() {
     let data = TempDir::new().unwrap();
     let mut service = Service::on(data.path(), &[]);
-    let path = service.post_job(&learning());
+    let path = service.post_two_gaits();
     service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 1);
     assert_eq!(service.cancel(&path).status, 202);
     service.signal("KILL");
