@@ -57,7 +57,7 @@ impl PreparedRun {
     }
 
     /// The speed that a motion is judged by, m/s: the one that the task asked for.
-    fn asked_speed(&self, motion: &LearnedMotion) -> Option<f64> {
+    pub(super) fn asked_speed(&self, motion: &LearnedMotion) -> Option<f64> {
         match (self.setup.task.speed, self.setup.task.froude) {
             (Some(AskedSpeed::Number(speed)), _) => Some(speed),
             (_, Some(_)) => motion.speed,

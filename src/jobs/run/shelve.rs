@@ -13,7 +13,7 @@ use crate::jobs::files::{Artefact, Shelf};
 use crate::jobs::order::Order;
 use crate::jobs::repertoire::{Repertoire, RepertoireEntry};
 use gaitwright_learning::gait::GaitReport;
-use gaitwright_learning::learn::Learning;
+use gaitwright_learning::learn::{AskedSpeed, Learning, Task};
 use gaitwright_learning::training::LearnedMotion;
 use gaitwright_physics::motion::{Metrics, Motion, Provenance};
 
@@ -95,13 +95,16 @@ fn document(
     checked: &CheckedMotion,
 ) -> Option<Motion> {
     let setup = &prepared.setup;
+    // A Froude number is a speed on this character; a reader needs no hip height then.
+    let speed = prepared.asked_speed(learned).map(AskedSpeed::Number).or(setup.task.speed);
+    let task = Task { speed, froude: None, ..setup.task.clone() };
     let value = |value: Result<serde_json::Value, serde_json::Error>| value.unwrap_or_default();
     let provenance = Provenance {
         program: env!("CARGO_PKG_NAME").to_owned(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         seed: Some(setup.seed),
         learning: value(serde_json::to_value(Learning::from(&setup.parameters))),
-        task: value(serde_json::to_value(&setup.task)),
+        task: value(serde_json::to_value(&task)),
         accuracy: setup.accuracy,
         effects: prepared.plan.decisions.clone(),
     };

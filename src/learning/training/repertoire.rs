@@ -64,6 +64,9 @@ pub(super) fn run(
         }
         observer.checkpoint(&checkpoint(setup, index + 1, &progress));
     }
+    if ended == StopReason::Complete && shared.used_up(&progress) {
+        ended = StopReason::Generations;
+    }
     let finished = progress.milestones.into_iter().filter(|milestone| milestone.finished);
     let motions = finished.map(|milestone| milestone.motion).collect();
     Ok(Trained { ended, motions, curve: progress.curve })
