@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use gaitwright_learning::gait::{GaitContext, measure};
+use gaitwright_learning::gait::{GaitContext, NaturalnessContext, judge, measure};
 use gaitwright_learning::learn::{Cancel, Generation, Learning, LearningSetup, Task, reference_gravity};
 use gaitwright_learning::training::{LearnedMotion, TrainingCheckpoint, TrainingObserver, train};
 use gaitwright_physics::character::{Options, read_file};
@@ -144,7 +144,16 @@ fn report(setup: &LearningSetup, motion: &LearnedMotion, spent: f64) {
         gravity: reference_gravity(scene),
         direction: task.direction,
     };
-    let gait = measure(&looping, &setting);
+    let mut gait = measure(&looping, &setting);
+    let plan = StepPlan::compile(scene, accuracy, Some(&motion.gains), model).expect("a plan");
+    let actuators: Vec<_> = (0..model.joint_count()).map(|joint| plan.actuator_limits(joint)).collect();
+    let period = player.period();
+    let asked = task.froude.and(motion.speed);
+    judge(
+        &looping,
+        &mut gait,
+        &NaturalnessContext { gait: setting, model, actuators: &actuators, speed: asked, period },
+    );
     let duty: Vec<String> = gait.feet.iter().map(|foot| format!("{:.2}", foot.duty_factor)).collect();
     let phases: Vec<String> =
         gait.feet.iter().map(|foot| foot.phase.map_or("-".into(), |phase| format!("{phase:.2}"))).collect();

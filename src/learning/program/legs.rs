@@ -59,6 +59,8 @@ pub struct LegChain {
     limits: Vec<Option<[f64; 2]>>,
     /// Angles of the standing pose, rad or m.
     pub standing: Vec<f64>,
+    /// Which of its joints is the hip: where its long segments begin.
+    first: usize,
 }
 
 /// Where a leg's foot is, and how its joints move it.
@@ -99,6 +101,12 @@ impl PlacedLeg {
 }
 
 impl LegChain {
+    /// Distance from the hip to the foot with the joints at `angles`, as a share of the leg's length.
+    pub fn extension(&self, angles: &[f64]) -> f64 {
+        let placed = self.place(angles);
+        (placed.foot - placed.origin(self.first)).norm() / self.length
+    }
+
     /// The leg with its joints at `angles`.
     pub fn place(&self, angles: &[f64]) -> PlacedLeg {
         let (mut rotation, mut origin) = self.base;
@@ -359,6 +367,7 @@ fn leg(
         up: rotation.transpose() * Vector3::z(),
         limits: chain.iter().map(|body| model.limits[body - 1]).collect(),
         standing: chain.iter().map(|body| stance.angles[body - 1]).collect(),
+        first: first_long,
     };
     leg.length = leg.hip.z - leg.foot.z + highest(&leg);
     Some(leg)

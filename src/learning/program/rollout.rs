@@ -23,6 +23,10 @@ pub const STRIDES: usize = 5;
 const SLIPPERY: f64 = 0.6;
 const SOFTENED: f64 = 0.75;
 const PUSH: f64 = 0.06;
+/// Steps between two looks at how far the legs are extended.
+const EXTENSION_STEPS: usize = 4;
+/// How far legs are to be extended in their stance, shares of their length.
+const EXTENDED: [f64; 2] = [0.82, 0.93];
 /// Share of the weight with which a foot counts as standing.
 const STANDING: f64 = 0.01;
 /// Forces are averaged over this share of √(h / g) before their peak is taken: what rigid contact gives within one step
@@ -62,6 +66,8 @@ pub struct RolloutFigures {
     pub scuffed: f64,
     /// Root mean square of the torques' rate times √(h / g), over m g h.
     pub torque_rate: f64,
+    /// Least extension of a leg: its mean over the stance, weighted by the leg's force, as a share of its length.
+    pub extension: f64,
     /// Share of joints and time at the torque limit.
     pub saturated: f64,
     /// Greatest joint speed over what the actuator has.
@@ -151,6 +157,7 @@ impl Arena {
         let mut torques = vec![0.0; joints];
         let (mut force, mut smooth) = (vec![0.0; count], vec![0.0; count]);
         let (mut work, mut slid, mut load, mut rates, mut saturated) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let mut extended = vec![[0.0; 2]; count];
         let mut ranges = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
         let (mut start, mut heading, mut turned) = (simulator.center_of_mass(), 0.0, 0.0);
         let mut marks: Vec<[f64; 4]> = Vec::new();
@@ -209,6 +216,15 @@ impl Arena {
                 }
                 figures.aerial += f64::from(u8::from(!touching));
                 figures.scuffed += f64::from(u8::from(scuffing));
+                // Legs change slowly beside the step.
+                if judged.is_multiple_of(EXTENSION_STEPS) {
+                    let angles = &simulator.state().angles;
+                    for ((leg, force), sums) in self.legs.legs.iter().zip(&force).zip(&mut extended) {
+                        let own: Vec<f64> = leg.joints.iter().map(|&joint| angles[joint]).collect();
+                        sums[0] += force * leg.extension(&own);
+                        sums[1] += force;
+                    }
+                }
                 for (leg, force) in force.iter().enumerate() {
                     figures.duty[leg] += f64::from(u8::from(*force > STANDING * weight));
                     figures.peak = figures.peak.max(smooth[leg] / weight);
@@ -257,6 +273,8 @@ impl Arena {
                 .iter()
                 .map(|[cosine, sine]| (sine.atan2(*cosine) / std::f64::consts::TAU).rem_euclid(1.0))
                 .collect();
+            let means = extended.iter().filter(|sums| sums[1] > 0.0).map(|sums| sums[0] / sums[1]);
+            figures.extension = means.fold(1.0, f64::min);
             figures.torque_rate = (rates / time).sqrt() / step * unit_time / (weight * size);
             figures.saturated = saturated / (time * joints as f64);
             let pairs = marks
@@ -341,6 +359,8 @@ fn natural(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) 
     let usual = std::f64::consts::FRAC_PI_2 / (gait.duty_factor * count);
     let peak = (figures.peak / usual - 1.3).max(0.0);
     let off = figures.speed / speed - 1.0;
+    let [least, most] = EXTENDED;
+    let bent = (least - figures.extension).max(figures.extension - most).max(0.0);
     let energy =
         3.0 * figures.cost_of_transport + 2.0 * figures.saturated + (figures.speed_used - 0.8).max(0.0);
     20.0 * off * off
@@ -349,9 +369,10 @@ fn natural(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) 
         + 0.5 * (period / wanted.usual_period(legs)).ln().powi(2)
         + weights.energy * energy
         + weights.slip * 3.0 * figures.slip / speed
-        + weights.impact * 0.3 * peak * peak
+        + weights.impact * 1.0 * peak * peak
         + weights.drift * 2.0 * figures.sideways.abs()
         + weights.turn * 0.5 * yaw.min(4.0)
         + weights.smoothness * (0.03 * figures.torque_rate + figures.irregular)
-        + weights.posture * (figures.heave + figures.roll + figures.pitch + 2.0 * figures.scuffed)
+        + weights.posture
+            * (figures.heave + figures.roll + figures.pitch + 2.0 * figures.scuffed + 20.0 * bent * bent)
 }
