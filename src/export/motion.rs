@@ -118,7 +118,6 @@ fn metrics(performance: &Performance<'_>, root_adjustment: RootAdjustment) -> Me
         natural: gait.natural,
         naturalness: gait.naturalness.clone(),
         validity: Validity { root_adjustment, ..performance.validity.clone() },
-        ..Metrics::default()
     }
 }
 

@@ -160,7 +160,7 @@ fn the_repertoire_is_the_same_with_any_threads_and_after_an_interruption() {
 
 #[test]
 fn a_few_generations_teach_a_walk_that_is_a_walk() {
-    let learning = Learning { gait_generations: 16, ..Learning::default() };
+    let learning = Learning { gait_generations: 40, ..Learning::default() };
     let task = Task { froude: Some(0.1), ..gait("walk") };
     let setup = setup("quadruped.urdf", task, learning, 2);
     let trained = train(&setup, &mut Witness::default(), &Cancel::default(), None).unwrap();

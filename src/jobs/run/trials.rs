@@ -93,7 +93,7 @@ impl MotionCheck<'_> {
         };
         std::thread::scope(|scope| {
             for _ in 1..threads.clamp(1, changes.len()) {
-                scope.spawn(&work);
+                scope.spawn(work);
             }
             work();
         });

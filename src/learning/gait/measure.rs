@@ -82,10 +82,11 @@ pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
     let unnamed_because = has_names
         .then(|| unnamed(&strides, &clearances, (hip_height, setting.gravity), named.as_ref()))
         .flatten();
-    let gait = has_names.then(|| match (named, unnamed_because) {
+    let name = match (named, unnamed_because) {
         (Some(named), None) => named.name,
         _ => "unclassified",
-    });
+    };
+    let gait = has_names.then_some(name);
     let stepping = feet.iter().filter(|foot| foot.phase.is_some());
 
     let (aerial_fraction, scuffing) = off_the_feet(trace, &footings, detection.threshold);

@@ -364,7 +364,7 @@ fn natural(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) 
     let energy =
         3.0 * figures.cost_of_transport + 2.0 * figures.saturated + (figures.speed_used - 0.8).max(0.0);
     20.0 * off * off
-        + 40.0 * timing
+        + 60.0 * timing
         + 30.0 * duty
         + 0.5 * (period / wanted.usual_period(legs)).ln().powi(2)
         + weights.energy * energy

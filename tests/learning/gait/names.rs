@@ -18,7 +18,8 @@ fn named(timings: &[(&str, f64)], duty_factor: f64) -> Classified {
 /// 1977 ("Analysis of asymmetrical gaits") and 1989, bound and pronk of the same.
 #[test]
 fn published_footfalls_have_their_names() {
-    let cases: [(&str, Option<&str>, f64, [(&str, f64); 4]); 14] = [
+    type Case = (&'static str, Option<&'static str>, f64, [(&'static str, f64); 4]);
+    let cases: [Case; 14] = [
         ("walk", None, 0.62, [("LH", 0.0), ("LF", 0.22), ("RH", 0.5), ("RF", 0.72)]),
         ("walk", None, 0.7, [("LH", 0.1), ("LF", 0.36), ("RH", 0.61), ("RF", 0.84)]),
         // In diagonal couplets, as far from the even walk as it goes.

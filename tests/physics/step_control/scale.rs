@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use gaitwright_physics::character::{Character, Limits, Shape};
+use gaitwright_physics::character::{Character, Shape};
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Gains, Integrator, Scene, SolverChoice, usual_step};
 use gaitwright_physics::sim::{Command, Simulator, State};
@@ -36,7 +36,6 @@ fn scaled(character: &Character, s: f64) -> Character {
             joint.damping *= s.powf(4.5);
             joint.friction *= s.powi(4);
             joint.armature *= s.powi(5);
-            joint.limits = joint.limits.map(|Limits { lower, upper }| Limits { lower, upper });
         }
         for placed in link.collisions.iter_mut().chain(&mut link.visuals) {
             placed.pose.translation.vector *= s;
