@@ -28,7 +28,7 @@ pub const TURN: usize = 14;
 /// Index of the parameter of the legs' extension.
 pub const EXTENSION: usize = 12;
 /// Extension of the legs in mid-stance as a share of their length: at least, as a seed, and at most.
-const EXTENSIONS: [f64; 3] = [0.78, 0.85, 0.95];
+const EXTENSIONS: [f64; 3] = [0.78, 0.86, 0.95];
 
 /// Greatest shift of a leg's phase, parts of a stride: more would make another gait of it.
 const PHASE_SHIFT: f64 = 0.04;

@@ -374,5 +374,5 @@ fn natural(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) 
         + weights.turn * 0.5 * yaw.min(4.0)
         + weights.smoothness * (0.03 * figures.torque_rate + figures.irregular)
         + weights.posture
-            * (figures.heave + figures.roll + figures.pitch + 2.0 * figures.scuffed + 20.0 * bent * bent)
+            * (figures.heave + figures.roll + figures.pitch + 2.0 * figures.scuffed + 60.0 * bent * bent)
 }
