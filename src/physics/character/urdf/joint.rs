@@ -149,5 +149,12 @@ fn range(context: &mut Context, node: Node, owner: &UrdfElement, endless: bool) 
     // A number that cannot be read is a fault already.
     let end = |given: bool, value: Option<f64>| if given { value } else { Some(0.0) };
     let (lower, upper) = (end(given[0], lower)?, end(given[1], upper)?);
+    // Some exporters fill in what they do not know with zeros; a joint that is to be fixed has a motor or none.
+    let zero = |name: &str| node.attribute(name).and_then(|text| text.trim().parse().ok()) == Some(0.0);
+    if ["lower", "upper", "effort", "velocity"].into_iter().all(zero) {
+        let message = "every number of <limit> is 0, which is taken as not given; the joint is unlimited";
+        context.note(node, owner, NoteKind::Repaired, message);
+        return None;
+    }
     Some([lower, upper])
 }
