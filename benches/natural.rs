@@ -16,34 +16,17 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use gaitwright_learning::gait::{GaitContext, NaturalnessContext, judge, measure};
+use gaitwright_learning::check::{CheckedMotion, MotionCheck};
 use gaitwright_learning::learn::{Cancel, Generation, Learning, LearningSetup, Task, reference_gravity};
 use gaitwright_learning::training::{LearnedMotion, TrainingCheckpoint, TrainingObserver, train};
 use gaitwright_physics::character::{Options, read_file};
 use gaitwright_physics::model::{Base, Model};
-use gaitwright_physics::playback::{Playback, Trace};
-use gaitwright_physics::scene::{Accuracy, Scene, StepPlan};
-use gaitwright_physics::sim::link_poses;
-use gaitwright_physics::stance::{Stance, Upright};
+use gaitwright_physics::playback::Trace;
+use gaitwright_physics::scene::{Accuracy, Scene};
+use gaitwright_physics::stance::Stance;
 
 fn variable<T: std::str::FromStr>(name: &str, otherwise: T) -> T {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(otherwise)
-}
-
-/// The motion played from the standing pose for `seconds` at this step.
-fn play(setup: &LearningSetup, motion: &LearnedMotion, seconds: f64, step: f64, sample_every: f64) -> Trace {
-    let accuracy = Accuracy { step, ..setup.accuracy };
-    let plan = StepPlan::compile(&setup.scene, &accuracy, Some(&motion.gains), &setup.model).expect("a plan");
-    let playback = Playback {
-        model: &setup.model,
-        plan: &Arc::new(plan),
-        start: &setup.stance.state,
-        player: &motion.player(&setup.stance.angles),
-        upright: &Upright::new(&setup.model, &setup.stance, &setup.scene),
-        seconds,
-        sample_every,
-    };
-    playback.run(|| false)
 }
 
 /// Mean speed along the direction from `from` seconds on, and the time upright.
@@ -126,40 +109,20 @@ fn main() {
 }
 
 fn report(setup: &LearningSetup, motion: &LearnedMotion, spent: f64) {
-    let LearningSetup { model, stance, scene, accuracy, task, seed, .. } = setup;
+    let LearningSetup { model, stance, accuracy, seed, .. } = setup;
     let player = motion.player(&stance.angles);
-    let trace = play(setup, motion, 20.0, accuracy.step, 0.004);
-    let entry = play(setup, motion, player.lead(), accuracy.step, 0.004);
-    let mut looping = trace.clone();
-    looping.samples.retain(|sample| sample.time >= player.lead());
-    looping.joint_work -= entry.joint_work;
-    looping.positive_work -= entry.positive_work;
-    let standing = link_poses(model, &stance.state);
-    let setting = GaitContext {
-        character: &model.character,
-        support: &stance.support,
-        standing: &standing,
-        ground: 0.0,
-        mass: model.mass,
-        gravity: reference_gravity(scene),
-        direction: task.direction,
+    let check = motion.check(setup, &player);
+    let CheckedMotion { trace, gait, .. } = check.run(&|| false).expect("a sound scene");
+    let at_step = |factor: f64| {
+        let accuracy = Accuracy { step: factor * accuracy.step, ..*accuracy };
+        let check = MotionCheck { accuracy: &accuracy, ..check };
+        speed(setup, &check.play(10.0, 0.02, &|| false).expect("a sound scene"), 2.0)
     };
-    let mut gait = measure(&looping, &setting);
-    let plan = StepPlan::compile(scene, accuracy, Some(&motion.gains), model).expect("a plan");
-    let actuators: Vec<_> = (0..model.joint_count()).map(|joint| plan.actuator_limits(joint)).collect();
-    let period = player.period();
-    let asked = task.froude.and(motion.speed);
-    judge(
-        &looping,
-        &mut gait,
-        &NaturalnessContext { gait: setting, model, actuators: &actuators, speed: asked, period },
-    );
+    let (finer, coarser) = (at_step(0.25), at_step(2.0));
     let duty: Vec<String> = gait.feet.iter().map(|foot| format!("{:.2}", foot.duty_factor)).collect();
     let phases: Vec<String> =
         gait.feet.iter().map(|foot| foot.phase.map_or("-".into(), |phase| format!("{phase:.2}"))).collect();
     let heading = trace.samples.last().map_or(0.0, |sample| sample.root.orientation.euler_angles().2);
-    let finer = speed(setup, &play(setup, motion, 10.0, accuracy.step / 4.0, 0.02), 2.0);
-    let coarser = speed(setup, &play(setup, motion, 10.0, accuracy.step * 2.0, 0.02), 2.0);
     let broken: Vec<String> = gait
         .naturalness
         .iter()

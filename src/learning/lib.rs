@@ -7,6 +7,7 @@
 //! |---|---|
 //! | [`scenario`] | one simulation as a JSON document describes it, and its output line by line |
 //! | [`gait`] | footfalls, phases, gait names and cost of transport of a simulated motion, and whether it is natural |
+//! | [`check`] | a motion in one continuous simulation, judged, and under changed conditions |
 //! | [`learn`] | QDSEGA: Q-learning in subsets of states that a genetic algorithm chooses |
 //! | [`program`] | natural gaits: leg programs from force templates, refined by CMA-ES |
 //! | [`training`] | what a task asks of a character, by the search that suits both: a repertoire of gaits, or one motion |
@@ -42,6 +43,7 @@
 //! ```
 
 pub mod accuracy;
+pub mod check;
 pub mod gait;
 pub mod learn;
 pub mod program;

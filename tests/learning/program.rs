@@ -319,11 +319,11 @@ fn the_template_trots_before_any_search() {
     assert!((figures.speed / wanted.speed - 1.0).abs() < 0.2, "{} m/s", figures.speed);
     // Diagonal legs push together, half a stride after the others.
     let apart = |a: usize, b: usize| {
-        let apart = figures.phases[a] - figures.phases[b];
+        let apart = figures.legs[a].phase - figures.legs[b].phase;
         (apart - apart.round()).abs()
     };
-    assert!(apart(0, 3) < 0.08 && apart(1, 2) < 0.08, "{:?}", figures.phases);
-    assert!(apart(0, 1) > 0.4 && apart(0, 2) > 0.4, "{:?}", figures.phases);
+    assert!(apart(0, 3) < 0.08 && apart(1, 2) < 0.08, "{:?}", figures.legs);
+    assert!(apart(0, 1) > 0.4 && apart(0, 2) > 0.4, "{:?}", figures.legs);
     // The same motion at half the step.
     let finer = Subject { accuracy: Accuracy { step: 0.001, ..subject.accuracy }, ..subject.clone() };
     let again = finer.arena().unwrap().run(&ring, &gains, false, 4 * STRIDES);

@@ -94,18 +94,18 @@ impl<'a> Recorder<'a> {
 
     /// Records a motion on the way.
     fn play(&mut self, motion: &LearnedMotion) -> Result<(), RunError> {
-        let player = self.prepared.player(motion);
+        let player = motion.player(&self.prepared.setup.stance.angles);
         let seconds = player.lead() + SHOWN;
         let stop = || self.limit.is_cancelled();
-        let trace = self.prepared.motion_check(motion, &player).play(seconds, RECORDED, &stop)?;
+        let trace = motion.check(&self.prepared.setup, &player).play(seconds, RECORDED, &stop)?;
         let text = format!("# {}\n\non the way, at generation {}", motion.name, motion.behaviour.generation);
         Ok(self.recording.motion(motion.behaviour.generation, &text, &trace)?)
     }
 
     /// Checks a finished motion, records it and puts it with the others.
     fn keep(&mut self, motion: &LearnedMotion) -> Result<(), RunError> {
-        let player = self.prepared.player(motion);
-        let check = self.prepared.motion_check(motion, &player);
+        let player = motion.player(&self.prepared.setup.stance.angles);
+        let check = motion.check(&self.prepared.setup, &player);
         let mut checked = check.run(&|| self.limit.is_over())?;
         if self.limit.is_over() {
             self.shelved.refuse(Unsuccessful::NotChecked);

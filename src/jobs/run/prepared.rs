@@ -4,11 +4,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::error::RunError;
-use super::perform::MotionCheck;
 use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
 use gaitwright_learning::accuracy::{settle, swaying};
-use gaitwright_learning::learn::{AskedSpeed, Cancel, LearningSetup, reference_gravity};
+use gaitwright_learning::learn::{Cancel, LearningSetup, reference_gravity};
 use gaitwright_learning::training::LearnedMotion;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::Player;
@@ -54,32 +53,5 @@ impl PreparedRun {
     /// The targets of a motion.
     pub(super) fn player(&self, motion: &LearnedMotion) -> Player {
         motion.player(&self.setup.stance.angles)
-    }
-
-    /// The speed that a motion is judged by, m/s: the one that the task asked for.
-    pub(super) fn asked_speed(&self, motion: &LearnedMotion) -> Option<f64> {
-        match (self.setup.task.speed, self.setup.task.froude) {
-            (Some(AskedSpeed::Number(speed)), _) => Some(speed),
-            (_, Some(_)) => motion.speed,
-            _ => None,
-        }
-    }
-
-    /// A motion about to be played as it was learned.
-    pub(super) fn motion_check<'a>(
-        &'a self,
-        motion: &'a LearnedMotion,
-        player: &'a Player,
-    ) -> MotionCheck<'a> {
-        MotionCheck {
-            model: &self.setup.model,
-            stance: &self.setup.stance,
-            gains: &motion.gains,
-            scene: &self.setup.scene,
-            accuracy: &self.setup.accuracy,
-            player,
-            direction: self.setup.task.direction,
-            speed: self.asked_speed(motion),
-        }
     }
 }

@@ -6,12 +6,12 @@ use serde::Serialize;
 
 use super::error::RunError;
 use super::outcome::Unsuccessful;
-use super::perform::CheckedMotion;
 use super::prepared::PreparedRun;
 use crate::export::{Performance, gait_diagram, motion};
 use crate::jobs::files::{Artefact, Shelf};
 use crate::jobs::order::Order;
 use crate::jobs::repertoire::{Repertoire, RepertoireEntry};
+use gaitwright_learning::check::CheckedMotion;
 use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::learn::{AskedSpeed, Learning, Task};
 use gaitwright_learning::training::LearnedMotion;
@@ -96,7 +96,7 @@ fn document(
 ) -> Option<Motion> {
     let setup = &prepared.setup;
     // A Froude number is a speed on this character; a reader needs no hip height then.
-    let speed = prepared.asked_speed(learned).map(AskedSpeed::Number).or(setup.task.speed);
+    let speed = learned.asked_speed(&setup.task).map(AskedSpeed::Number).or(setup.task.speed);
     let task = Task { speed, froude: None, ..setup.task.clone() };
     let value = |value: Result<serde_json::Value, serde_json::Error>| value.unwrap_or_default();
     let provenance = Provenance {

@@ -63,7 +63,7 @@ impl Limb {
         let longest = segments.iter().copied().fold(0.0, f64::max);
         let first_long = segments.iter().position(|&segment| segment > SHORT * longest).unwrap_or(0);
         let distal: Vec<usize> = chain[first_long + 1..].to_vec();
-        let greatest = greatest(model, &distal, place.pose * point);
+        let greatest = greatest_reach(model, &distal, place.pose * point);
         (greatest > 0.0).then_some(Self { hip: frames[first_long].0, foot: (support, point), greatest })
     }
 
@@ -91,7 +91,7 @@ impl Limb {
 ///
 /// With all other joints still, the square of the distance is a + b cos q + c sin q in a revolute joint's angle q, so that
 /// the best angle is known; the joints are turned one after the other until nothing is gained, from several starts.
-fn greatest(model: &Model, distal: &[usize], foot: Point3<f64>) -> f64 {
+pub(crate) fn greatest_reach(model: &Model, distal: &[usize], foot: Point3<f64>) -> f64 {
     let limits: Vec<Option<[f64; 2]>> = distal.iter().map(|&body| model.limits[body - 1]).collect();
     let bodies: Vec<&Body> = distal.iter().map(|&body| &model.bodies[body]).collect();
     let starts = [0.0, 0.5, 1.0].map(|share| -> Vec<f64> {

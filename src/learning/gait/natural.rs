@@ -201,8 +201,7 @@ fn feet(
     if travels(report, gait) {
         found.one("slip", MeasureLimit::AtMost(limits::SLIP), report.stance_slip / report.speed);
     }
-    // More legs than four stand sprawled in nature, with their knees bent.
-    if report.feet.len() <= 4 {
+    if report.feet.len() <= limits::UPRIGHT_LEGS {
         let extensions = footings
             .iter()
             .filter_map(|footing| Limb::of(model, footing.link, gait.standing)?.extension(trace, footing));

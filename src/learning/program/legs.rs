@@ -3,10 +3,12 @@
 //! Everything here is in the way frame: origin at the root's origin, x along the task's direction, z up, the
 //! root upright. Left and right, fore and hind are told from it, not from the root's own axes.
 
-use nalgebra::{Matrix3, Matrix5, Rotation3, Vector2, Vector3, Vector5};
+use nalgebra::{Matrix3, Matrix5, Point3, Rotation3, Vector2, Vector3, Vector5};
 
 use gaitwright_physics::model::{Body, DofKind, Model, Surface};
 use gaitwright_physics::stance::Stance;
+
+use crate::gait::limb::greatest_reach;
 
 /// A segment shorter than this share of the leg's longest one does not count for its length: it only turns
 /// the leg out, as an abducting hip does.
@@ -61,6 +63,8 @@ pub struct LegChain {
     pub standing: Vec<f64>,
     /// Which of its joints is the hip: where its long segments begin.
     first: usize,
+    /// Greatest distance from the hip to where the foot stands, m.
+    greatest: f64,
 }
 
 /// Where a leg's foot is, and how its joints move it.
@@ -101,10 +105,11 @@ impl PlacedLeg {
 }
 
 impl LegChain {
-    /// Distance from the hip to the foot with the joints at `angles`, as a share of the leg's length.
+    /// Distance from the hip to where the foot stands with the joints at `angles`, as a share of the greatest.
     pub fn extension(&self, angles: &[f64]) -> f64 {
         let placed = self.place(angles);
-        (placed.foot - placed.origin(self.first)).norm() / self.length
+        let stands = placed.foot - placed.up * self.radius;
+        (stands - placed.origin(self.first)).norm() / self.greatest
     }
 
     /// The leg with its joints at `angles`.
@@ -350,6 +355,8 @@ fn leg(
     let point = sole.iter().map(|(point, _)| point).sum::<Vector3<f64>>() / count;
     let radius = sole.iter().map(|(_, radius)| radius).sum::<f64>() / count;
     let parent = model.bodies[chain[0]].parent;
+    let up = rotation.transpose() * Vector3::z();
+    let distal = &chain[first_long + 1..];
     let mut leg = LegChain {
         joints: chain.iter().map(|body| body - 1).collect(),
         body,
@@ -364,10 +371,11 @@ fn leg(
         base: frames[parent],
         bodies: chain.iter().map(|&body| model.bodies[body].clone()).collect(),
         point,
-        up: rotation.transpose() * Vector3::z(),
+        up,
         limits: chain.iter().map(|body| model.limits[body - 1]).collect(),
         standing: chain.iter().map(|body| stance.angles[body - 1]).collect(),
         first: first_long,
+        greatest: greatest_reach(model, distal, Point3::from(point - up * radius)),
     };
     leg.length = leg.hip.z - leg.foot.z + highest(&leg);
     Some(leg)

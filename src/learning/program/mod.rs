@@ -14,11 +14,14 @@
 //! | [`gains`] | springs and dampers of the drive |
 //! | [`template`] | forces of the legs, and how the trunk moves under them |
 //! | [`ring`] | a stride as a ring of keyframes |
-//! | [`rollout`] | what such a ring does in the simulator, and what that costs |
+//! | [`rollout`], [`figures`] | such a ring in the simulator, and what is seen of it |
+//! | [`cost`] | what that costs |
 //! | [`cma`] | the evolution strategy |
 //! | [`refine`] | a gait for a character at a speed |
 
 pub mod cma;
+pub mod cost;
+pub mod figures;
 pub mod gains;
 pub mod gaits;
 pub mod legs;

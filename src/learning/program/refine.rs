@@ -11,10 +11,12 @@ use gaitwright_physics::scene::{Accuracy, Gains, Scene};
 use gaitwright_physics::stance::Stance;
 
 use super::cma::Cma;
+use super::cost::{undisturbed, when_disturbed};
+use super::figures::RolloutFigures;
 use super::gains::gains;
 use super::legs::Legs;
 use super::ring::{EXTENSION, PARAMETERS, PERIOD, Ring, TURN, Wanted, program, ring};
-use super::rollout::{Arena, RolloutFigures, STRIDES, cost};
+use super::rollout::{Arena, STRIDES};
 use crate::learn::{Interrupted, Stop};
 
 /// Candidates of a generation: fixed, so that the result does not depend on the number of threads.
@@ -107,6 +109,33 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// The gait of `parameters`, tried over `strides` strides without any disturbance: its cost is the least that it can be.
+    fn undisturbed(
+        subject: &Subject,
+        arena: &Arena,
+        wanted: &Wanted,
+        parameters: &[f64],
+        strides: usize,
+    ) -> Self {
+        let (ring, gains) = subject.ring(wanted, parameters);
+        let figures = arena.run(&ring, &gains, false, strides);
+        // Parameters far out make sense to nobody; the pull back to the seed is weak.
+        let far = 0.01 * parameters.iter().map(|p| (p.abs() - 3.0).max(0.0).powi(2)).sum::<f64>();
+        let missed = 5.0 * ring.missed / subject.legs.length;
+        let cost = undisturbed(wanted, ring.period, &subject.legs, &figures) + far + missed;
+        let disturbed = RolloutFigures::default();
+        Self { parameters: parameters.to_vec(), ring, gains, figures, disturbed, cost }
+    }
+
+    /// The same after it was disturbed, too. What does not stay up by itself does not when it is disturbed.
+    fn disturbed(mut self, arena: &Arena, strides: usize) -> Self {
+        if self.figures.upright >= 1.0 {
+            self.disturbed = arena.run(&self.ring, &self.gains, true, strides);
+        }
+        self.cost += when_disturbed(&self.figures, &self.disturbed);
+        self
+    }
+
     /// s simulated for it.
     fn seconds(&self) -> f64 {
         self.figures.seconds + self.disturbed.seconds
@@ -121,19 +150,7 @@ pub fn evaluate(
     parameters: &[f64],
     strides: usize,
 ) -> Candidate {
-    let (ring, gains) = subject.ring(wanted, parameters);
-    let figures = arena.run(&ring, &gains, false, strides);
-    // What does not stay up by itself does not when it is disturbed.
-    let disturbed = if figures.upright < 1.0 {
-        RolloutFigures { duty: figures.duty.clone(), ..RolloutFigures::default() }
-    } else {
-        arena.run(&ring, &gains, true, strides)
-    };
-    // Parameters far out make sense to nobody; the pull back to the seed is weak.
-    let far = 0.01 * parameters.iter().map(|p| (p.abs() - 3.0).max(0.0).powi(2)).sum::<f64>();
-    let missed = 5.0 * ring.missed / subject.legs.length;
-    let cost = cost(wanted, ring.period, &subject.legs, &figures, &disturbed) + far + missed;
-    Candidate { parameters: parameters.to_vec(), ring, gains, figures, disturbed, cost }
+    Candidate::undisturbed(subject, arena, wanted, parameters, strides).disturbed(arena, strides)
 }
 
 /// How far a refinement has come.
@@ -195,22 +212,35 @@ impl Refinement {
         let mut search = self.search.clone();
         let asked = search.ask();
         let tried: Vec<Candidate> = pool.install(|| {
-            asked
-                .par_iter()
-                .with_max_len(1)
-                .map(|parameters| {
-                    stop.check()?;
-                    Ok(evaluate(subject, arena, wanted, parameters, STRIDES))
-                })
-                .collect::<Result<_, Interrupted>>()
+            let one = |parameters: &Vec<f64>| {
+                stop.check()?;
+                Ok(Candidate::undisturbed(subject, arena, wanted, parameters, STRIDES))
+            };
+            asked.par_iter().with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
         })?;
-        let costs: Vec<f64> = tried.iter().map(|candidate| candidate.cost).collect();
+        // Only parents have an influence on the search, so only the better half is disturbed.
+        let mut order: Vec<usize> = (0..tried.len()).collect();
+        order.sort_by(|&a, &b| tried[a].cost.total_cmp(&tried[b].cost));
+        order.truncate(CANDIDATES / 2);
+        let parents: Vec<Candidate> = pool.install(|| {
+            let one = |&index: &usize| {
+                stop.check()?;
+                Ok(tried[index].clone().disturbed(arena, STRIDES))
+            };
+            order.par_iter().with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
+        })?;
+        let worst = parents.iter().map(|parent| parent.cost).fold(0.0, f64::max);
+        let mut costs: Vec<f64> = tried.iter().map(|candidate| candidate.cost.max(worst)).collect();
+        for (&index, parent) in order.iter().zip(&parents) {
+            costs[index] = parent.cost;
+        }
         search.tell(&asked, &costs);
         self.search = search;
         self.costs = costs;
         self.evaluations += tried.len();
         self.seconds += tried.iter().map(Candidate::seconds).sum::<f64>();
-        self.kept.extend(tried);
+        self.seconds += parents.iter().map(|parent| parent.disturbed.seconds).sum::<f64>();
+        self.kept.extend(parents);
         self.kept.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         self.kept.truncate(FINALISTS);
         Ok(())
@@ -221,20 +251,19 @@ impl Refinement {
         &self.kept[0]
     }
 
-    /// The best of the best over `strides` strides each, which show a drift that a few do not; its way is then set straight by
-    /// trimming its turn, as long as that helps.
+    /// The best so far over `strides` strides each, which show a drift that a few do not, in the order of their cost.
     ///
     /// # Errors
     /// The reason of `stop` to break off.
-    pub fn finish(
+    pub fn finalists(
         &mut self,
         (pool, stop): (&ThreadPool, &Stop),
         subject: &Subject,
         arena: &Arena,
         wanted: &Wanted,
         strides: usize,
-    ) -> Result<Candidate, Interrupted> {
-        let tried: Vec<Candidate> = pool.install(|| {
+    ) -> Result<Vec<Candidate>, Interrupted> {
+        let mut tried: Vec<Candidate> = pool.install(|| {
             let try_long = |candidate: &Candidate| {
                 stop.check()?;
                 Ok(evaluate(subject, arena, wanted, &candidate.parameters, strides))
@@ -243,8 +272,23 @@ impl Refinement {
         })?;
         self.evaluations += tried.len();
         self.seconds += tried.iter().map(Candidate::seconds).sum::<f64>();
-        let mut best =
-            tried.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)).unwrap_or_else(|| self.best().clone());
+        tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        Ok(tried)
+    }
+
+    /// `best` with its way set straight over `strides` strides by trimming its turn, as long as that helps.
+    ///
+    /// # Errors
+    /// The reason of `stop` to break off.
+    pub fn trim(
+        &mut self,
+        stop: &Stop,
+        subject: &Subject,
+        arena: &Arena,
+        wanted: &Wanted,
+        strides: usize,
+        mut best: Candidate,
+    ) -> Result<Candidate, Interrupted> {
         // Secant steps on the turn in a stride.
         let (mut slope, mut step): (f64, f64) = (0.0, 0.3);
         for _ in 0..TRIMS {

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use gaitwright_physics::motion::Player;
 use gaitwright_physics::scene::Gains;
 
-use crate::learn::{Behaviour, Generation, Posture, StopReason};
+use crate::check::MotionCheck;
+use crate::learn::{AskedSpeed, Behaviour, Generation, LearningSetup, Posture, StopReason, Task};
 
 /// A learned motion, whichever search found it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -38,6 +39,29 @@ impl LearnedMotion {
             behaviour,
             gains: gains.clone(),
             parameters: Vec::new(),
+        }
+    }
+
+    /// The speed that it is judged by, m/s: the one that `task` asked for; `None` where any will do.
+    pub fn asked_speed(&self, task: &Task) -> Option<f64> {
+        match (task.speed, task.froude) {
+            (Some(AskedSpeed::Number(speed)), _) => Some(speed),
+            (_, Some(_)) => self.speed,
+            _ => None,
+        }
+    }
+
+    /// The motion about to be played as it was learned with `setup`; `player` plays it ([`player`](Self::player)).
+    pub fn check<'a>(&'a self, setup: &'a LearningSetup, player: &'a Player) -> MotionCheck<'a> {
+        MotionCheck {
+            model: &setup.model,
+            stance: &setup.stance,
+            gains: &self.gains,
+            scene: &setup.scene,
+            accuracy: &setup.accuracy,
+            player,
+            direction: setup.task.direction,
+            speed: self.asked_speed(&setup.task),
         }
     }
 

@@ -1,13 +1,16 @@
 //! The search in one niche: seeds, the speed that costs least or the greatest, refinement, a longer comparison.
 
+use rayon::prelude::*;
+
 use super::motion::LearnedMotion;
 use super::niche::{Niche, NichePace};
 use super::observer::TrainingObserver;
 use super::shared::{Progress, Shared};
 use crate::learn::{Generation, Interrupted};
+use crate::program::cost::HOLDS;
 use crate::program::refine::{Candidate, Refinement, seeds};
 use crate::program::ring::Wanted;
-use crate::program::rollout::{Arena, HOLDS};
+use crate::program::rollout::Arena;
 
 /// Strides over which the best of a niche are compared at its end.
 const LONG: usize = 40;
@@ -88,7 +91,7 @@ impl<'a> NicheSearch<'a> {
         let found = self.found.take().filter(|Found { wanted, candidate }| {
             candidate.figures.upright >= 1.0 && candidate.figures.speed > CRAWL * wanted.speed
         });
-        (found.map(|found| self.motion(&found)), outcome)
+        (found.map(|Found { wanted, candidate }| self.motion(&wanted, &candidate)), outcome)
     }
 
     fn search(&mut self) -> Result<(), Interrupted> {
@@ -104,7 +107,7 @@ impl<'a> NicheSearch<'a> {
         let mut leading = self.stage(first, &starts)?;
         self.found = Some(leading.found());
         if leading.best().figures.upright >= 1.0 {
-            let motion = self.motion(&leading.found());
+            let motion = self.motion(&leading.wanted, leading.best());
             self.progress.show(motion, false, self.observer);
         }
         let trial = all / STAGE;
@@ -155,13 +158,23 @@ impl<'a> NicheSearch<'a> {
         }
     }
 
-    /// The rest of the refinement at the step that was asked for, and the best of the best over many strides.
+    /// The rest of the refinement at the step that was asked for; of the best over many strides then the first that is
+    /// natural, its way set straight.
     fn finish(&mut self, mut leading: Stage, generations: u32) -> Result<(), Interrupted> {
         self.refine(&mut leading, &self.shared.fine, generations, Rank::Leading)?;
         let Stage { wanted, mut refinement } = leading;
         let Shared { pool, stop, subject, fine, .. } = self.shared;
         let before = refinement.seconds;
-        let candidate = refinement.finish((pool, stop), subject, fine, &wanted, LONG)?;
+        let finalists = refinement.finalists((pool, stop), subject, fine, &wanted, LONG)?;
+        let motions = finalists.iter().map(|candidate| self.motion(&wanted, candidate)).collect::<Vec<_>>();
+        let shared = self.shared;
+        let natural: Vec<bool> = pool.install(|| {
+            motions.par_iter().with_max_len(1).map(|motion| is_natural(shared, motion)).collect()
+        });
+        stop.check()?;
+        let chosen = natural.iter().position(|natural| *natural).unwrap_or(0);
+        let Some(best) = finalists.into_iter().nth(chosen) else { return Ok(()) };
+        let candidate = refinement.trim(stop, subject, fine, &wanted, LONG, best)?;
         self.progress.simulated += refinement.seconds - before;
         self.found = Some(Found { wanted, candidate });
         Ok(())
@@ -234,7 +247,7 @@ impl<'a> NicheSearch<'a> {
         }
     }
 
-    fn motion(&self, Found { wanted, candidate }: &Found) -> LearnedMotion {
+    fn motion(&self, wanted: &Wanted, candidate: &Candidate) -> LearnedMotion {
         let Candidate { ring, gains, parameters, cost, .. } = candidate;
         LearnedMotion {
             name: self.niche.name.clone(),
@@ -245,6 +258,13 @@ impl<'a> NicheSearch<'a> {
             parameters: parameters.clone(),
         }
     }
+}
+
+/// Whether a motion is natural in one continuous simulation.
+fn is_natural(shared: &Shared<'_>, motion: &LearnedMotion) -> bool {
+    let player = motion.player(&shared.setup.stance.angles);
+    let check = motion.check(shared.setup, &player);
+    check.run(&|| shared.stop.check().is_err()).is_ok_and(|checked| checked.gait.natural)
 }
 
 /// From 0 to 1, the more the less a gait costs.

@@ -1,8 +1,10 @@
-//! A motion played from the standing pose in one continuous simulation, and judged.
+//! A motion played from the standing pose in one continuous simulation, and judged; and what is left of it when something
+//! is changed.
+
+mod trials;
 
 use std::sync::Arc;
 
-use gaitwright_learning::gait::{self, GaitContext, GaitReport, NaturalnessContext, validity};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
 use gaitwright_physics::motion::{Player, Validity};
@@ -10,6 +12,8 @@ use gaitwright_physics::playback::{Playback, Trace};
 use gaitwright_physics::scene::{Accuracy, ActuatorLimits, Gains, Scene, StepPlan, Terrain};
 use gaitwright_physics::sim::Simulator;
 use gaitwright_physics::stance::{Stance, Upright};
+
+use crate::gait::{self, GaitContext, GaitReport, NaturalnessContext, validity};
 
 /// How long a motion is checked at least, s.
 const CHECKED: f64 = 20.0;
@@ -21,35 +25,37 @@ const ROUNDS: f64 = 11.0;
 const FINE: f64 = 0.005;
 
 /// A motion and everything it takes to play it.
-pub(super) struct MotionCheck<'a> {
+#[derive(Debug, Clone, Copy)]
+pub struct MotionCheck<'a> {
     /// Who plays.
-    pub(super) model: &'a Arc<Model>,
+    pub model: &'a Arc<Model>,
     /// Where it starts.
-    pub(super) stance: &'a Stance,
+    pub stance: &'a Stance,
     /// How strongly the joints follow.
-    pub(super) gains: &'a Gains,
+    pub gains: &'a Gains,
     /// Where it is played, with the effects as wanted.
-    pub(super) scene: &'a Scene,
+    pub scene: &'a Scene,
     /// How finely it is simulated.
-    pub(super) accuracy: &'a Accuracy,
+    pub accuracy: &'a Accuracy,
     /// The targets.
-    pub(super) player: &'a Player,
+    pub player: &'a Player,
     /// Wanted direction of travel.
-    pub(super) direction: [f64; 3],
+    pub direction: [f64; 3],
     /// Wanted speed along it, m/s; `None` where any will do.
-    pub(super) speed: Option<f64>,
+    pub speed: Option<f64>,
 }
 
 /// What a check has shown.
-pub(super) struct CheckedMotion {
+#[derive(Debug, Clone)]
+pub struct CheckedMotion {
     /// Everything from the standing pose on.
-    pub(super) trace: Trace,
+    pub trace: Trace,
     /// The gait of the looping part, judged.
-    pub(super) gait: GaitReport,
+    pub gait: GaitReport,
     /// Whether the looping part goes along the direction at all ([`gait::travels`]).
-    pub(super) travels: bool,
+    pub travels: bool,
     /// What the looping part is worth.
-    pub(super) validity: Validity,
+    pub validity: Validity,
 }
 
 impl MotionCheck<'_> {
@@ -58,7 +64,7 @@ impl MotionCheck<'_> {
     /// # Errors
     ///
     /// Every fault of scene, accuracy and gains.
-    pub(super) fn play(
+    pub fn play(
         &self,
         seconds: f64,
         sample_every: f64,
@@ -82,7 +88,7 @@ impl MotionCheck<'_> {
     /// # Errors
     ///
     /// Every fault of scene, accuracy and gains.
-    pub(super) fn run(&self, stop: &dyn Fn() -> bool) -> Result<CheckedMotion, InputError> {
+    pub fn run(&self, stop: &dyn Fn() -> bool) -> Result<CheckedMotion, InputError> {
         let every = self.sample_every();
         let period = self.player.period();
         let seconds = CHECKED.max(self.player.lead() + ROUNDS * period);

@@ -6,9 +6,9 @@ use std::sync::{Mutex, PoisonError};
 
 use nalgebra::{Point3, Vector3};
 
-use super::perform::MotionCheck;
-use gaitwright_learning::accuracy::Engine;
-use gaitwright_learning::accuracy::rapier::Rapier;
+use super::MotionCheck;
+use crate::accuracy::Engine;
+use crate::accuracy::rapier::Rapier;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::Trial;
@@ -69,7 +69,7 @@ impl MotionCheck<'_> {
     /// # Errors
     ///
     /// Every fault of scene, accuracy and gains.
-    pub(super) fn trials(
+    pub fn trials(
         &self,
         undisturbed: &Trace,
         threads: usize,

@@ -1,0 +1,134 @@
+//! What a gait costs: constraints first, then the limits of natural motion, then how well it goes.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use gaitwright_physics::motion::MeasureLimit;
+
+use super::figures::RolloutFigures;
+use super::gaits::NamedGait;
+use super::legs::Legs;
+use super::ring::Wanted;
+use crate::gait::limits::{self, GaitLimits};
+
+/// What a gait that holds all constraints costs at most (see [`cost`]).
+pub const HOLDS: f64 = 100.0;
+/// Cost of going beyond a limit of natural motion by the whole of it.
+const BEYOND: f64 = 12.0;
+/// How far inside the limits a gait should stay, as a share of them: what holds for a few strides by a hair does not hold
+/// for long.
+const MARGIN: f64 = 0.04;
+
+/// Whether and how well a gait does what is wanted of it: less is better, and what does not hold a constraint is
+/// worse than all that does.
+pub fn cost(
+    wanted: &Wanted,
+    period: f64,
+    legs: &Legs,
+    plain: &RolloutFigures,
+    disturbed: &RolloutFigures,
+) -> f64 {
+    undisturbed(wanted, period, legs, plain) + when_disturbed(plain, disturbed)
+}
+
+/// What is known before a gait is disturbed: the least that [`cost`] can be.
+pub fn undisturbed(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) -> f64 {
+    let natural = effort(wanted, period, legs, figures) + BEYOND * beyond(wanted, legs, figures);
+    // What holds the constraints costs less than this; both parts keep their slope.
+    natural.min(0.9 * HOLDS) + broken(violation(wanted, figures))
+}
+
+/// How much a disturbance takes from a gait, from 0.
+pub fn when_disturbed(plain: &RolloutFigures, disturbed: &RolloutFigures) -> f64 {
+    let fallen = 1.0 - disturbed.upright;
+    let lost = (disturbed.speed / plain.speed.abs().max(1e-6) - 1.0).abs().min(1.0);
+    let unsteady = lost * lost + 0.2 * (disturbed.roll + disturbed.pitch).min(1.0) + fallen;
+    broken(fallen) + 2.0 * unsteady
+}
+
+/// The cost of breaking constraints by so much.
+fn broken(violation: f64) -> f64 {
+    if violation > 0.0 { HOLDS + HOLDS * violation } else { 0.0 }
+}
+
+/// By how much the constraints are broken: upright, speed within a tenth, heading.
+fn violation(wanted: &Wanted, figures: &RolloutFigures) -> f64 {
+    let off = (figures.speed / wanted.speed - 1.0).abs();
+    let sideways = figures.sideways.abs() - 0.05;
+    let yaw = figures.yaw.abs() - 0.05;
+    3.0 * (1.0 - figures.upright) + (off - 0.1).max(0.0) + sideways.clamp(0.0, 1.0) + yaw.clamp(0.0, 1.0)
+}
+
+/// Sum of what the measures of natural motion are beyond their limits, each as a share of its limit.
+fn beyond(wanted: &Wanted, legs: &Legs, figures: &RolloutFigures) -> f64 {
+    let allowed = GaitLimits::of_gait(wanted.gait.gait);
+    let at_most = MeasureLimit::AtMost;
+    let mut sum = excess(at_most(allowed.cost_of_transport), figures.cost_of_transport)
+        + excess(at_most(limits::SLIP), figures.slip / wanted.speed)
+        + excess(at_most(allowed.heave), figures.heave)
+        + excess(at_most(allowed.rotation), figures.pitch)
+        + excess(at_most(allowed.rotation), figures.roll)
+        + excess(at_most(1.0), figures.speed_used)
+        + excess(MeasureLimit::at_least(limits::SMOOTHNESS), figures.smoothness);
+    let count = figures.legs.len().max(1) as f64;
+    for leg in &figures.legs {
+        if let Some(range) = allowed.duty_factor {
+            sum += excess(MeasureLimit::within(range), leg.duty) / count;
+        }
+        sum += excess(at_most(limits::PEAK_FORCE), leg.peak) / count;
+        if legs.legs.len() <= limits::UPRIGHT_LEGS {
+            sum += excess(MeasureLimit::within(limits::EXTENSION), leg.extension) / count;
+        }
+    }
+    sum
+}
+
+/// How far `value` is beyond a limit, or nearer to it than the margin, as a share of the limit.
+fn excess(limit: MeasureLimit, value: f64) -> f64 {
+    let (least, greatest) = match limit {
+        MeasureLimit::AtMost(greatest) => (None, Some(greatest)),
+        MeasureLimit::Between([least, greatest]) => (least, greatest),
+    };
+    let under = least.map_or(0.0, |least| 1.0 + MARGIN - value / least);
+    let over = greatest.map_or(0.0, |greatest| value / greatest - 1.0 + MARGIN);
+    under.max(over).max(0.0)
+}
+
+/// Mean square of the distance of the legs' phases from those of the gait, squares of parts of a stride; the time from
+/// which phases are counted is left open.
+fn timing(gait: &NamedGait, figures: &RolloutFigures) -> f64 {
+    let apart = || figures.legs.iter().zip(gait.phases).map(|(leg, wanted)| leg.phase - wanted);
+    let (sine, cosine) = apart().fold((0.0, 0.0), |(sine, cosine), apart| {
+        let (s, c) = (TAU * apart).sin_cos();
+        (sine + s, cosine + c)
+    });
+    let common = sine.atan2(cosine) / TAU;
+    let squares = apart().map(|apart| (apart - common - (apart - common).round()).powi(2));
+    squares.sum::<f64>() / figures.legs.len().max(1) as f64
+}
+
+/// What speaks against a gait that holds everything, from 0.
+fn effort(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) -> f64 {
+    let Wanted { gait, speed, weights, .. } = wanted;
+    let count = figures.legs.len().max(1) as f64;
+    let timing = timing(gait, figures);
+    // In 60 √(h / g): for a dog in some ten seconds.
+    let yaw = figures.yaw.abs() / period * 60.0 * (legs.hip_height / wanted.gravity).sqrt();
+    let duty = figures.legs.iter().map(|leg| (leg.duty - gait.duty_factor).powi(2)).sum::<f64>() / count;
+    // A half-sine of force over the stance has π / (2 β) times its share as peak.
+    let usual = FRAC_PI_2 / (gait.duty_factor * count);
+    let peak = (figures.peak / usual - 1.3).max(0.0);
+    let off = figures.speed / speed - 1.0;
+    let energy =
+        3.0 * figures.cost_of_transport + 2.0 * figures.saturated + (figures.speed_used - 0.8).max(0.0);
+    20.0 * off * off
+        + 60.0 * timing
+        + 30.0 * duty
+        + 0.5 * (period / wanted.usual_period(legs)).ln().powi(2)
+        + weights.energy * energy
+        + weights.slip * 3.0 * figures.slip / speed
+        + weights.impact * 1.0 * peak * peak
+        + weights.drift * 2.0 * figures.sideways.abs()
+        + weights.turn * 0.5 * yaw.min(4.0)
+        + weights.smoothness * (0.03 * figures.torque_rate + figures.irregular)
+        + weights.posture * (figures.heave + figures.roll + figures.pitch + 2.0 * figures.scuffed)
+}

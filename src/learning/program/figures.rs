@@ -1,0 +1,383 @@
+//! What is seen of a gait while it is simulated.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+
+use gaitwright_physics::model::Model;
+use gaitwright_physics::sim::Simulator;
+
+use super::legs::Legs;
+
+/// Steps between two looks at the joints' angles, which change slowly beside the step.
+const POSTURE_STEPS: usize = 4;
+/// Share of the weight with which a foot counts as standing.
+const STANDING: f64 = 0.01;
+/// Forces are averaged over this share of √(h / g) before their peak is taken: what rigid contact gives within one step
+/// depends on the step.
+const IMPACT: f64 = 0.05;
+/// Harmonics of the stride in which a smooth motion lies.
+const HARMONICS: usize = 3;
+/// A joint's smoothness counts where its standard deviation is at least this share of the greatest.
+const MOVING: f64 = 0.1;
+
+/// What was seen of a gait over the judged strides.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RolloutFigures {
+    /// Share of the run for which it stayed upright; all else is of that time only.
+    pub upright: f64,
+    /// Along the task's direction, m/s.
+    pub speed: f64,
+    /// To the left of it over the way along it.
+    pub sideways: f64,
+    /// Change of the heading in one stride, rad.
+    pub yaw: f64,
+    /// ∫ Σ |τ q̇| dt / (m g d).
+    pub cost_of_transport: f64,
+    /// Mean speed of standing feet along the ground, weighted by their force, m/s.
+    pub slip: f64,
+    /// Greatest force of one foot over the weight, without what lasts for less than an impact.
+    pub peak: f64,
+    /// Height, from lowest to highest, over the hip height.
+    pub heave: f64,
+    /// Roll and pitch, from least to greatest, rad.
+    pub roll: f64,
+    /// rad.
+    pub pitch: f64,
+    /// Share of the time in which nothing touched the ground.
+    pub aerial: f64,
+    /// Share of the time in which something else than a foot touched the ground.
+    pub scuffed: f64,
+    /// Root mean square of the torques' rate times √(h / g), over m g h.
+    pub torque_rate: f64,
+    /// Least share of a joint's variance that lies in the first harmonics of the stride.
+    pub smoothness: f64,
+    /// Share of joints and time at the torque limit.
+    pub saturated: f64,
+    /// Greatest joint speed over what the actuator has.
+    pub speed_used: f64,
+    /// How much the trunk's pose at the same moment of a stride differs from one to the next, in its own units.
+    pub irregular: f64,
+    /// s simulated.
+    pub seconds: f64,
+    /// One for each leg.
+    pub legs: Vec<LegFigures>,
+}
+
+/// What was seen of one leg.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LegFigures {
+    /// Share of the stride for which it stood.
+    pub duty: f64,
+    /// When it pushed: the phase of its force, as a circular mean over the stride, parts of a stride.
+    pub phase: f64,
+    /// Peak of its force over that of a half-sine with the same mean and duty factor.
+    pub peak: f64,
+    /// Extension in the middle of the stance, where its force is greatest: a share of its greatest.
+    pub extension: f64,
+}
+
+/// Sums over the steps for one leg.
+#[derive(Debug, Clone, Copy, Default)]
+struct LegSums {
+    /// Steps in which it stood.
+    stood: f64,
+    force: f64,
+    /// Greatest smoothed force, N.
+    peak: f64,
+    smooth: f64,
+    /// Of the force times cosine and sine of the stride's phase.
+    beat: [f64; 2],
+    /// Of the square of the force, and of the extension with that weight.
+    extended: [f64; 2],
+}
+
+/// Sums over some of the steps for one joint: angle, its square, and its products with the harmonics' sines and cosines.
+#[derive(Debug, Clone, Copy, Default)]
+struct JointSums {
+    sum: f64,
+    square: f64,
+    harmonics: [[f64; 2]; HARMONICS],
+}
+
+/// Sums up what a gait does, step by step.
+#[derive(Debug)]
+pub(super) struct Watch<'a> {
+    model: &'a Model,
+    legs: &'a Legs,
+    direction: [f64; 2],
+    gravity: f64,
+    /// s.
+    step: f64,
+    /// Steps of a stride.
+    stride: usize,
+    /// Steps judged so far.
+    judged: usize,
+    /// Steps whose postures were looked at.
+    postures: usize,
+    leg_of: Vec<Option<usize>>,
+    leg_sums: Vec<LegSums>,
+    joint_sums: Vec<JointSums>,
+    forces: Vec<f64>,
+    torques: Vec<f64>,
+    work: f64,
+    rates: f64,
+    saturated: f64,
+    speed_used: f64,
+    /// Of the forces on the ground, and of their slip with that weight.
+    load: f64,
+    slid: f64,
+    aerial: f64,
+    scuffed: f64,
+    /// Least and greatest height, roll and pitch.
+    ranges: [[f64; 2]; 3],
+    /// Height, roll, pitch and speed at the end of each stride, in the character's units.
+    marks: Vec<[f64; 4]>,
+    start: Point3<f64>,
+    end: Point3<f64>,
+    heading: f64,
+    turned: f64,
+}
+
+impl<'a> Watch<'a> {
+    /// Of a character with `legs` that goes along `direction` under `gravity` (m/s²), in strides of `stride` steps of `step`
+    /// seconds.
+    pub(super) fn new(
+        model: &'a Model,
+        legs: &'a Legs,
+        (direction, gravity): ([f64; 2], f64),
+        (step, stride): (f64, usize),
+    ) -> Self {
+        let (count, joints) = (legs.legs.len(), model.joint_count());
+        Self {
+            model,
+            legs,
+            direction,
+            gravity,
+            step,
+            stride,
+            judged: 0,
+            postures: 0,
+            leg_of: model.links.iter().map(|place| legs.on(place.body)).collect(),
+            leg_sums: vec![LegSums::default(); count],
+            joint_sums: vec![JointSums::default(); joints],
+            forces: vec![0.0; count],
+            torques: vec![0.0; joints],
+            work: 0.0,
+            rates: 0.0,
+            saturated: 0.0,
+            speed_used: 0.0,
+            load: 0.0,
+            slid: 0.0,
+            aerial: 0.0,
+            scuffed: 0.0,
+            ranges: [[f64::INFINITY, f64::NEG_INFINITY]; 3],
+            marks: Vec::new(),
+            start: Point3::origin(),
+            end: Point3::origin(),
+            heading: 0.0,
+            turned: 0.0,
+        }
+    }
+
+    /// Standing hip height, m.
+    fn size(&self) -> f64 {
+        self.legs.hip_height
+    }
+
+    /// From here on the strides are judged.
+    pub(super) fn begin(&mut self, simulator: &Simulator) {
+        self.start = simulator.center_of_mass();
+        self.turned = 0.0;
+    }
+
+    /// Takes in a step, which is `judged` or belongs to the entry.
+    pub(super) fn step(&mut self, simulator: &Simulator, judged: bool) {
+        let root = simulator.state().root;
+        let facing = yaw(&root.orientation);
+        self.turned += (facing - self.heading + std::f64::consts::PI).rem_euclid(TAU) - std::f64::consts::PI;
+        self.heading = facing;
+        self.contacts(simulator, judged);
+        if judged {
+            self.judged += 1;
+            self.trunk(simulator);
+            self.joints(simulator);
+            if self.judged.is_multiple_of(POSTURE_STEPS) {
+                self.posture(&simulator.state().angles);
+            }
+        }
+        self.torques.copy_from_slice(simulator.torques());
+    }
+
+    /// Forces of the ground.
+    fn contacts(&mut self, simulator: &Simulator, judged: bool) {
+        self.forces.fill(0.0);
+        let (mut touching, mut scuffing) = (false, false);
+        for contact in simulator.contacts() {
+            let normal = contact.force.dot(&contact.normal).max(0.0);
+            match self.leg_of[contact.link] {
+                Some(leg) => self.forces[leg] += normal,
+                None => scuffing = true,
+            }
+            touching = true;
+            if judged {
+                let across = contact.velocity - contact.normal * contact.velocity.dot(&contact.normal);
+                self.slid += normal * across.norm();
+                self.load += normal;
+            }
+        }
+        if judged {
+            self.aerial += f64::from(u8::from(!touching));
+            self.scuffed += f64::from(u8::from(scuffing));
+        }
+        let memory = (-self.step / (IMPACT * (self.size() / self.gravity).sqrt())).exp();
+        let (sine, cosine) = (TAU * (self.judged + 1) as f64 / self.stride as f64).sin_cos();
+        let weight = self.legs.mass * self.gravity;
+        for (sums, &force) in self.leg_sums.iter_mut().zip(&self.forces) {
+            sums.smooth = memory * sums.smooth + (1.0 - memory) * force;
+            if judged {
+                sums.peak = sums.peak.max(sums.smooth);
+                sums.stood += f64::from(u8::from(force > STANDING * weight));
+                sums.force += force;
+                sums.beat[0] += force * cosine;
+                sums.beat[1] += force * sine;
+            }
+        }
+    }
+
+    fn trunk(&mut self, simulator: &Simulator) {
+        let root = simulator.state().root;
+        let (roll, pitch) = tilt(&root.orientation, self.direction);
+        for (range, value) in self.ranges.iter_mut().zip([root.position.z, roll, pitch]) {
+            *range = [range[0].min(value), range[1].max(value)];
+        }
+        self.end = simulator.center_of_mass();
+        if self.judged.is_multiple_of(self.stride) {
+            let v = root.linear_velocity;
+            let along = v.x * self.direction[0] + v.y * self.direction[1];
+            let speed = along / (self.gravity * self.size()).sqrt();
+            self.marks.push([root.position.z / self.size(), roll, pitch, speed]);
+        }
+    }
+
+    /// Torques and rates.
+    fn joints(&mut self, simulator: &Simulator) {
+        let rates = &simulator.state().velocities;
+        for (joint, torque) in simulator.torques().iter().enumerate() {
+            self.work += (torque * rates[joint]).abs() * self.step;
+            self.rates += (torque - self.torques[joint]).powi(2);
+            let limit = self.model.effort[joint];
+            self.saturated += f64::from(u8::from(limit.is_some_and(|limit| torque.abs() >= 0.999 * limit)));
+            if let Some(limit) = self.model.speed[joint] {
+                self.speed_used = self.speed_used.max(rates[joint].abs() / limit);
+            }
+        }
+    }
+
+    fn posture(&mut self, angles: &[f64]) {
+        self.postures += 1;
+        for ((leg, force), sums) in self.legs.legs.iter().zip(&self.forces).zip(&mut self.leg_sums) {
+            if *force > 0.0 {
+                let own: Vec<f64> = leg.joints.iter().map(|&joint| angles[joint]).collect();
+                sums.extended[0] += force * force;
+                sums.extended[1] += force * force * leg.extension(&own);
+            }
+        }
+        let phase = TAU * self.judged as f64 / self.stride as f64;
+        let beats: [(f64, f64); HARMONICS] =
+            std::array::from_fn(|order| ((order + 1) as f64 * phase).sin_cos());
+        for (sums, angle) in self.joint_sums.iter_mut().zip(angles) {
+            sums.sum += angle;
+            sums.square += angle * angle;
+            for (products, (sine, cosine)) in sums.harmonics.iter_mut().zip(&beats) {
+                products[0] += angle * sine;
+                products[1] += angle * cosine;
+            }
+        }
+    }
+
+    /// The figures of a run of which the share `upright` was upright, for `seconds`.
+    pub(super) fn figures(&self, upright: f64, seconds: f64) -> RolloutFigures {
+        let legs = vec![LegFigures::default(); self.legs.legs.len()];
+        let fallen = RolloutFigures { upright, seconds, legs, ..RolloutFigures::default() };
+        if self.judged == 0 {
+            return fallen;
+        }
+        let (size, time) = (self.size(), self.judged as f64);
+        let (weight, unit_time) = (self.legs.mass * self.gravity, (size / self.gravity).sqrt());
+        let travel = self.end - self.start;
+        let [x, y] = self.direction;
+        let (along, left) = (travel.x * x + travel.y * y, travel.y * x - travel.x * y);
+        let way = along.abs().max(0.1 * size);
+        let range = |axis: usize| self.ranges[axis][1] - self.ranges[axis][0];
+        RolloutFigures {
+            speed: along / (time * self.step),
+            sideways: left / way,
+            yaw: self.turned * self.stride as f64 / time,
+            cost_of_transport: self.work / (weight * way),
+            slip: if self.load > 0.0 { self.slid / self.load } else { 0.0 },
+            peak: self.leg_sums.iter().map(|sums| sums.peak / weight).fold(0.0, f64::max),
+            heave: range(0) / size,
+            roll: range(1),
+            pitch: range(2),
+            aerial: self.aerial / time,
+            scuffed: self.scuffed / time,
+            torque_rate: (self.rates / time).sqrt() / self.step * unit_time / (weight * size),
+            smoothness: self.smoothness(),
+            saturated: self.saturated / (time * self.model.joint_count() as f64),
+            speed_used: self.speed_used,
+            irregular: self.irregular(),
+            legs: self.leg_sums.iter().map(|sums| sums.figures(time)).collect(),
+            ..fallen
+        }
+    }
+
+    /// Least share of a joint's variance in the harmonics, among the joints that move.
+    fn smoothness(&self) -> f64 {
+        let count = self.postures as f64;
+        let variance = |sums: &JointSums| (sums.square / count - (sums.sum / count).powi(2)).max(0.0);
+        let greatest = self.joint_sums.iter().map(variance).fold(0.0, f64::max);
+        let moving = self.joint_sums.iter().filter(|sums| variance(sums) > MOVING * MOVING * greatest);
+        // Over whole strides the harmonics are orthogonal: each has half the square of its amplitude.
+        let explained = |sums: &JointSums| {
+            sums.harmonics.iter().flatten().map(|product| 2.0 * (product / count).powi(2)).sum::<f64>()
+        };
+        moving.map(|sums| explained(sums) / variance(sums)).fold(1.0, f64::min)
+    }
+
+    /// Root mean square of the change of the marks from one stride to the next; the first is still of the entry.
+    fn irregular(&self) -> f64 {
+        let changes = self.marks.windows(2).skip(1);
+        let squares: Vec<f64> = changes
+            .map(|pair| pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).powi(2)).sum::<f64>())
+            .collect();
+        (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+    }
+}
+
+impl LegSums {
+    /// Over so many steps.
+    fn figures(&self, steps: f64) -> LegFigures {
+        let [cosine, sine] = self.beat;
+        let duty = self.stood / steps;
+        let usual = self.force / steps * FRAC_PI_2 / duty.max(f64::MIN_POSITIVE);
+        LegFigures {
+            duty,
+            phase: (sine.atan2(cosine) / TAU).rem_euclid(1.0),
+            peak: if usual > 0.0 && usual.is_finite() { self.peak / usual } else { 0.0 },
+            extension: if self.extended[0] > 0.0 { self.extended[1] / self.extended[0] } else { 0.0 },
+        }
+    }
+}
+
+/// Heading of the root's x axis from above, rad.
+fn yaw(orientation: &UnitQuaternion<f64>) -> f64 {
+    let forward = orientation * Vector3::x();
+    forward.y.atan2(forward.x)
+}
+
+/// Roll to the right and pitch nose down against the vertical, seen along `direction`, rad.
+fn tilt(orientation: &UnitQuaternion<f64>, [x, y]: [f64; 2]) -> (f64, f64) {
+    let up = orientation * Vector3::z();
+    ((up.x * y - up.y * x).atan2(up.z), (up.x * x + up.y * y).atan2(up.z))
+}
