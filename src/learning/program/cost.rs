@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use gaitwright_physics::motion::MeasureLimit;
 
-use super::figures::RolloutFigures;
+use super::figures::{LegFigures, RolloutFigures};
 use super::gaits::NamedGait;
 use super::legs::Legs;
 use super::ring::Wanted;
@@ -14,9 +14,19 @@ use crate::gait::limits::{self, GaitLimits};
 pub const HOLDS: f64 = 100.0;
 /// Cost of going beyond a limit of natural motion by the whole of it.
 const BEYOND: f64 = 12.0;
+fn knob(name: &str, otherwise: f64) -> f64 {
+    static K: std::sync::OnceLock<std::collections::HashMap<String, f64>> = std::sync::OnceLock::new();
+    *K.get_or_init(|| {
+        std::env::vars()
+            .filter_map(|(k, v)| Some((k.strip_prefix("K_")?.to_owned(), v.parse().ok()?)))
+            .collect()
+    })
+    .get(name)
+    .unwrap_or(&otherwise)
+}
 /// How far inside the limits a gait should stay, as a share of them: what holds for a few strides by a hair does not hold
 /// for long.
-const MARGIN: f64 = 0.04;
+const MARGIN: f64 = 0.05;
 
 /// Whether and how well a gait does what is wanted of it: less is better, and what does not hold a constraint is
 /// worse than all that does.
@@ -32,7 +42,8 @@ pub fn cost(
 
 /// What is known before a gait is disturbed: the least that [`cost`] can be.
 pub fn undisturbed(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) -> f64 {
-    let natural = effort(wanted, period, legs, figures) + BEYOND * beyond(wanted, legs, figures);
+    let natural =
+        effort(wanted, period, legs, figures) + knob("BEYOND", BEYOND) * beyond(wanted, legs, figures);
     // What holds the constraints costs less than this; both parts keep their slope.
     natural.min(0.9 * HOLDS) + broken(violation(wanted, figures))
 }
@@ -68,21 +79,25 @@ fn beyond(wanted: &Wanted, legs: &Legs, figures: &RolloutFigures) -> f64 {
         + excess(at_most(allowed.rotation), figures.pitch)
         + excess(at_most(allowed.rotation), figures.roll)
         + excess(at_most(1.0), figures.speed_used)
+        + excess(at_most(limits::SATURATION), figures.saturated)
+        + excess(at_most(limits::DRIFT), figures.sideways.abs())
         + excess(MeasureLimit::at_least(limits::SMOOTHNESS), figures.smoothness);
-    let count = figures.legs.len().max(1) as f64;
-    for leg in &figures.legs {
-        if let Some(range) = allowed.duty_factor {
-            sum += excess(MeasureLimit::within(range), leg.duty) / count;
-        }
-        sum += excess(at_most(limits::PEAK_FORCE), leg.peak) / count;
-        if legs.legs.len() <= limits::UPRIGHT_LEGS {
-            sum += excess(MeasureLimit::within(limits::EXTENSION), leg.extension) / count;
-        }
+    let apart = phases_apart(&wanted.gait, figures);
+    sum += excess(at_most(wanted.gait.tolerance), apart.iter().map(|apart| apart.abs()).fold(0.0, f64::max));
+    let worst = |limit: MeasureLimit, of: fn(&LegFigures) -> f64| {
+        figures.legs.iter().map(|leg| excess(limit, of(leg))).fold(0.0, f64::max)
+    };
+    if let Some(range) = allowed.duty_factor {
+        sum += worst(MeasureLimit::within(range), |leg| leg.duty);
+    }
+    sum += worst(at_most(limits::PEAK_FORCE), |leg| leg.peak);
+    if legs.legs.len() <= limits::UPRIGHT_LEGS {
+        sum += worst(MeasureLimit::within(limits::EXTENSION), |leg| leg.extension);
     }
     sum
 }
 
-/// How far `value` is beyond a limit, or nearer to it than the margin, as a share of the limit.
+/// How far `value` is beyond a limit, or nearer to it than the margin, as a share of the limit, up to the whole of it.
 fn excess(limit: MeasureLimit, value: f64) -> f64 {
     let (least, greatest) = match limit {
         MeasureLimit::AtMost(greatest) => (None, Some(greatest)),
@@ -90,27 +105,26 @@ fn excess(limit: MeasureLimit, value: f64) -> f64 {
     };
     let under = least.map_or(0.0, |least| 1.0 + MARGIN - value / least);
     let over = greatest.map_or(0.0, |greatest| value / greatest - 1.0 + MARGIN);
-    under.max(over).max(0.0)
+    under.max(over).clamp(0.0, 1.0)
 }
 
-/// Mean square of the distance of the legs' phases from those of the gait, squares of parts of a stride; the time from
-/// which phases are counted is left open.
-fn timing(gait: &NamedGait, figures: &RolloutFigures) -> f64 {
+/// Distance of the legs' phases from those of the gait, parts of a stride; the time from which phases are counted is left
+/// open.
+fn phases_apart(gait: &NamedGait, figures: &RolloutFigures) -> Vec<f64> {
     let apart = || figures.legs.iter().zip(gait.phases).map(|(leg, wanted)| leg.phase - wanted);
     let (sine, cosine) = apart().fold((0.0, 0.0), |(sine, cosine), apart| {
         let (s, c) = (TAU * apart).sin_cos();
         (sine + s, cosine + c)
     });
     let common = sine.atan2(cosine) / TAU;
-    let squares = apart().map(|apart| (apart - common - (apart - common).round()).powi(2));
-    squares.sum::<f64>() / figures.legs.len().max(1) as f64
+    apart().map(|apart| apart - common - (apart - common).round()).collect()
 }
 
 /// What speaks against a gait that holds everything, from 0.
 fn effort(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) -> f64 {
     let Wanted { gait, speed, weights, .. } = wanted;
     let count = figures.legs.len().max(1) as f64;
-    let timing = timing(gait, figures);
+    let timing = phases_apart(gait, figures).iter().map(|apart| apart * apart).sum::<f64>() / count;
     // In 60 √(h / g): for a dog in some ten seconds.
     let yaw = figures.yaw.abs() / period * 60.0 * (legs.hip_height / wanted.gravity).sqrt();
     let duty = figures.legs.iter().map(|leg| (leg.duty - gait.duty_factor).powi(2)).sum::<f64>() / count;
@@ -118,17 +132,20 @@ fn effort(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) -
     let usual = FRAC_PI_2 / (gait.duty_factor * count);
     let peak = (figures.peak / usual - 1.3).max(0.0);
     let off = figures.speed / speed - 1.0;
-    let energy =
-        3.0 * figures.cost_of_transport + 2.0 * figures.saturated + (figures.speed_used - 0.8).max(0.0);
+    let energy = knob("E", 6.0) * figures.cost_of_transport
+        + 2.0 * figures.saturated
+        + (figures.speed_used - 0.8).max(0.0);
     20.0 * off * off
-        + 60.0 * timing
-        + 30.0 * duty
-        + 0.5 * (period / wanted.usual_period(legs)).ln().powi(2)
+        + knob("TIMING", 60.0) * timing
+        + knob("DUTY", 30.0) * duty
+        + knob("T", 0.5) * (period / wanted.usual_period(legs)).ln().powi(2)
         + weights.energy * energy
         + weights.slip * 3.0 * figures.slip / speed
         + weights.impact * 1.0 * peak * peak
         + weights.drift * 2.0 * figures.sideways.abs()
         + weights.turn * 0.5 * yaw.min(4.0)
-        + weights.smoothness * (0.03 * figures.torque_rate + figures.irregular)
-        + weights.posture * (figures.heave + figures.roll + figures.pitch + 2.0 * figures.scuffed)
+        + weights.smoothness
+            * (knob("RATE", 0.03) * figures.torque_rate + knob("IRR", 1.0) * figures.irregular)
+        + weights.posture
+            * (knob("POST", 1.0) * (figures.heave + figures.roll + figures.pitch + 2.0 * figures.scuffed))
 }

@@ -11,6 +11,8 @@ use super::legs::Legs;
 
 /// Steps between two looks at the joints' angles, which change slowly beside the step.
 const POSTURE_STEPS: usize = 4;
+/// Looks at a stance that is one.
+const SHORTEST: usize = 3;
 /// Share of the weight with which a foot counts as standing.
 const STANDING: f64 = 0.01;
 /// Forces are averaged over this share of √(h / g) before their peak is taken: what rigid contact gives within one step
@@ -73,12 +75,12 @@ pub struct LegFigures {
     pub phase: f64,
     /// Peak of its force over that of a half-sine with the same mean and duty factor.
     pub peak: f64,
-    /// Extension in the middle of the stance, where its force is greatest: a share of its greatest.
+    /// Extension in the middle of the stance, mean over the stances: a share of its greatest.
     pub extension: f64,
 }
 
 /// Sums over the steps for one leg.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 struct LegSums {
     /// Steps in which it stood.
     stood: f64,
@@ -88,8 +90,11 @@ struct LegSums {
     smooth: f64,
     /// Of the force times cosine and sine of the stride's phase.
     beat: [f64; 2],
-    /// Of the square of the force, and of the extension with that weight.
-    extended: [f64; 2],
+    /// Extensions in the stance that has begun.
+    stance: Vec<f64>,
+    /// Number of stances that are over, and of the extensions in their middles.
+    stances: f64,
+    extended: f64,
 }
 
 /// Sums over some of the steps for one joint: angle, its square, and its products with the harmonics' sines and cosines.
@@ -119,6 +124,8 @@ pub(super) struct Watch<'a> {
     leg_sums: Vec<LegSums>,
     joint_sums: Vec<JointSums>,
     forces: Vec<f64>,
+    /// Angles of one leg's joints.
+    own: Vec<f64>,
     torques: Vec<f64>,
     work: f64,
     rates: f64,
@@ -162,6 +169,7 @@ impl<'a> Watch<'a> {
             leg_sums: vec![LegSums::default(); count],
             joint_sums: vec![JointSums::default(); joints],
             forces: vec![0.0; count],
+            own: Vec::new(),
             torques: vec![0.0; joints],
             work: 0.0,
             rates: 0.0,
@@ -276,11 +284,19 @@ impl<'a> Watch<'a> {
 
     fn posture(&mut self, angles: &[f64]) {
         self.postures += 1;
+        let weight = self.legs.mass * self.gravity;
         for ((leg, force), sums) in self.legs.legs.iter().zip(&self.forces).zip(&mut self.leg_sums) {
-            if *force > 0.0 {
-                let own: Vec<f64> = leg.joints.iter().map(|&joint| angles[joint]).collect();
-                sums.extended[0] += force * force;
-                sums.extended[1] += force * force * leg.extension(&own);
+            if *force > STANDING * weight {
+                self.own.clear();
+                self.own.extend(leg.joints.iter().map(|&joint| angles[joint]));
+                sums.stance.push(leg.extension(&self.own));
+            } else {
+                // What is shorter is a foot that chatters.
+                if sums.stance.len() >= SHORTEST {
+                    sums.stances += 1.0;
+                    sums.extended += sums.stance[sums.stance.len() / 2];
+                }
+                sums.stance.clear();
             }
         }
         let phase = TAU * self.judged as f64 / self.stride as f64;
@@ -365,7 +381,7 @@ impl LegSums {
             duty,
             phase: (sine.atan2(cosine) / TAU).rem_euclid(1.0),
             peak: if usual > 0.0 && usual.is_finite() { self.peak / usual } else { 0.0 },
-            extension: if self.extended[0] > 0.0 { self.extended[1] / self.extended[0] } else { 0.0 },
+            extension: if self.stances > 0.0 { self.extended / self.stances } else { 0.0 },
         }
     }
 }

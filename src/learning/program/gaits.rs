@@ -13,6 +13,8 @@ pub struct NamedGait {
     /// Touch-down of each leg after that of the first, parts of a stride; left legs before right ones,
     /// front to back.
     pub phases: &'static [f64],
+    /// Distance of a leg's phase from that up to which the gait has its name, parts of a stride.
+    pub tolerance: f64,
     /// Share of the stride for which a leg is to stand.
     pub duty_factor: f64,
     /// Froude numbers v² / (g l): the least at which it is used, the usual one, and the greatest.
@@ -71,7 +73,8 @@ pub fn gaits(legs: usize) -> Vec<NamedGait> {
     let named = |&(name, gait, variant, duty_factor, froude): &Way| {
         let template =
             templates(legs).iter().find(|template| template.name == gait && template.variant == variant)?;
-        Some(NamedGait { name, gait, phases: template.phases, duty_factor, froude })
+        let (phases, tolerance) = (template.phases, template.tolerance());
+        Some(NamedGait { name, gait, phases, tolerance, duty_factor, froude })
     };
     ways.iter().filter_map(named).collect()
 }

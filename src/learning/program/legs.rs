@@ -63,7 +63,7 @@ pub struct LegChain {
     pub standing: Vec<f64>,
     /// Which of its joints is the hip: where its long segments begin.
     first: usize,
-    /// Greatest distance from the hip to where the foot stands, m.
+    /// Greatest distance from the hip to the foot point, m.
     greatest: f64,
 }
 
@@ -105,11 +105,10 @@ impl PlacedLeg {
 }
 
 impl LegChain {
-    /// Distance from the hip to where the foot stands with the joints at `angles`, as a share of the greatest.
+    /// Distance from the hip to the foot point with the joints at `angles`, as a share of the greatest.
     pub fn extension(&self, angles: &[f64]) -> f64 {
         let placed = self.place(angles);
-        let stands = placed.foot - placed.up * self.radius;
-        (stands - placed.origin(self.first)).norm() / self.greatest
+        (placed.foot - placed.origin(self.first)).norm() / self.greatest
     }
 
     /// The leg with its joints at `angles`.
@@ -355,7 +354,6 @@ fn leg(
     let point = sole.iter().map(|(point, _)| point).sum::<Vector3<f64>>() / count;
     let radius = sole.iter().map(|(_, radius)| radius).sum::<f64>() / count;
     let parent = model.bodies[chain[0]].parent;
-    let up = rotation.transpose() * Vector3::z();
     let distal = &chain[first_long + 1..];
     let mut leg = LegChain {
         joints: chain.iter().map(|body| body - 1).collect(),
@@ -371,11 +369,11 @@ fn leg(
         base: frames[parent],
         bodies: chain.iter().map(|&body| model.bodies[body].clone()).collect(),
         point,
-        up,
+        up: rotation.transpose() * Vector3::z(),
         limits: chain.iter().map(|body| model.limits[body - 1]).collect(),
         standing: chain.iter().map(|body| stance.angles[body - 1]).collect(),
         first: first_long,
-        greatest: greatest_reach(model, distal, Point3::from(point - up * radius)),
+        greatest: greatest_reach(model, distal, Point3::from(point)),
     };
     leg.length = leg.hip.z - leg.foot.z + highest(&leg);
     Some(leg)

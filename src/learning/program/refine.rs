@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use nalgebra::{Matrix2, Vector2};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
@@ -15,7 +16,7 @@ use super::cost::{undisturbed, when_disturbed};
 use super::figures::RolloutFigures;
 use super::gains::gains;
 use super::legs::Legs;
-use super::ring::{EXTENSION, PARAMETERS, PERIOD, Ring, TURN, Wanted, program, ring};
+use super::ring::{EXTENSION, PARAMETERS, PERIOD, Ring, SIDEWAYS, TURN, Wanted, program, ring};
 use super::rollout::{Arena, STRIDES};
 use crate::learn::{Interrupted, Stop};
 
@@ -26,8 +27,9 @@ const SIGMA: f64 = 0.5;
 
 /// How many of the best are compared over a longer run.
 const FINALISTS: usize = 8;
-/// Steps of the trim at the end.
-const TRIMS: u32 = 4;
+/// Steps of the trim at the end, and the change of a parameter with which it begins.
+const TRIMS: u32 = 3;
+const TRIM: f64 = 0.3;
 
 /// Who is to move, and where.
 #[derive(Debug, Clone)]
@@ -276,37 +278,53 @@ impl Refinement {
         Ok(tried)
     }
 
-    /// `best` with its way set straight over `strides` strides by trimming its turn, as long as that helps.
+    /// `best` with its way set straight over `strides` strides by trimming its turn and its way to the side, as far as that
+    /// helps: Newton's method on the change of heading in a stride and the way aside, its matrix mended by every try
+    /// (Broyden 1965).
     ///
     /// # Errors
     /// The reason of `stop` to break off.
     pub fn trim(
         &mut self,
-        stop: &Stop,
+        (pool, stop): (&ThreadPool, &Stop),
         subject: &Subject,
         arena: &Arena,
         wanted: &Wanted,
         strides: usize,
-        mut best: Candidate,
+        best: Candidate,
     ) -> Result<Candidate, Interrupted> {
-        // Secant steps on the turn in a stride.
-        let (mut slope, mut step): (f64, f64) = (0.0, 0.3);
-        for _ in 0..TRIMS {
+        let off = |candidate: &Candidate| Vector2::new(candidate.figures.yaw, candidate.figures.sideways);
+        let moved = |change: Vector2<f64>, from: &Candidate| {
             stop.check()?;
-            if slope != 0.0 {
-                step = (-best.figures.yaw / slope).clamp(-1.0, 1.0);
+            let mut parameters = from.parameters.clone();
+            parameters[TURN] += change.x;
+            parameters[SIDEWAYS] += change.y;
+            Ok(evaluate(subject, arena, wanted, &parameters, strides))
+        };
+        let tries = [Vector2::x() * TRIM, Vector2::y() * TRIM];
+        let tried: Vec<Candidate> = pool.install(|| {
+            let tries = tries.par_iter().with_max_len(1);
+            tries.map(|&change| moved(change, &best)).collect::<Result<_, Interrupted>>()
+        })?;
+        let slopes = tried.iter().map(|tried| (off(tried) - off(&best)) / TRIM).collect::<Vec<_>>();
+        let mut matrix = Matrix2::from_columns(&slopes);
+        let mut seconds = tried.iter().map(Candidate::seconds).sum::<f64>();
+        let (mut now, mut least) = (best.clone(), best);
+        for _ in 0..TRIMS {
+            let Some(inverse) = matrix.try_inverse() else { break };
+            let change = (-inverse * off(&now)).map(|change| change.clamp(-1.0, 1.0));
+            let next = moved(change, &now)?;
+            seconds += next.seconds();
+            let missed = off(&next) - off(&now) - matrix * change;
+            matrix += missed * change.transpose() / change.norm_squared().max(f64::MIN_POSITIVE);
+            if next.cost < least.cost {
+                least = next.clone();
             }
-            let mut parameters = best.parameters.clone();
-            parameters[TURN] += step;
-            let trimmed = evaluate(subject, arena, wanted, &parameters, strides);
-            self.evaluations += 1;
-            self.seconds += trimmed.seconds();
-            slope = (trimmed.figures.yaw - best.figures.yaw) / step;
-            if trimmed.cost < best.cost {
-                best = trimmed;
-            }
+            now = next;
         }
-        Ok(best)
+        self.evaluations += tries.len() + TRIMS as usize;
+        self.seconds += seconds;
+        Ok(tried.into_iter().fold(least, |least, tried| if tried.cost < least.cost { tried } else { least }))
     }
 }
 

@@ -17,13 +17,16 @@ use crate::learn::{Behaviour, Posture, Weights};
 
 /// Keyframes of a stride.
 pub const KEYFRAMES: usize = 8;
-/// Strides of the entry, over which the standing pose grows into the gait.
-const ENTRY_STRIDES: usize = 2;
+/// Fewest strides of the entry, over which the standing pose grows into the gait, and how fast it may gain speed at most, as a
+/// share of gravity.
+const ENTRY_STRIDES: f64 = 2.0;
+const GAIN: f64 = 0.2;
 /// Number of a program's parameters for a character with more legs than two.
-pub const PARAMETERS: usize = 24;
+pub const PARAMETERS: usize = 25;
 /// Index of the parameter of the stride time: a fifth more or less a unit.
 pub const PERIOD: usize = 0;
-/// Index of the parameter of the turn.
+/// Index of the parameters of the way to the side and of the turn.
+pub const SIDEWAYS: usize = 13;
 pub const TURN: usize = 14;
 /// Index of the parameter of the legs' extension.
 pub const EXTENSION: usize = 12;
@@ -104,11 +107,12 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
     Program {
         period: wanted.usual_period(legs) * (0.2 * p(PERIOD)).exp(),
         speed: speed * (0.1 * p(3)).exp(),
-        sideways: 0.03 * speed * p(13),
+        sideways: 0.03 * speed * p(SIDEWAYS),
         turn: 0.03 * speed / size * p(TURN),
         raise: (extension - stood) * legs.length,
         heave: 1.0 + 0.4 * p(15),
         lean: 1.0 + 0.4 * p(16),
+        sway: 1.0 + 0.4 * p(24),
         retraction: 1.0 + 0.4 * p(20),
         skew: (0.2 * p(21)).exp(),
         stiffness: (0.2 * p(22)).exp(),
@@ -207,7 +211,8 @@ pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, gravit
             confine(&mut cycle, joint, limits, duration);
         }
     }
-    let entry = entry(&legs.standing, &cycle, duration);
+    let strides = (program.speed / (GAIN * gravity * program.period)).ceil().max(ENTRY_STRIDES);
+    let entry = entry(&legs.standing, &cycle, duration, strides as usize);
     Ring { period: program.period, entry, cycle, missed }
 }
 
@@ -280,9 +285,9 @@ fn confine(cycle: &mut [Posture], joint: usize, [lower, upper]: [f64; 2], durati
     }
 }
 
-/// From the standing pose at rest into the cycle: its own postures, grown from nothing.
-fn entry(standing: &[f64], cycle: &[Posture], duration: f64) -> Vec<Posture> {
-    let count = ENTRY_STRIDES * cycle.len();
+/// From the standing pose at rest into the cycle: its own postures, grown from nothing over so many strides.
+fn entry(standing: &[f64], cycle: &[Posture], duration: f64, strides: usize) -> Vec<Posture> {
+    let count = strides * cycle.len();
     let length = count as f64 * duration;
     (1..count)
         .map(|index| {

@@ -4,7 +4,9 @@
 //! measured forces), its mean such that all legs carry the weight and balance about the centre of mass.
 //! Along the way the force leans back to the hip (with `lean` 1 exactly), which spares the hip torque and
 //! keeps the trunk from pitching (Maus et al. 2010). Height, pitch and way of the trunk follow by integrating
-//! Newton's and Euler's equations over the periodic stride; foot paths in the trunk's frame follow from that.
+//! Newton's and Euler's equations over the periodic stride. From side to side the trunk sways over the feet that
+//! carry it, as a linear inverted pendulum does whose forces do not roll it (Kajita et al. 2001). Foot paths in the trunk's
+//! frame follow from all that.
 
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 
@@ -45,6 +47,8 @@ pub struct Program {
     pub heave: f64,
     /// Share of the lean toward the hip that the legs' forces have.
     pub lean: f64,
+    /// How much of the sway that keeps the trunk from rolling it has.
+    pub sway: f64,
     /// Speed of a foot against the trunk at touch-down, as a share of that in stance.
     pub retraction: f64,
     /// Exponent of the swing's time in the course of its height: above 1 it lifts late.
@@ -62,6 +66,8 @@ pub struct Program {
 pub struct StrideSample {
     /// Of the trunk against its mean: along the way and up, m.
     pub shift: Vector2<f64>,
+    /// Of the trunk against its mean: to the left, m.
+    pub sway: f64,
     /// Of the trunk: nose down, rad.
     pub pitch: f64,
     /// Foot points in the root's upright frame (way frame), m, one a leg.
@@ -100,7 +106,7 @@ pub fn shares(feet: &[Vector2<f64>]) -> Vec<f64> {
 
 /// The stride of `program`, [`SAMPLES`] moments evenly spaced from phase 0. `gravity` in m/s².
 pub fn stride(legs: &Legs, program: &Program, gravity: f64) -> Vec<StrideSample> {
-    let Program { period, lean, .. } = *program;
+    let Program { period, lean, sway, .. } = *program;
     let count = legs.legs.len();
     let center = legs.center.xy();
     let neutral: Vec<Vector2<f64>> = program.steps.iter().map(|step| step.neutral - center).collect();
@@ -144,6 +150,18 @@ pub fn stride(legs: &Legs, program: &Program, gravity: f64) -> Vec<StrideSample>
         nodding[sample] = sum(&moment) / legs.inertia[(1, 1)];
     }
     let [way, up, nodding] = [way, up, nodding].map(|course| twice_integrated(&course, dt));
+    // Where the weight is carried, to the left of the centre of mass.
+    let mut carried: [f64; SAMPLES] = std::array::from_fn(|sample| {
+        sum(&|leg| (ground[sample][leg].0.y - center.y) * vertical[leg][sample]) / (legs.mass * gravity)
+    });
+    let mean = carried.iter().sum::<f64>() / SAMPLES as f64;
+    carried.iter_mut().for_each(|at| *at -= mean);
+    let rate = (gravity / height).sqrt();
+    let swayed = swaying(&carried, rate * dt);
+    let aside = |leg: usize, sample: usize| {
+        let share = vertical[leg][sample] / sum(&|leg| vertical[leg][sample]).max(f64::MIN_POSITIVE);
+        sway * share * legs.mass * rate * rate * (swayed[sample] - carried[sample])
+    };
 
     (0..SAMPLES)
         .map(|sample| {
@@ -154,15 +172,17 @@ pub fn stride(legs: &Legs, program: &Program, gravity: f64) -> Vec<StrideSample>
             let to_root = |at: Vector3<f64>| {
                 Vector3::new(cosine * at.x - sine * at.z, at.y, sine * at.x + cosine * at.z)
             };
-            let trunk = Vector3::new(center.x + shift.x, center.y, height + shift.y);
+            let trunk = Vector3::new(center.x + shift.x, center.y + sway * swayed[sample], height + shift.y);
             let feet = (0..count).map(|leg| {
                 let (at, clearance) = ground[sample][leg];
                 let foot = Vector3::new(at.x, at.y, clearance + legs.legs[leg].radius);
                 legs.center + to_root(foot - trunk)
             });
-            let forces =
-                (0..count).map(|leg| to_root(Vector3::new(along(leg, sample), 0.0, vertical[leg][sample])));
-            StrideSample { shift, pitch, feet: feet.collect(), forces: forces.collect() }
+            let force =
+                |leg: usize| Vector3::new(along(leg, sample), aside(leg, sample), vertical[leg][sample]);
+            let forces = (0..count).map(|leg| to_root(force(leg)));
+            let sway = sway * swayed[sample];
+            StrideSample { shift, sway, pitch, feet: feet.collect(), forces: forces.collect() }
         })
         .collect()
 }
@@ -194,6 +214,22 @@ fn foot(program: &Program, leg: usize, sample: usize) -> (Vector2<f64>, f64) {
         - way * (swing * (leaving + program.retraction * landing));
     let late = s.powf(program.skew);
     (at, step.lift * 16.0 * (late * (1.0 - late)).powi(2))
+}
+
+/// The periodic solution y of ÿ = ω² (y − c) for the course c, sampled every `turn` / ω seconds: how an
+/// inverted pendulum moves that is carried at c. It is c folded with the decaying answer to a single push either way.
+fn swaying(course: &[f64; SAMPLES], turn: f64) -> [f64; SAMPLES] {
+    let half = 0.5 * SAMPLES as f64;
+    // cosh(ω (T/2 − t)) over the samples, scaled so that the answers add up to 1 and no exponent overflows.
+    let answer: [f64; SAMPLES] = std::array::from_fn(|sample| {
+        let away = (half - sample as f64).abs();
+        (turn * (away - half)).exp() + (-turn * (away + half)).exp()
+    });
+    let total = answer.iter().sum::<f64>();
+    std::array::from_fn(|sample| {
+        let at = |before: usize| course[(sample + SAMPLES - before) % SAMPLES];
+        answer.iter().enumerate().map(|(before, answer)| answer * at(before)).sum::<f64>() / total
+    })
 }
 
 /// The periodic course with zero mean whose second derivative is `course` less its mean: of a function sampled every

@@ -174,7 +174,7 @@ impl<'a> NicheSearch<'a> {
         stop.check()?;
         let chosen = natural.iter().position(|natural| *natural).unwrap_or(0);
         let Some(best) = finalists.into_iter().nth(chosen) else { return Ok(()) };
-        let candidate = refinement.trim(stop, subject, fine, &wanted, LONG, best)?;
+        let candidate = refinement.trim((pool, stop), subject, fine, &wanted, LONG, best)?;
         self.progress.simulated += refinement.seconds - before;
         self.found = Some(Found { wanted, candidate });
         Ok(())
