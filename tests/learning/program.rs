@@ -1,14 +1,16 @@
-//! LegChain programs: forces against hand-computed equilibria, inverse kinematics against forward kinematics and the simulator's own,
+//! Leg programs: forces against hand-computed equilibria, inverse kinematics against forward kinematics and the simulator's own,
 //! the evolution strategy on published test functions, and the whole for determinism.
 
 use std::sync::Arc;
 
 use gaitwright_learning::learn::{Cancel, Stop};
 use gaitwright_learning::program::cma::Cma;
+use gaitwright_learning::program::cost::{HOLDS, undisturbed};
+use gaitwright_learning::program::figures::{LegFigures, RolloutFigures};
 use gaitwright_learning::program::gaits::{gaits, named};
 use gaitwright_learning::program::legs::Legs;
 use gaitwright_learning::program::refine::{Refinement, Subject, seeds};
-use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, Wanted, program};
+use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, SWAY, Wanted, program};
 use gaitwright_learning::program::rollout::STRIDES;
 use gaitwright_learning::program::template::{SAMPLES, shares, stride};
 use gaitwright_physics::motion::Player;
@@ -104,6 +106,56 @@ fn forces_carry_the_weight_and_the_trunk_obeys_newton_and_euler() {
                     gait.name
                 );
             }
+        }
+    }
+}
+
+#[test]
+fn the_trunk_sways_as_its_forces_push_it_and_is_not_rolled() {
+    for (name, gait, froude) in
+        [("quadruped.urdf", "walk", 0.1), ("quadruped.urdf", "pace", 0.4), ("biped.urdf", "walk", 0.1)]
+    {
+        let subject = subject(name, [1.0, 0.0, 0.0]);
+        let legs = &subject.legs;
+        let wanted = Wanted::at_froude(legs, named(gait, legs).unwrap(), froude, GRAVITY);
+        let program = program(legs, &wanted, &[]);
+        let moments = stride(legs, &program, GRAVITY);
+        let weight = legs.mass * GRAVITY;
+        let height = legs.center.z + program.raise
+            - legs.legs.iter().map(|leg| leg.foot.z - leg.radius).sum::<f64>() / legs.legs.len() as f64;
+        let greatest = moments.iter().map(|moment| moment.sway.abs()).fold(0.0, f64::max);
+        assert!(greatest > 0.005 * height, "{name}: {greatest} m");
+        let dt = program.period / SAMPLES as f64;
+        for sample in 0..SAMPLES {
+            let moment = &moments[sample];
+            let lateral: f64 = moment.forces.iter().map(|force| force.y).sum();
+            let vertical: f64 = moment
+                .forces
+                .iter()
+                .map(|force| moment.pitch.cos() * force.z - moment.pitch.sin() * force.x)
+                .sum();
+            // About the length of the trunk through the centre of mass: r_y F_z − r_z F_y. What the pendulum leaves out is
+            // that the vertical force differs from the weight.
+            let level = |force: &Vector3<f64>| moment.pitch.cos() * force.z - moment.pitch.sin() * force.x;
+            let rolling: f64 = moment
+                .forces
+                .iter()
+                .zip(&program.steps)
+                .map(|(force, step)| (step.neutral.y - legs.center.y - moment.sway) * level(force))
+                .sum::<f64>()
+                + height * lateral;
+            let left_out = moment.sway * (weight - vertical);
+            assert!(
+                (rolling - left_out).abs() < 1e-9 * weight * height,
+                "{name}: {rolling} and {left_out} N m"
+            );
+            // Newton, by central differences: of second order in the sampling.
+            let [before, after] = [(sample + SAMPLES - 1) % SAMPLES, (sample + 1) % SAMPLES];
+            let second = (moments[before].sway + moments[after].sway - 2.0 * moment.sway) / (dt * dt);
+            assert!(
+                (legs.mass * second - lateral).abs() < 0.02 * weight,
+                "{name}: {second} m/s², {lateral} N"
+            );
         }
     }
 }
@@ -306,6 +358,65 @@ fn a_refinement_gives_the_same_bits_with_any_threads() {
     let stop = Stop::new(&cancel, None);
     assert!(stopped.generation((&pool, &stop), &subject, &arena, &wanted).is_err());
     assert_eq!(stopped.best(), alone.best());
+}
+
+#[test]
+fn what_breaks_a_constraint_costs_more_than_all_that_holds_and_limits_come_before_effort() {
+    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
+    let legs = &subject.legs;
+    let wanted = trot(legs);
+    let leg = |phase: f64| LegFigures { duty: 0.5, phase, peak: 1.0, extension: 0.88 };
+    let good = RolloutFigures {
+        upright: 1.0,
+        speed: wanted.speed,
+        cost_of_transport: 0.3,
+        smoothness: 1.0,
+        legs: wanted.gait.phases.iter().map(|&phase| leg(phase)).collect(),
+        ..RolloutFigures::default()
+    };
+    let period = wanted.usual_period(legs);
+    let cost = |figures: &RolloutFigures| undisturbed(&wanted, period, legs, figures);
+    let bent = |extension: f64| RolloutFigures {
+        legs: good.legs.iter().map(|leg| LegFigures { extension, ..*leg }).collect(),
+        ..good.clone()
+    };
+    // Energy saved by going beyond a limit is not worth it; within the limits it is all that counts.
+    let saved = |figures: RolloutFigures| RolloutFigures { cost_of_transport: 0.25, ..figures };
+    assert!(cost(&saved(bent(0.7))) > cost(&good));
+    assert!(cost(&saved(bent(0.88))) < cost(&good));
+    assert_eq!(cost(&bent(0.88)), cost(&bent(0.87)));
+    // Falling, the wrong speed and the wrong way are worse than everything that is merely unnatural.
+    let worst = RolloutFigures { cost_of_transport: 50.0, pitch: 1.0, slip: 5.0, ..bent(0.3) };
+    assert!(cost(&worst) < HOLDS);
+    for broken in [
+        RolloutFigures { upright: 0.99, ..good.clone() },
+        RolloutFigures { speed: 0.85 * wanted.speed, ..good.clone() },
+        RolloutFigures { yaw: 0.1, ..good.clone() },
+        RolloutFigures { sideways: 0.1, ..good.clone() },
+    ] {
+        assert!(cost(&broken) > HOLDS, "{broken:?}");
+    }
+}
+
+#[test]
+fn the_template_walks_before_any_search() {
+    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
+    let wanted = Wanted::at_froude(&subject.legs, named("walk", &subject.legs).unwrap(), 0.1, GRAVITY);
+    let arena = subject.arena().unwrap();
+    // More than half of the seeds stay up over twenty strides, and more than without the sway.
+    let upright = |sway: f64| {
+        seeds()
+            .iter()
+            .filter(|seed| {
+                let mut parameters = (*seed).clone();
+                parameters[SWAY] = sway;
+                let (ring, gains) = subject.ring(&wanted, &parameters);
+                arena.run(&ring, &gains, false, 4 * STRIDES).upright >= 1.0
+            })
+            .count()
+    };
+    let (swaying, stiff) = (upright(0.0), upright(-2.5));
+    assert!(2 * swaying > seeds().len() && swaying > stiff, "{swaying} with the sway, {stiff} without");
 }
 
 #[test]

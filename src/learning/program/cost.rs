@@ -13,17 +13,7 @@ use crate::gait::limits::{self, GaitLimits};
 /// What a gait that holds all constraints costs at most (see [`cost`]).
 pub const HOLDS: f64 = 100.0;
 /// Cost of going beyond a limit of natural motion by the whole of it.
-const BEYOND: f64 = 12.0;
-fn knob(name: &str, otherwise: f64) -> f64 {
-    static K: std::sync::OnceLock<std::collections::HashMap<String, f64>> = std::sync::OnceLock::new();
-    *K.get_or_init(|| {
-        std::env::vars()
-            .filter_map(|(k, v)| Some((k.strip_prefix("K_")?.to_owned(), v.parse().ok()?)))
-            .collect()
-    })
-    .get(name)
-    .unwrap_or(&otherwise)
-}
+const BEYOND: f64 = 20.0;
 /// How far inside the limits a gait should stay, as a share of them: what holds for a few strides by a hair does not hold
 /// for long.
 const MARGIN: f64 = 0.05;
@@ -42,8 +32,7 @@ pub fn cost(
 
 /// What is known before a gait is disturbed: the least that [`cost`] can be.
 pub fn undisturbed(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) -> f64 {
-    let natural =
-        effort(wanted, period, legs, figures) + knob("BEYOND", BEYOND) * beyond(wanted, legs, figures);
+    let natural = effort(wanted, period, legs, figures) + BEYOND * beyond(wanted, legs, figures);
     // What holds the constraints costs less than this; both parts keep their slope.
     natural.min(0.9 * HOLDS) + broken(violation(wanted, figures))
 }
@@ -132,20 +121,17 @@ fn effort(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) -
     let usual = FRAC_PI_2 / (gait.duty_factor * count);
     let peak = (figures.peak / usual - 1.3).max(0.0);
     let off = figures.speed / speed - 1.0;
-    let energy = knob("E", 6.0) * figures.cost_of_transport
-        + 2.0 * figures.saturated
-        + (figures.speed_used - 0.8).max(0.0);
+    let energy =
+        7.0 * figures.cost_of_transport + 2.0 * figures.saturated + (figures.speed_used - 0.8).max(0.0);
     20.0 * off * off
-        + knob("TIMING", 60.0) * timing
-        + knob("DUTY", 30.0) * duty
-        + knob("T", 0.5) * (period / wanted.usual_period(legs)).ln().powi(2)
+        + 60.0 * timing
+        + 30.0 * duty
+        + 1.5 * (period / wanted.usual_period(legs)).ln().powi(2)
         + weights.energy * energy
         + weights.slip * 3.0 * figures.slip / speed
         + weights.impact * 1.0 * peak * peak
         + weights.drift * 2.0 * figures.sideways.abs()
         + weights.turn * 0.5 * yaw.min(4.0)
-        + weights.smoothness
-            * (knob("RATE", 0.03) * figures.torque_rate + knob("IRR", 1.0) * figures.irregular)
-        + weights.posture
-            * (knob("POST", 1.0) * (figures.heave + figures.roll + figures.pitch + 2.0 * figures.scuffed))
+        + weights.smoothness * (0.03 * figures.torque_rate + figures.irregular)
+        + weights.posture * (figures.heave + figures.roll + figures.pitch + 2.0 * figures.scuffed)
 }

@@ -332,7 +332,7 @@ impl Refinement {
 /// legs as long as usual and shorter. Small characters tip over within the usual time.
 pub fn seeds() -> Vec<Vec<f64>> {
     let period = [0.0, -1.0, -2.0, -3.0];
-    let extension = [0.0, -2.0];
+    let extension = [0.0, -1.0];
     let with = |period: f64, extension: f64| {
         let mut parameters = vec![0.0; PARAMETERS];
         parameters[PERIOD] = period;

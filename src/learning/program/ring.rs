@@ -28,10 +28,12 @@ pub const PERIOD: usize = 0;
 /// Index of the parameters of the way to the side and of the turn.
 pub const SIDEWAYS: usize = 13;
 pub const TURN: usize = 14;
+/// Index of the parameter of the sway: 0.4 of it a unit.
+pub const SWAY: usize = 24;
 /// Index of the parameter of the legs' extension.
 pub const EXTENSION: usize = 12;
 /// Extension of the legs in mid-stance as a share of their length: at least, as a seed, and at most.
-const EXTENSIONS: [f64; 3] = [0.78, 0.86, 0.95];
+const EXTENSIONS: [f64; 3] = [0.82, 0.86, 0.95];
 
 /// Greatest shift of a leg's phase, parts of a stride: more would make another gait of it.
 const PHASE_SHIFT: f64 = 0.04;
@@ -75,17 +77,19 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
     let (size, speed) = (legs.hip_height, wanted.speed);
     let rows = legs.rows();
     let (left, right) = wanted.gait.phases.split_at(rows);
-    let symmetrical = left.iter().zip(right).all(|(left, right)| {
-        let apart = left - right - 0.5;
-        (apart - apart.round()).abs() < 1e-6
+    // A gait that is its own mirror image, at once or half a stride later, stays so.
+    let mirrored = [0.0, 0.5].into_iter().any(|later| {
+        left.iter().zip(right).all(|(left, right)| {
+            let apart = left - right - later;
+            (apart - apart.round()).abs() < 1e-6
+        })
     });
     let steps = legs.legs.iter().enumerate().map(|(index, leg)| {
         // From fore (+1) to hind (−1); all in the middle where there is one row only.
         let fore = if rows > 1 { 1.0 - 2.0 * leg.row as f64 / (rows - 1) as f64 } else { 0.0 };
         let side = if leg.left { 1.0 } else { -1.0 };
-        // A gait of the same phases in the mirror, half a stride later, stays so.
         let shift = |index: usize| PHASE_SHIFT * p(index).clamp(-1.0, 1.0);
-        let aside = if symmetrical { 0.0 } else { shift(18) * side + shift(19) * side * fore };
+        let aside = if mirrored { 0.0 } else { shift(18) * side + shift(19) * side * fore };
         let phase = wanted.gait.phases[index] + shift(17) * fore + aside;
         // A single row of legs has to stand below the centre of mass.
         let below = if rows > 1 { leg.hip.x } else { legs.center.x };
@@ -112,7 +116,7 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         raise: (extension - stood) * legs.length,
         heave: 1.0 + 0.4 * p(15),
         lean: 1.0 + 0.4 * p(16),
-        sway: 1.0 + 0.4 * p(24),
+        sway: 1.0 + 0.4 * p(SWAY),
         retraction: 1.0 + 0.4 * p(20),
         skew: (0.2 * p(21)).exp(),
         stiffness: (0.2 * p(22)).exp(),
