@@ -6,7 +6,7 @@ use crate::common;
 use std::sync::Arc;
 
 use gaitwright_physics::model::Model;
-use gaitwright_physics::motion::{Motion, Player};
+use gaitwright_physics::motion::{Motion, Player, TargetLimits};
 use gaitwright_physics::scene::{
     Accuracy, Coordinates, Effect, Feedforward, Gains, Integrator, Scene, Switch,
 };
@@ -245,7 +245,7 @@ fn walked(feedforward: Feedforward, step: f64) -> f64 {
     let model = common::example("quadruped.urdf");
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/quadruped-walk.motion.json");
     let motion = Motion::parse(&std::fs::read(path).unwrap()).unwrap();
-    let player = Player::new(&motion, &model.joint_names).unwrap();
+    let player = Player::new(&motion, &model.joint_names, &TargetLimits::of(&model.character)).unwrap();
     let gains = Gains { feedforward, ..motion.gains_for(&model.joint_names) };
     let mut scene = Scene::default();
     scene.effects.insert(Effect::SelfCollision, Switch::Off);

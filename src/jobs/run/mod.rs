@@ -26,7 +26,7 @@ use gaitwright_learning::learn::{Cancel, StopReason, Task};
 use gaitwright_learning::training::{TrainingCheckpoint, train};
 use gaitwright_physics::character::Reading;
 use gaitwright_physics::model::{Base, Model};
-use gaitwright_physics::motion::{Motion, Player};
+use gaitwright_physics::motion::{Motion, Player, TargetLimits};
 use gaitwright_physics::stance::Stance;
 
 use crate::export::Curve;
@@ -51,7 +51,7 @@ pub use watcher::RunWatcher;
 /// character falls before it has gone round its loop.
 pub fn replay(motion: &Motion, reading: &Reading) -> Result<GaitReport, ReplayError> {
     let model = Arc::new(Model::new(Arc::new(reading.character.clone()), Base::Floating));
-    let player = Player::new(motion, &model.joint_names)?;
+    let player = Player::new(motion, &model.joint_names, &TargetLimits::of(&model.character))?;
     let stance = Stance::find(&model, &motion.scene);
     // Whatever else the task asked for: direction and speed are all that a gait is judged by.
     let asked = |field: &str| motion.provenance.task.get(field).cloned().unwrap_or_default();
