@@ -94,7 +94,8 @@ pub fn run(
     watcher.stage(Stage::Standing);
     let Some(prepared) = PreparedRun::new(order, threads, cancel)? else {
         let motion = Err(Unsuccessful::NotBegun);
-        return Ok(RunOutcome { ended: StopReason::Cancelled, motion, checking_seconds: 0.0 });
+        let ended = StopReason::Cancelled;
+        return Ok(RunOutcome { ended, motion, accuracy_check: None, checking_seconds: 0.0 });
     };
     watcher.prepared(&prepared);
 
@@ -108,10 +109,14 @@ pub fn run(
     watcher.stage(Stage::Checking);
     let start = Instant::now();
     Artefact::Curve.publish(folder, Curve::new(&trained.curve).to_csv().as_bytes())?;
-    let report = report(order, &prepared, &trained, &shelved);
+    let accuracy_check = match shelved.motion() {
+        Some(motion) => prepared.accuracy_check(motion, &|| limit.is_over())?,
+        None => None,
+    };
+    let report = report(order, &prepared, &trained, &shelved, accuracy_check.as_ref());
     Artefact::Report.publish(folder, &json(&report)?)?;
     recording.job(&describe(order, &prepared, Some(&report)))?;
     recording.finish()?;
     let checking_seconds = start.elapsed().as_secs_f64();
-    Ok(RunOutcome { ended: trained.ended, motion: shelved.outcome(), checking_seconds })
+    Ok(RunOutcome { ended: trained.ended, motion: shelved.outcome(), accuracy_check, checking_seconds })
 }
