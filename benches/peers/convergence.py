@@ -53,6 +53,8 @@ def draw(lines, path):
     slope = [0.01 * step for step in STEPS[:-1]]
     axes.loglog(STEPS[:-1], slope, color="#888888", linestyle=":", label="first order")
     axes.set_title(f"Distance covered: difference from that at {STEPS[-1]} ms", loc="left")
+    axes.set_xticks(STEPS[:-1], [f"{step:g}" for step in STEPS[:-1]])
+    axes.minorticks_off()
     axes.set_xlabel("step, ms")
     axes.set_ylabel("relative difference")
     axes.grid(True, which="major", color="#dddddd")

@@ -82,7 +82,7 @@ fn draw(area: &Area<'_>, table: &Table) -> Drawn {
             let Some((seconds, error)) = place(row) else { continue };
             let lower = if lower > 0.0 { lower } else { error.min(upper) };
             let ends = [at((seconds, lower)), at((seconds, upper))];
-            area.draw(&PathElement::new(ends, series.color.mix(0.45).stroke_width(1)))?;
+            area.draw(&PathElement::new(ends, series.color.mix(0.6).stroke_width(1)))?;
         }
         area.draw(&PathElement::new(points.clone(), series.color.stroke_width(series.width)))?;
         for point in points {
@@ -105,7 +105,7 @@ fn draw(area: &Area<'_>, table: &Table) -> Drawn {
     let row = row + LINE;
     area.draw(&PathElement::new(
         [(RIGHT + 40, row - 8), (RIGHT + 40, row + 8)],
-        INK.mix(0.45).stroke_width(1),
+        INK.mix(0.6).stroke_width(1),
     ))?;
     let text = format!("half of the {} pieces (quartiles); marks: the mean", table.subject.compared);
     label(area, &text, (RIGHT + 64, row), 13.0, HPos::Left)

@@ -182,7 +182,11 @@ fn walk(change: impl FnOnce(&mut Value)) -> Result<Player, String> {
 #[test]
 fn a_document_beyond_the_limits_is_refused_with_keyframe_joint_and_value() {
     walk(|_| {}).unwrap();
-    let too_far = walk(|document| document["keyframes"][1]["angles"][2] = json!(-3.5)).unwrap_err();
+    let too_far = walk(|document| {
+        document["keyframes"][1]["angles"][2] = json!(-3.5);
+        document["keyframes"][1]["velocities"][2] = json!(0.0);
+    });
+    let too_far = too_far.unwrap_err();
     assert!(
         too_far.contains("/keyframes/1/angles/2: the joint \"LF_knee\"") && too_far.contains("-3.5"),
         "{too_far}"

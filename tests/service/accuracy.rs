@@ -31,7 +31,7 @@ fn the_diagram_shows_every_method_and_the_front() {
 
 #[test]
 fn an_empty_table_can_be_drawn() {
-    let table = Table::new(table().subject, table().truth, Vec::new());
+    let table = Table::new(table().subject, table().truth, Vec::new(), Vec::new());
     assert!(front_diagram(&table).unwrap().contains("hand-made"));
     assert_eq!(table.recommend(1.0).accuracy, None);
 }

@@ -142,9 +142,14 @@ fn shown(row: &CaseMeasurement) -> String {
     if row.holds { value } else { format!("**{value}**") }
 }
 
+/// What is smaller than this is shown as 0, in any unit of the table.
+const NOTHING: f64 = 1e-30;
+
 /// `value` to two digits.
 fn figure(value: f64) -> String {
-    if value == 0.0 || (1e-2..1e4).contains(&value.abs()) {
+    if value.abs() < NOTHING {
+        "0".to_owned()
+    } else if (1e-2..1e4).contains(&value.abs()) {
         let digits = if value.abs() < 0.1 {
             3
         } else if value.abs() < 10.0 {
