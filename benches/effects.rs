@@ -1,15 +1,18 @@
-//! What each effect costs: nanoseconds of a step with every effect on, with each one off, and with all off.
+//! What each effect costs: work and time of a step with the effects that a plan has by default, with each of those
+//! switched off, and with each of the others switched on.
 //!
-//! An effect that the character or the scene gives nothing to act on is off whatever the switch says, and is
-//! left out.
+//! Every variant takes each step from the same state: the one that the default plan has come to there. So a ratio
+//! is that of the same step with and without the effect, and not of another course of the motion. What vanishes is
+//! counted beside the time: evaluations of the dynamics, complementarity problems, their rows and the solver's iterations.
 
 mod common;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use gaitwright_physics::model::Model;
 use gaitwright_physics::scene::{Accuracy, Effect, Feedforward, Gains, Ground, Scene, StepPlan, Switch};
-use gaitwright_physics::sim::{Simulator, State};
+use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::Stance;
 
 /// A character, what it does and where.
@@ -19,30 +22,31 @@ struct Case {
     gains: Gains,
     start: State,
     targets: Vec<Vec<f64>>,
-    /// Height of the ground, m.
-    ground: f64,
+    /// Height of the ground, m; `None` for none.
+    ground: Option<f64>,
 }
 
-/// Steps of one round.
+/// Steps of a case.
 const STEPS: usize = 250;
 
+/// Dry friction of a joint where that is switched on, N m.
+const DRY_FRICTION: f64 = 0.1;
+
 fn cases() -> Vec<Case> {
-    let mut quadruped = Model::clone(&common::robot());
-    quadruped.friction.fill(0.1);
-    let quadruped = Arc::new(quadruped);
+    let quadruped = common::robot();
     let stance = Stance::find(&quadruped, &Scene::default());
     let of_quadruped = |name, sway, ground| Case {
         name,
         model: quadruped.clone(),
-        gains: Gains { feedforward: Feedforward::ContactAware, ..stance.gains.clone() },
+        gains: stance.gains.clone(),
         start: stance.state.clone(),
         targets: common::sway(&stance.angles, sway, Accuracy::default().step, STEPS),
         ground,
     };
     vec![
-        of_quadruped("quadruped, standing", 0.0, 0.0),
-        of_quadruped("quadruped, swaying", 0.3, 0.0),
-        of_quadruped("quadruped, flying", 0.3, -1e3),
+        of_quadruped("quadruped, standing", 0.0, Some(0.0)),
+        of_quadruped("quadruped, swaying", 0.3, Some(0.0)),
+        of_quadruped("quadruped, flying", 0.3, None),
         chain(),
     ]
 }
@@ -51,9 +55,6 @@ fn cases() -> Vec<Case> {
 fn chain() -> Case {
     let mut model = Model::clone(&common::chain(60, Some(15), false));
     model.limits.fill(Some([-1.0, 1.0]));
-    model.damping.fill(0.01);
-    // Dry friction is a row for each joint at every step, so that few have it.
-    model.friction[..6].fill(0.1);
     let joints = model.joint_count();
     let mut start = State::new(&model);
     start.root.position.z = 0.05;
@@ -63,64 +64,153 @@ fn chain() -> Case {
             stiffness: vec![100.0; joints],
             damping: vec![5.0; joints],
             max_torque: vec![Some(100.0); joints],
-            feedforward: Feedforward::ContactAware,
             ..Gains::default()
         },
         targets: vec![start.angles.clone(); STEPS + 1],
         start,
         model: Arc::new(model),
-        ground: 0.0,
+        ground: Some(0.0),
     }
 }
 
-/// The case's scene with `on` switched on and all else off, if the simulator and the scene have these effects.
-fn plan(case: &Case, on: &[Effect]) -> Option<StepPlan> {
-    let switch = |effect| if on.contains(&effect) { Switch::On } else { Switch::Off };
-    let scene = Scene {
-        ground: Some(Ground::Plane { height: case.ground }),
-        effects: Effect::ALL.into_iter().map(|effect| (effect, switch(effect))).collect(),
-        ..Scene::default()
+/// A step of the case that differs from the default one in a single effect.
+struct Variant {
+    name: String,
+    simulator: Simulator,
+    /// The least time of each step, ns.
+    times: Vec<f64>,
+    counts: Counts,
+}
+
+/// Work of all steps together.
+#[derive(Clone, Copy, Default)]
+struct Counts {
+    evaluations: u64,
+    problems: u64,
+    rows: u64,
+    iterations: u64,
+}
+
+impl Variant {
+    /// The default plan with `change`; `None` where that cannot be simulated.
+    fn new(
+        case: &Case,
+        name: String,
+        change: impl FnOnce(&mut Model, &mut Scene, &mut Gains),
+    ) -> Option<Self> {
+        let (mut model, mut gains) = (Model::clone(&case.model), case.gains.clone());
+        let ground = case.ground.map(|height| Ground::Plane { height });
+        let mut scene = Scene { ground, ..Scene::default() };
+        change(&mut model, &mut scene, &mut gains);
+        let plan = StepPlan::compile(&scene, &Accuracy::default(), Some(&gains), &Arc::new(model)).ok()?;
+        let simulator = Simulator::new(Arc::new(plan), case.start.clone());
+        Some(Self { name, simulator, times: vec![f64::INFINITY; STEPS], counts: Counts::default() })
+    }
+
+    /// Takes step number `index` from `state` and keeps its time if it is the least so far; `counted` adds its work.
+    fn step(&mut self, state: &State, index: usize, targets: &[Vec<f64>], counted: bool) {
+        let before = self.so_far();
+        self.simulator.set_state(state);
+        let command = Command::Track { now: &targets[index], next: &targets[index + 1] };
+        let begun = Instant::now();
+        self.simulator.step(command).expect("a step");
+        let time = begun.elapsed().as_secs_f64() * 1e9;
+        self.times[index] = self.times[index].min(time);
+        if counted {
+            let after = self.so_far();
+            self.counts.evaluations += after.evaluations - before.evaluations;
+            self.counts.problems += after.problems - before.problems;
+            self.counts.rows += after.rows - before.rows;
+            self.counts.iterations += after.iterations - before.iterations;
+        }
+    }
+
+    fn so_far(&self) -> Counts {
+        let solved = self.simulator.solver_work();
+        Counts {
+            evaluations: self.simulator.evaluations(),
+            problems: solved.problems,
+            rows: solved.rows,
+            iterations: solved.iterations,
+        }
+    }
+
+    /// Mean time of a step, ns.
+    fn nanoseconds(&self) -> f64 {
+        self.times.iter().sum::<f64>() / STEPS as f64
+    }
+}
+
+/// The default plan, and what differs from it in one effect.
+fn variants(case: &Case) -> Vec<Variant> {
+    let mut variants: Vec<Variant> = Vec::new();
+    variants.extend(Variant::new(case, "as it is by default".to_owned(), |_, _, _| {}));
+    let decisions = variants[0].simulator.plan().decisions.clone();
+    let switched = |effect: Effect, switch, word: &str| {
+        Variant::new(case, format!("{} {word}", effect.name()), |_, scene: &mut Scene, _| {
+            scene.effects.insert(effect, switch);
+        })
     };
-    let plan = StepPlan::compile(&scene, &Accuracy::default(), Some(&case.gains), &case.model).ok()?;
-    on.iter().all(|effect| plan.decisions[effect].on).then_some(plan)
+    for effect in Effect::ALL.into_iter().filter(|effect| decisions[effect].on) {
+        variants.extend(switched(effect, Switch::Off, "off"));
+    }
+    if !decisions[&Effect::JointFriction].on {
+        variants.extend(Variant::new(case, "joint_friction on".to_owned(), |model, _, _| {
+            model.friction.fill(DRY_FRICTION);
+        }));
+    }
+    for (feedforward, word) in
+        [(Feedforward::ContactFree, "contact-free"), (Feedforward::ContactAware, "contact-aware")]
+    {
+        variants.extend(Variant::new(case, format!("{word} feedforward"), |_, _, gains| {
+            gains.feedforward = feedforward;
+        }));
+    }
+    variants.extend(switched(Effect::TrunkRotationLock, Switch::On, "on"));
+    variants.extend(Variant::new(case, "everything off".to_owned(), |_, scene, _| {
+        scene.effects = Effect::ALL.into_iter().map(|effect| (effect, Switch::Off)).collect();
+    }));
+    variants
 }
 
 fn main() {
-    let rounds = if common::measuring() { 60 } else { 1 };
+    let rounds = if common::measuring() { 40 } else { 1 };
     for case in cases() {
-        // Friction and stabilization have something to act on where the ground is on.
-        let with_ground = |effect| match effect {
-            Effect::Friction | Effect::Stabilization => vec![Effect::GroundContact, effect],
-            _ => vec![effect],
-        };
-        let effects: Vec<Effect> =
-            Effect::ALL.into_iter().filter(|effect| plan(&case, &with_ground(*effect)).is_some()).collect();
-        let variant = |name: String, without: &dyn Fn(Effect) -> bool| {
-            let on: Vec<Effect> = effects.iter().copied().filter(|effect| !without(*effect)).collect();
-            let plan = plan(&case, &on)?;
-            Some((name, Simulator::new(Arc::new(plan), case.start.clone())))
-        };
-        let one_off = effects.iter().filter_map(|effect| {
-            // What needs the ground goes with it.
-            let follows = |other: Effect| {
-                *effect == Effect::GroundContact && matches!(other, Effect::Friction | Effect::Stabilization)
-            };
-            variant(format!("{} off", effect.name()), &|other| other == *effect || follows(other))
-        });
-        let all_on = variant("all on".into(), &|_| false);
-        let all_off = variant("all off".into(), &|_| true);
-        let variants: Vec<(String, Simulator)> = all_on.into_iter().chain(one_off).chain(all_off).collect();
+        let mut variants = variants(&case);
+        // The course of the default plan, from whose states all of them take their steps.
+        let mut course = vec![case.start.clone()];
+        let mut simulator = variants[0].simulator.clone();
+        for pair in case.targets.windows(2) {
+            simulator.step(Command::Track { now: &pair[0], next: &pair[1] }).expect("a step");
+            course.push(simulator.state().clone());
+        }
         // In turns, so that what disturbs the machine disturbs all of them.
-        let mut times = vec![f64::INFINITY; variants.len()];
-        for _ in 0..rounds {
-            for (least, (_, start)) in times.iter_mut().zip(&variants) {
-                *least = least.min(common::nanoseconds(start, &case.targets, 1));
+        for round in 0..rounds {
+            for variant in &mut variants {
+                for (index, state) in course.iter().take(STEPS).enumerate() {
+                    variant.step(state, index, &case.targets, round == 0);
+                }
             }
         }
-        println!("{}\n{:<24} {:>12} {:>10}", case.name, "", "ns per step", "of all on");
-        for ((name, _), time) in variants.iter().zip(&times) {
-            println!("{name:<24} {time:>12.0} {:>10.2}", time / times[0]);
+        println!(
+            "\n| {} | µs a step | of the default | evaluations | problems | rows | iterations |",
+            case.name
+        );
+        println!("|---|---|---|---|---|---|---|");
+        let whole = variants[0].nanoseconds();
+        for variant in &variants {
+            let (time, counts) = (variant.nanoseconds(), variant.counts);
+            let each = |count: u64| count as f64 / STEPS as f64;
+            println!(
+                "| {} | {:.1} | {:.2} | {:.2} | {:.2} | {:.1} | {:.1} |",
+                variant.name,
+                time / 1e3,
+                time / whole,
+                each(counts.evaluations),
+                each(counts.problems),
+                each(counts.rows),
+                each(counts.iterations),
+            );
         }
-        println!();
     }
 }

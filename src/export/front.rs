@@ -28,7 +28,7 @@ const COLORS: [RGBColor; 8] = [
 ];
 
 /// Draws what every setting of a study costs and how exact it is, both on logarithmic axes: a line and a mark of
-/// its own for each method, a broad band behind the settings that none other beats, a cross at the upper edge
+/// its own for each method, a thin line from the lower to the upper quartile of its errors, a broad band behind the settings that none other beats, a cross at the upper edge
 /// for each that diverged. Settings that simulate a variant of the subject, and those that were left out, are
 /// not drawn.
 ///
@@ -45,6 +45,12 @@ fn place(row: &TableRow) -> Option<(f64, f64)> {
     (figures.seconds > 0.0 && figures.error > 0.0).then_some((figures.seconds, figures.error))
 }
 
+/// The quartiles of a row's errors.
+fn whisker(row: &TableRow) -> Option<[f64; 2]> {
+    place(row)?;
+    row.figures.as_ref().map(|figures| [figures.spread.lower_quartile, figures.spread.upper_quartile])
+}
+
 fn draw(area: &Area<'_>, table: &Table) -> Drawn {
     area.fill(&WHITE)?;
     let title = format!("{}: what accuracy costs", table.subject.name);
@@ -52,7 +58,9 @@ fn draw(area: &Area<'_>, table: &Table) -> Drawn {
     label(area, &table.subject.error, (20, 48), 13.0, HPos::Left)?;
     let shown: Vec<(f64, f64)> = table.rows.iter().filter_map(place).collect();
     let x = Axis::new(shown.iter().map(|(seconds, _)| *seconds), (LEFT, RIGHT));
-    let y = Axis::new(shown.iter().map(|(_, error)| *error), (BOTTOM, TOP));
+    let ends = table.rows.iter().filter_map(whisker).flatten().filter(|error| *error > 0.0);
+    let errors: Vec<f64> = shown.iter().map(|(_, error)| *error).chain(ends).collect();
+    let y = Axis::new(errors.iter().copied(), (BOTTOM, TOP));
     axes(area, &x, &y, &table.subject.unit)?;
     let at = |(seconds, error): (f64, f64)| (x.at(seconds), y.at(error));
 
@@ -70,6 +78,12 @@ fn draw(area: &Area<'_>, table: &Table) -> Drawn {
             continue;
         }
         let series = Look::new(line as usize, rows[0].engine);
+        for (row, [lower, upper]) in rows.iter().filter_map(|row| Some((row, whisker(row)?))) {
+            let Some((seconds, error)) = place(row) else { continue };
+            let lower = if lower > 0.0 { lower } else { error.min(upper) };
+            let ends = [at((seconds, lower)), at((seconds, upper))];
+            area.draw(&PathElement::new(ends, series.color.mix(0.6).stroke_width(1)))?;
+        }
         area.draw(&PathElement::new(points.clone(), series.color.stroke_width(series.width)))?;
         for point in points {
             series.mark(area, point)?;
@@ -87,7 +101,14 @@ fn draw(area: &Area<'_>, table: &Table) -> Drawn {
     }
     let row = TOP + 8 + LINE * line;
     area.draw(&PathElement::new([(RIGHT + 24, row), (RIGHT + 56, row)], FRONT.stroke_width(11)))?;
-    label(area, "the front: none is both faster and more exact", (RIGHT + 64, row), 13.0, HPos::Left)
+    label(area, "the front: none is both faster and more exact", (RIGHT + 64, row), 13.0, HPos::Left)?;
+    let row = row + LINE;
+    area.draw(&PathElement::new(
+        [(RIGHT + 40, row - 8), (RIGHT + 40, row + 8)],
+        INK.mix(0.6).stroke_width(1),
+    ))?;
+    let text = format!("half of the {} pieces (quartiles); marks: the mean", table.subject.compared);
+    label(area, &text, (RIGHT + 64, row), 13.0, HPos::Left)
 }
 
 /// How a method looks.

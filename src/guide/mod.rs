@@ -56,9 +56,11 @@ pub mod accuracy {}
 pub mod other_engines {}
 
 #[doc = include_str!("effects.md")]
+#[doc = include_str!("../../static/convergence.svg")]
 pub mod effects {}
 
 #[doc = include_str!("hard_cases.md")]
+#[doc = include_str!("hard_cases_table.md")]
 pub mod hard_cases {}
 
 #[doc = include_str!("limits.md")]

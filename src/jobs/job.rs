@@ -174,6 +174,7 @@ impl Job {
         if let Work::Learning(learned) = &mut self.work {
             learned.ended_by = None;
             learned.metrics = None;
+            learned.accuracy_check = None;
             learned.motions.clear();
         }
     }

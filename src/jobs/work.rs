@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::repertoire::MotionSummary;
 use super::request::Settings;
-use gaitwright_learning::accuracy::{Recommendation, StudySubject};
+use gaitwright_learning::accuracy::{AccuracyCheck, Recommendation, StudySubject};
 use gaitwright_learning::learn::StopReason;
 use gaitwright_physics::motion::Metrics;
 use gaitwright_physics::scene::{AccuracyChoice, AskedAccuracy, Decision, Effect};
@@ -32,6 +32,9 @@ pub struct LearningRecord {
     /// Why the accuracy used was chosen, where a tolerance was asked for; known once the job runs.
     #[serde(default)]
     pub accuracy_choice: Option<AccuracyChoice>,
+    /// What became of that tolerance on the motion found.
+    #[serde(default)]
+    pub accuracy_check: Option<AccuracyCheck>,
     /// Every motion finished so far.
     #[serde(default)]
     pub motions: Vec<MotionSummary>,
@@ -76,6 +79,7 @@ impl From<Settings> for Work {
         Self::Learning(Box::new(LearningRecord {
             settings,
             accuracy_choice: None,
+            accuracy_check: None,
             motions: Vec::new(),
             best_fitness: None,
             cache_hit_rate: None,

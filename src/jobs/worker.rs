@@ -400,6 +400,7 @@ fn conclude(job: &mut Job, live: &Live, outcome: RunOutcome) {
     if let Work::Learning(learned) = &mut job.work {
         learned.ended_by = (!cancelled || live.is_abandoned()).then_some(outcome.ended);
         learned.metrics = outcome.motion.as_ref().ok().cloned();
+        learned.accuracy_check.clone_from(&outcome.accuracy_check);
     }
     match outcome.motion {
         _ if cancelled => call_off(job, live),

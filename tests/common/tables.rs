@@ -1,12 +1,14 @@
 //! A table of accuracy made by hand, and a reader of its CSV.
 
-use gaitwright_learning::accuracy::{Engine, Figures, RowStatus, StudySubject, Table, TableRow, Truth};
+use gaitwright_learning::accuracy::{
+    Engine, Figures, RowStatus, Spread, StudySubject, Table, TableRow, Truth,
+};
 use gaitwright_physics::scene::{Accuracy, Feedforward};
 
 fn row(method: &str, step: f64, figures: Option<(f64, f64)>) -> TableRow {
     let figures = figures.map(|(seconds, error)| Figures {
         error,
-        worst_error: 2.0 * error,
+        spread: Spread::of(&[0.5 * error, error, 2.0 * error]),
         seconds,
         evaluations: Some(1.0 / step),
         energy_error: 0.0,
@@ -54,6 +56,7 @@ pub fn table() -> Table {
     Table::new(
         subject,
         Truth { because: "written down".into(), accuracy: None, uncertainty: Some(1e-7) },
+        Vec::new(),
         rows,
     )
 }

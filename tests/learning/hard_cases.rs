@@ -5,8 +5,11 @@ use crate::common;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, LazyLock, Mutex, OnceLock};
 
-use gaitwright_learning::accuracy::catalogue::{Case, CaseBound, CaseVerdict, Quantity, cases, judge, named};
+use gaitwright_learning::accuracy::catalogue::{
+    Case, CaseBound, CaseVerdict, Quantity, cases, compare, judge, named, to_csv, to_markdown,
+};
 use gaitwright_learning::scenario::Scenario;
+use gaitwright_physics::scene::Accuracy;
 
 /// Parts of the catalogue that are run side by side, by the first word of a case's name.
 const PARTS: [&[&str]; 5] = [
@@ -122,6 +125,33 @@ fn a_broken_bound_is_told() {
     assert!(verdict.finished && !verdict.holds() && !broken.holds && kept.iter().all(|row| row.holds));
     // The block goes 2 m/s for 10 s.
     assert!((broken.measured - 20.0).abs() < 1e-6, "{broken:?}");
+}
+
+/// Both tables show a case with the default settings beside its best ones, and what is out of bounds stands out.
+#[test]
+fn the_table_shows_the_default_settings_beside_the_best() {
+    let mut broken = named("friction-0").unwrap();
+    broken.bounds = vec![CaseBound { quantity: Quantity::Creep { after: 0.0 }, most: 1.0 }];
+    let tuned = cases().into_iter().find(|case| case.name == "tumbling").unwrap();
+    assert!(tuned.by_default().is_some() && broken.by_default().is_none());
+    let runs = [(&broken, 1.0), (&broken, 4.0), (&tuned, 1.0)];
+    let compared: Vec<_> = runs.iter().map(|(case, factor)| compare(case, *factor).unwrap()).collect();
+    assert_eq!(compared[0].by_default, compared[0].best);
+    let of_tuned = &compared[2];
+    assert_eq!(
+        of_tuned.by_default.accuracy,
+        Accuracy { step: of_tuned.best.accuracy.step, ..Accuracy::default() }
+    );
+    let text = to_markdown(&compared);
+    let lines: Vec<&str> = text.lines().skip(2).collect();
+    assert_eq!(lines.len(), 1 + tuned.bounds.len(), "{text}");
+    assert!(
+        lines[0].starts_with("| `friction-0` | 2, 8 | creep | 1 m | **20**, **20** | the same |"),
+        "{text}"
+    );
+    assert!(lines[1].contains("moreau_jean"), "{text}");
+    let csv = to_csv(&compared);
+    assert_eq!(csv.lines().count(), 1 + 2 + tuned.bounds.len(), "{csv}");
 }
 
 #[test]

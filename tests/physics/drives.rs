@@ -6,7 +6,7 @@ use crate::common;
 use std::sync::Arc;
 
 use gaitwright_physics::model::Model;
-use gaitwright_physics::motion::{Motion, Player};
+use gaitwright_physics::motion::{Motion, Player, TargetLimits};
 use gaitwright_physics::scene::{
     Accuracy, Coordinates, Effect, Feedforward, Gains, Integrator, Scene, Switch,
 };
@@ -212,10 +212,14 @@ fn an_offset_displaces_the_spring() {
     }
 }
 
-/// The pass brings an error of velocity e to e (1 − h/T)ⁿ and follows an accelerating target without lag.
+/// The pass brings an error of velocity e to e (1 − x + x²/2 − x³/2)ⁿ with x = h / T, which is e^(−t/T) to second order, and
+/// follows an accelerating target without lag.
 #[test]
 fn feedforward_reaches_the_targets_velocity_within_its_period() {
     let (step, period) = (0.001, 0.02);
+    let x: f64 = step / period;
+    let left = 1.0 - x + 0.5 * x.powi(2) - 0.5 * x.powi(3);
+    assert!((left - (-x).exp()).abs() < x.powi(3));
     for feedforward in [Feedforward::ContactFree, Feedforward::ContactAware] {
         for accuracy in accuracies(step) {
             let gains = Gains { feedforward, feedforward_period: period, ..motor(None) };
@@ -232,7 +236,7 @@ fn feedforward_reaches_the_targets_velocity_within_its_period() {
             for index in 0..200 {
                 let (now, next) = (target(step * index as f64), target(step * (index + 1) as f64));
                 simulator.step(Command::Track { now: &[now], next: &[next] }).unwrap();
-                error *= 1.0 - step / period;
+                error *= left;
                 let found = mean(index) - simulator.state().velocities[0];
                 assert!((found - error).abs() < 1e-9, "{accuracy:?}: {found} instead of {error}");
             }
@@ -240,12 +244,15 @@ fn feedforward_reaches_the_targets_velocity_within_its_period() {
     }
 }
 
+/// Time of a stride of the bundled walk, s.
+const STRIDE: f64 = 0.35;
+
 /// Distance that the bundled walk covers in 5 s, m.
 fn walked(feedforward: Feedforward, step: f64) -> f64 {
     let model = common::example("quadruped.urdf");
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/quadruped-walk.motion.json");
     let motion = Motion::parse(&std::fs::read(path).unwrap()).unwrap();
-    let player = Player::new(&motion, &model.joint_names).unwrap();
+    let player = Player::new(&motion, &model.joint_names, &TargetLimits::of(&model.character)).unwrap();
     let gains = Gains { feedforward, ..motion.gains_for(&model.joint_names) };
     let mut scene = Scene::default();
     scene.effects.insert(Effect::SelfCollision, Switch::Off);
@@ -265,20 +272,21 @@ fn walked(feedforward: Feedforward, step: f64) -> f64 {
     (simulator.state().root.position - start).x
 }
 
-/// The walk's distance converges at first order as the step falls, whatever the feedforward: a step twice as fine changes it half as
-/// much as the one before, up to a factor of 1.5 that is left to terms of higher order and to steps in which feet touch
-/// down. Steps begin at a fifth of the feedforward's period; in longer ones these terms are not small.
+/// The walk's distance converges as the step falls, whatever the feedforward. In each stride a foot touches down or lifts off up
+/// to a step too early or too late, which changes the stride by that share of its time, with four feet and a few
+/// steps of settling by a few times that: six times is the bound. Over three halvings the difference
+/// from the finest step falls as at first order, by eight, of which half is left to chance, unless it is below half a per cent.
 #[test]
-fn a_walks_distance_converges_at_first_order() {
+fn a_walks_distance_converges() {
     let steps = [0.002, 0.001, 0.0005, 0.00025, 0.000125];
     for feedforward in [Feedforward::None, Feedforward::ContactFree, Feedforward::ContactAware] {
         let distances = common::in_parallel(&steps, |step| walked(feedforward, *step));
         println!("{feedforward:?}: {distances:.4?} m");
-        let changes: Vec<f64> = distances.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
-        for pair in changes.windows(2) {
-            assert!(pair[1] <= 0.5 * 1.5 * pair[0], "{feedforward:?}: {distances:?}");
+        let [coarser @ .., finest] = &distances[..] else { panic!("no distances") };
+        let errors: Vec<f64> = coarser.iter().map(|distance| (distance / finest - 1.0).abs()).collect();
+        for (step, error) in steps.iter().zip(&errors) {
+            assert!(*error < 6.0 * step / STRIDE, "{feedforward:?} at {step} s: {distances:?}");
         }
-        let finest = changes[changes.len() - 1] / distances[distances.len() - 1].abs();
-        assert!(finest < 0.02, "{feedforward:?}: {finest} of {distances:?}");
+        assert!(errors[0] < 0.005 || errors[3] < errors[0] / 4.0, "{feedforward:?}: {distances:?}");
     }
 }

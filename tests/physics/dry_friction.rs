@@ -5,7 +5,7 @@ use crate::common;
 use std::sync::Arc;
 
 use gaitwright_physics::model::Model;
-use gaitwright_physics::motion::{Motion, Player};
+use gaitwright_physics::motion::{Motion, Player, TargetLimits};
 use gaitwright_physics::scene::{Accuracy, Effect, Gains, Scene, SolverChoice, StepPlan, Terrain};
 use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::{Stance, resting_height};
@@ -150,7 +150,7 @@ fn every_step_of_standing_walking_and_falling_is_solved() {
     let stance = Stance::find(&model, &Scene::default());
     let path = common::example_path("quadruped-walk.motion.json");
     let motion = Motion::parse(&std::fs::read(path).unwrap()).unwrap();
-    let player = Player::new(&motion, &model.joint_names).unwrap();
+    let player = Player::new(&motion, &model.joint_names, &TargetLimits::of(&model.character)).unwrap();
     let walking = plan(&model, &motion.gains_for(&model.joint_names));
     let step = walking.step();
 

@@ -25,5 +25,6 @@ mod loops;
 mod materials;
 mod orders;
 mod properties;
+mod shaping;
 mod stance;
 mod step_control;

@@ -31,7 +31,7 @@ fn the_diagram_shows_every_method_and_the_front() {
 
 #[test]
 fn an_empty_table_can_be_drawn() {
-    let table = Table::new(table().subject, table().truth, Vec::new());
+    let table = Table::new(table().subject, table().truth, Vec::new(), Vec::new());
     assert!(front_diagram(&table).unwrap().contains("hand-made"));
     assert_eq!(table.recommend(1.0).accuracy, None);
 }
@@ -74,23 +74,29 @@ fn the_command_lists_its_scenes_and_refuses_others() {
 
 #[test]
 fn a_job_says_what_was_chosen_and_why() {
-    let paddler = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/service/paddler.urdf");
+    let quadruped = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/quadruped.urdf");
     let folder = TempDir::new().unwrap();
     let job = folder.path().join("job.json");
     let document = json!({
         "accuracy": { "tolerance": 0.004 },
-        "learning": { "generations": 2, "population": 4, "islands": 1, "elite": 1, "episodes": 2,
-            "trial_seconds": 0.5, "check_seconds": 1.0 } });
+        "task": { "gait": "trot" },
+        "learning": { "generations": 1 } });
     std::fs::write(&job, document.to_string()).unwrap();
     let out = folder.path().join("out");
     let output = Command::new(env!("CARGO_BIN_EXE_gaitwright"))
-        .args(["train", paddler, "--job", job.to_str().unwrap(), "--out", out.to_str().unwrap()])
+        .args(["train", quadruped, "--job", job.to_str().unwrap(), "--out", out.to_str().unwrap()])
         .output()
         .unwrap();
     assert!(output.status.code().is_some_and(|code| code < 2), "{}", String::from_utf8_lossy(&output.stderr));
     let report: Value = serde_json::from_slice(&std::fs::read(out.join("report.json")).unwrap()).unwrap();
     assert_eq!(report["accuracy_choice"]["tolerance"], 0.004);
     assert!(report["accuracy_choice"]["error"].as_f64().unwrap() <= 0.004);
+    // What was learned is tried again with it.
+    let checked = &report["accuracy_check"];
+    assert!(report["metrics"].is_object(), "{}", report["unsuccessful"]);
+    assert_eq!(checked["tolerance"], 0.004);
+    assert_eq!(checked["holds"], checked["error"].as_f64().unwrap() <= 0.004, "{checked}");
+    assert!(checked["because"].as_str().unwrap().contains("the motion that was learned"), "{checked}");
     let used: AskedAccuracy = serde_json::from_value(report["accuracy"].clone()).unwrap();
     assert!(matches!(used, AskedAccuracy::Settings(_)), "{used:?}");
 }

@@ -7,7 +7,7 @@ use gaitwright_learning::gait::{GaitContext, measure};
 use gaitwright_learning::learn::{Behaviour, Posture};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::motion::{
-    Motion, Player, RootAdvance, RootMotion, hermite, hermite_range, hermite_rate,
+    Motion, Player, RootAdvance, RootMotion, TargetLimits, hermite, hermite_range, hermite_rate,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -72,6 +72,9 @@ proptest! {
     }
 }
 
+/// Two joints without limits.
+const FREE: [TargetLimits; 2] = [TargetLimits::NONE; 2];
+
 /// A motion of two joints: from standing through one keyframe into a loop of two.
 fn document() -> Value {
     let root = |x: f64| json!({ "position": [x, 0, 0.3], "orientation": [1, 0, 0, 0] });
@@ -116,7 +119,7 @@ fn a_document_is_read_and_written_to_the_same_motion() {
 #[test]
 fn a_player_goes_through_the_entry_once_and_round_the_loop_for_ever() {
     let motion = parse(&document()).unwrap();
-    let player = Player::new(&motion, &["b".to_owned(), "a".to_owned()]).unwrap();
+    let player = Player::new(&motion, &["b".to_owned(), "a".to_owned()], &FREE).unwrap();
     assert_eq!((player.lead(), player.period()), (0.25, 0.5));
     let at = |t: f64| {
         let mut angles = [f64::NAN; 2];
@@ -143,7 +146,7 @@ fn a_player_goes_through_the_entry_once_and_round_the_loop_for_ever() {
 fn postures_are_played_as_the_document_made_of_them() {
     let motion = parse(&document()).unwrap();
     let names = motion.joints.clone();
-    let of_document = Player::new(&motion, &names).unwrap();
+    let of_document = Player::new(&motion, &names, &FREE).unwrap();
     let cycle = motion.keyframes[..2].iter().map(|key| (&key.angles[..], &key.velocities[..]));
     let of_postures = Player::from_postures(&[0.0, 0.0], std::iter::empty(), cycle, 0.25);
     for index in 0..2000 {
@@ -193,7 +196,7 @@ fn unknown_fields_and_other_formats_are_refused_by_name() {
 #[test]
 fn a_player_names_the_joints_that_do_not_match() {
     let motion = parse(&document()).unwrap();
-    let message = Player::new(&motion, &["a".to_owned(), "c".to_owned()]).unwrap_err().to_string();
+    let message = Player::new(&motion, &["a".to_owned(), "c".to_owned()], &FREE).unwrap_err().to_string();
     assert!(message.contains("\"c\"") && message.contains("\"b\""), "{message}");
 }
 

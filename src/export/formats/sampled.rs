@@ -7,7 +7,7 @@ use super::skeleton::Skeleton;
 use super::track::{Knot, Track};
 use gaitwright_physics::character::Character;
 use gaitwright_physics::fault::InputError;
-use gaitwright_physics::motion::{Keyframe, Motion, Player, RootMotion};
+use gaitwright_physics::motion::{Keyframe, Motion, Player, RootMotion, TargetLimits};
 
 /// Frames per second that are taken.
 const RATES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
@@ -93,7 +93,7 @@ impl<'a> SampledMotion<'a> {
         }
         let skeleton = Skeleton::new(character);
         // It finds everything that is wrong with the document, and with its joints for this character.
-        Player::new(motion, &skeleton.joints)?;
+        Player::new(motion, &skeleton.joints, &TargetLimits::of(character))?;
         let longest = motion.cycle.end.max(motion.entry.last().map_or(0.0, |keyframe| keyframe.time));
         if !RATES.contains(&fps) || fps * longest > MAX_FRAMES {
             let reason = format!(

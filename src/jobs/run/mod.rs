@@ -24,7 +24,7 @@ use gaitwright_learning::learn::{Cancel, StopReason, Task};
 use gaitwright_learning::training::{TrainingCheckpoint, train};
 use gaitwright_physics::character::Reading;
 use gaitwright_physics::model::{Base, Model};
-use gaitwright_physics::motion::{Motion, Player};
+use gaitwright_physics::motion::{Motion, Player, TargetLimits};
 use gaitwright_physics::stance::Stance;
 
 use crate::export::Curve;
@@ -49,7 +49,7 @@ pub use watcher::RunWatcher;
 /// character falls before it has gone round its loop.
 pub fn replay(motion: &Motion, reading: &Reading) -> Result<GaitReport, ReplayError> {
     let model = Arc::new(Model::new(Arc::new(reading.character.clone()), Base::Floating));
-    let player = Player::new(motion, &model.joint_names)?;
+    let player = Player::new(motion, &model.joint_names, &TargetLimits::of(&model.character))?;
     let stance = Stance::find(&model, &motion.scene);
     // Whatever else the task asked for: direction and speed are all that a gait is judged by.
     let asked = |field: &str| motion.provenance.task.get(field).cloned().unwrap_or_default();
@@ -92,7 +92,8 @@ pub fn run(
     watcher.stage(Stage::Standing);
     let Some(prepared) = PreparedRun::new(order, threads, cancel)? else {
         let motion = Err(Unsuccessful::NotBegun);
-        return Ok(RunOutcome { ended: StopReason::Cancelled, motion, checking_seconds: 0.0 });
+        let ended = StopReason::Cancelled;
+        return Ok(RunOutcome { ended, motion, accuracy_check: None, checking_seconds: 0.0 });
     };
     watcher.prepared(&prepared);
 
@@ -106,10 +107,14 @@ pub fn run(
     watcher.stage(Stage::Checking);
     let start = Instant::now();
     Artefact::Curve.publish(folder, Curve::new(&trained.curve).to_csv().as_bytes())?;
-    let report = report(order, &prepared, &trained, &shelved);
+    let accuracy_check = match shelved.motion() {
+        Some(motion) => prepared.accuracy_check(motion, &|| limit.is_over())?,
+        None => None,
+    };
+    let report = report(order, &prepared, &trained, &shelved, accuracy_check.as_ref());
     Artefact::Report.publish(folder, &json(&report)?)?;
     recording.job(&describe(order, &prepared, Some(&report)))?;
     recording.finish()?;
     let checking_seconds = start.elapsed().as_secs_f64();
-    Ok(RunOutcome { ended: trained.ended, motion: shelved.outcome(), checking_seconds })
+    Ok(RunOutcome { ended: trained.ended, motion: shelved.outcome(), accuracy_check, checking_seconds })
 }

@@ -1,5 +1,6 @@
 //! What comes of a run.
 
+use gaitwright_learning::accuracy::AccuracyCheck;
 use gaitwright_learning::learn::StopReason;
 use gaitwright_physics::motion::Metrics;
 
@@ -10,6 +11,8 @@ pub struct RunOutcome {
     pub ended: StopReason,
     /// Figures of the motion found, or why there is none.
     pub motion: Result<Metrics, Unsuccessful>,
+    /// Whether that motion keeps the tolerance that was asked for, where one was.
+    pub accuracy_check: Option<AccuracyCheck>,
     /// s of the wall clock spent checking and writing.
     pub checking_seconds: f64,
 }

@@ -6,13 +6,18 @@ use std::time::Instant;
 use super::error::RunError;
 use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
-use gaitwright_learning::accuracy::{settle, swaying};
+use gaitwright_learning::accuracy::{AccuracyCheck, check, settle, swaying};
 use gaitwright_learning::learn::{Cancel, LearningSetup, reference_gravity};
+use gaitwright_learning::scenario::{ScenarioSetup, Script};
 use gaitwright_learning::training::LearnedMotion;
+use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::Player;
 use gaitwright_physics::scene::{AccuracyChoice, StepPlan};
 use gaitwright_physics::stance::Stance;
+
+/// How long a learned motion goes round its loop when its tolerance is checked, s.
+const LOOPED: f64 = 2.0;
 
 /// A run about to learn.
 #[derive(Debug, Clone)]
@@ -50,8 +55,28 @@ impl PreparedRun {
         Ok(Some(Self { setup, plan, accuracy_choice, standing_seconds }))
     }
 
-    /// The targets of a motion.
-    pub(super) fn player(&self, motion: &LearnedMotion) -> Player {
-        motion.player(&self.setup.stance.angles)
+    /// Whether `motion` keeps the tolerance that the accuracy was chosen for, before there was any motion; `None` where
+    /// none was asked for, or where `stop` returns true before it is known.
+    ///
+    /// # Errors
+    ///
+    /// Every fault of scene and drive.
+    pub(super) fn accuracy_check(
+        &self,
+        motion: &LearnedMotion,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Option<AccuracyCheck>, InputError> {
+        let Some(choice) = &self.accuracy_choice else { return Ok(None) };
+        let LearningSetup { model, scene, stance, accuracy, .. } = &self.setup;
+        let player = motion.player(&self.setup.stance.angles);
+        let played = ScenarioSetup {
+            model: model.clone(),
+            scene: scene.clone(),
+            gains: Some(motion.gains.clone()),
+            start: stance.state.clone(),
+            duration: player.lead() + LOOPED,
+            script: Script::Track(player),
+        };
+        check(&played, accuracy, choice.tolerance, stop)
     }
 }

@@ -12,6 +12,7 @@ use crate::jobs::job::CharacterName;
 use crate::jobs::order::Order;
 use crate::jobs::repertoire::RepertoireEntry;
 use crate::jobs::request::Settings;
+use gaitwright_learning::accuracy::AccuracyCheck;
 use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::learn::{Learning, StopReason};
 use gaitwright_learning::training::Trained;
@@ -42,6 +43,9 @@ pub struct TrainingReport {
     /// Why the accuracy used was chosen, where a tolerance was asked for.
     #[serde(default)]
     pub accuracy_choice: Option<AccuracyChoice>,
+    /// What became of that tolerance on the job's motion; `null` also where nothing was learned.
+    #[serde(default)]
+    pub accuracy_check: Option<AccuracyCheck>,
     /// Every effect, whether it was simulated, and why.
     pub effects: BTreeMap<Effect, Decision>,
     /// Why the learning stopped.
@@ -75,6 +79,7 @@ pub(super) fn report(
     prepared: &PreparedRun,
     trained: &Trained,
     shelved: &Shelved,
+    accuracy_check: Option<&AccuracyCheck>,
 ) -> TrainingReport {
     let (character, setup) = (&order.reading.character, &prepared.setup);
     let last = trained.curve.last();
@@ -91,6 +96,7 @@ pub(super) fn report(
             ..order.settings.clone()
         },
         accuracy_choice: prepared.accuracy_choice.clone(),
+        accuracy_check: accuracy_check.cloned(),
         effects: prepared.plan.decisions.clone(),
         ended_by: trained.ended,
         reproducible: matches!(trained.ended, StopReason::Generations | StopReason::Complete),

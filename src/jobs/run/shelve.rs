@@ -21,8 +21,8 @@ use gaitwright_physics::motion::{Metrics, Motion, Provenance};
 #[derive(Debug, Default)]
 pub(super) struct Shelved {
     repertoire: Repertoire,
-    /// Fitness and gait of the job's motion.
-    best: Option<(f64, GaitReport)>,
+    /// The job's motion and its gait.
+    best: Option<(LearnedMotion, GaitReport)>,
     /// Why the motion checked last was not kept.
     refused: Option<Unsuccessful>,
 }
@@ -33,9 +33,14 @@ impl Shelved {
         &self.repertoire
     }
 
+    /// The job's motion.
+    pub(super) fn motion(&self) -> Option<&LearnedMotion> {
+        self.best.as_ref().map(|(motion, _)| motion)
+    }
+
     /// Fitness of the job's motion.
     pub(super) fn fitness(&self) -> Option<f64> {
-        self.best.as_ref().map(|(fitness, _)| *fitness)
+        self.motion().map(|motion| motion.behaviour.fitness)
     }
 
     /// Gait of the job's motion.
@@ -81,7 +86,7 @@ impl Shelved {
             Artefact::Motion.publish(folder, motion.as_bytes())?;
             Artefact::Gait.publish(folder, &gait)?;
             Artefact::Diagram.publish(folder, gait_diagram(&checked.gait)?.as_bytes())?;
-            self.best = Some((learned.behaviour.fitness, checked.gait.clone()));
+            self.best = Some((learned.clone(), checked.gait.clone()));
         }
         Artefact::Motions.publish(folder, &json(&self.repertoire)?)?;
         Ok(self.repertoire.entry(number))

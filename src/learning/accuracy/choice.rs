@@ -6,16 +6,20 @@
 
 use std::sync::Arc;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::engine::Engine;
 use super::fault::StudyError;
 use super::figures::{Figures, TrialOutcome};
 use super::reference::{Pieces, reference};
 use super::settings::TrialSettings;
+use super::spread::Spread;
 use super::truth::Truth;
 use crate::scenario::{Files, PreparedScenario, Scenario, ScenarioSetup, Script};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
-use gaitwright_physics::motion::Player;
+use gaitwright_physics::motion::{Player, TargetLimits, shape};
 use gaitwright_physics::scene::{Accuracy, AccuracyChoice, AskedAccuracy, Integrator, Scene};
 use gaitwright_physics::stance::Stance;
 
@@ -72,6 +76,54 @@ pub fn settle(
         }
         None => Err(out_of_reach(most_exact, &truth).into()),
     }
+}
+
+/// What became of a tolerance on the motion that was learned with the settings chosen for it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AccuracyCheck {
+    /// The tolerance asked for, m.
+    pub tolerance: f64,
+    /// Mean error of the settings on pieces of the learned motion, m; `null` where the simulation broke off.
+    pub error: Option<f64>,
+    /// How the errors are spread over the pieces, m.
+    pub spread: Option<Spread>,
+    /// Whether the mean error is within the tolerance.
+    pub holds: bool,
+    /// What it was tried on, and what came of it.
+    pub because: String,
+}
+
+/// Tries `accuracy`, which was chosen for `tolerance` (m) on another motion, on that of `setup`; `None` when `stop`
+/// returns true before that is done.
+///
+/// # Errors
+/// Every fault of the scene and the drive.
+pub fn check(
+    setup: &ScenarioSetup,
+    accuracy: &Accuracy,
+    tolerance: f64,
+    stop: &dyn Fn() -> bool,
+) -> Result<Option<AccuracyCheck>, InputError> {
+    let without = |because| AccuracyCheck { tolerance, error: None, spread: None, holds: false, because };
+    let (problem, truth) = match reference(setup, &Pieces { span: setup.duration, ..PIECES }, stop) {
+        Ok(Some(found)) => found,
+        Ok(None) => return Ok(None),
+        Err(StudyError::Input(error)) => return Err(error),
+        Err(error @ StudyError::BrokenOff(_)) => return Ok(Some(without(error.to_string()))),
+    };
+    let settings = TrialSettings { engine: Engine::Gaitwright, accuracy: *accuracy };
+    Ok(problem.try_out(&settings, 0, stop).map(|outcome| match outcome {
+        TrialOutcome::Measured(Figures { error, spread, .. }) => AccuracyCheck {
+            tolerance,
+            error: Some(error),
+            spread: Some(spread),
+            holds: error <= tolerance,
+            because: format!("tried on the motion that was learned: {}", truth.because),
+        },
+        TrialOutcome::Diverged(divergence) => without(divergence.to_string()),
+        TrialOutcome::LeftOut(reason) => without(reason.to_string()),
+    }))
 }
 
 /// The settings to choose from.
@@ -135,15 +187,22 @@ pub fn swaying(model: &Arc<Model>, stance: &Stance, scene: &Scene) -> ScenarioSe
         };
         stance.angles.iter().zip(&model.limits).map(leaning).collect()
     };
-    let (one, other) = (leaning_to(1.0), leaning_to(-1.0));
-    let rest = vec![0.0; model.joint_count()];
-    let cycle = [(one.as_slice(), rest.as_slice()), (other.as_slice(), rest.as_slice())];
+    let mut postures = [leaning_to(1.0), leaning_to(-1.0)].map(|angles| {
+        let rest = vec![0.0; angles.len()];
+        (angles, rest)
+    });
+    let mut shaped: Vec<_> =
+        postures.iter_mut().map(|(angles, rates)| (angles.as_mut_slice(), rates.as_mut_slice())).collect();
+    let limits = TargetLimits::of(&model.character);
+    let time = shape(&stance.angles, &mut shaped, 0, SWAY_TIME, &limits);
+    let cycle = postures.iter().map(|(angles, rates)| (angles.as_slice(), rates.as_slice()));
+    let player = Player::from_postures(&stance.angles, [], cycle, time);
     ScenarioSetup {
         model: model.clone(),
         scene: scene.clone(),
         gains: Some(stance.gains.clone()),
         start: stance.state.clone(),
-        script: Script::Track(Player::from_postures(&stance.angles, [], cycle, SWAY_TIME)),
+        script: Script::Track(player),
         duration: SWAYING,
     }
 }

@@ -13,7 +13,7 @@ pub enum StudyError {
     Input(#[from] InputError),
     /// Even the finest simulation of the scenario breaks off before its end.
     #[error("the finest simulation, which others are compared with, broke off: {0}")]
-    BrokenOff(Failure),
+    BrokenOff(#[from] Failure),
 }
 
 /// Why a trial broke off or its simulation cannot be compared with the truth any more.

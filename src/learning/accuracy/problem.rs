@@ -44,6 +44,11 @@ impl AccuracyProblem {
         self.interval * self.marks() as f64
     }
 
+    /// The true states at all marks, piece by piece.
+    pub fn states(&self) -> impl Iterator<Item = &State> {
+        self.pieces.iter().flat_map(|piece| &piece.marks)
+    }
+
     /// Number of marks of all pieces together.
     pub fn marks(&self) -> usize {
         self.pieces.iter().map(|piece| piece.marks.len()).sum()

@@ -8,14 +8,16 @@
 
 use std::sync::Arc;
 
-use super::fault::StudyError;
+use super::engine::Engine;
+use super::fault::{LeftOutReason, StudyError};
 use super::measure::Measure;
 use super::problem::{AccuracyProblem, Piece};
-use super::truth::Truth;
+use super::settings::TrialSettings;
+use super::truth::{OtherTruth, Truth};
 use crate::scenario::ScenarioSetup;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::{Accuracy, Integrator, SolverChoice, SolverKind};
-use gaitwright_physics::sim::Simulator;
+use gaitwright_physics::sim::{Simulator, State};
 
 /// How a scenario is cut into pieces, and how finely their true ends are computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,6 +98,34 @@ pub fn reference(
         AccuracyProblem { setup: setup.clone(), measure: Measure::DISPLACEMENT, interval, pieces: cut },
         truth,
     )))
+}
+
+/// `problem` with the ends that `engine` itself gives its pieces at a step of `step` seconds, and how that truth compares
+/// with the one before; `None` when `stop` returns true before they are computed.
+///
+/// # Errors
+/// Why the engine cannot simulate it.
+pub(super) fn reference_by(
+    engine: Engine,
+    problem: &AccuracyProblem,
+    step: f64,
+    stop: &dyn Fn() -> bool,
+) -> Result<Option<(AccuracyProblem, OtherTruth)>, LeftOutReason> {
+    let at = |step| TrialSettings { engine, accuracy: Accuracy { step, ..Accuracy::default() } };
+    let Some(coarser) = problem.ends(&at(2.0 * step), stop)? else { return Ok(None) };
+    let Some(fine) = problem.ends(&at(step), stop)? else { return Ok(None) };
+    let mut own = problem.clone();
+    for (piece, marks) in own.pieces.iter_mut().zip(fine) {
+        piece.marks = marks;
+    }
+    let model = &problem.setup.model;
+    let mean = |others: &mut dyn Iterator<Item = &State>| {
+        let errors = own.states().zip(others).map(|(state, other)| (problem.measure.of)(model, other, state));
+        errors.sum::<f64>() / problem.marks() as f64
+    };
+    let uncertainty = mean(&mut coarser.iter().flatten());
+    let apart = mean(&mut problem.states());
+    Ok(Some((own, OtherTruth { engine, step, uncertainty, apart })))
 }
 
 /// The most exact setting with this step (s).

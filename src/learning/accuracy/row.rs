@@ -53,12 +53,16 @@ pub struct TableRow {
 }
 
 /// Names of the cells of [`TableRow::cells`].
-pub(super) const COLUMNS: [&str; 25] = [
+pub(super) const COLUMNS: [&str; 29] = [
     "method",
     "engine",
     "status",
     "front",
     "error",
+    "least_error",
+    "lower_quartile",
+    "median_error",
+    "upper_quartile",
     "worst_error",
     "seconds",
     "evaluations",
@@ -89,7 +93,7 @@ impl TableRow {
 
     /// The row as cells of comma-separated values, see [`COLUMNS`]. What does not apply is empty; numbers have as
     /// many digits as give back the same number.
-    pub(super) fn cells(&self) -> [String; 25] {
+    pub(super) fn cells(&self) -> [String; 29] {
         let figures = self.figures.as_ref();
         let figure = |pick: fn(&Figures) -> f64| figures.map(|own| pick(own).to_string()).unwrap_or_default();
         let maybe = |pick: fn(&Figures) -> Option<f64>| {
@@ -104,7 +108,11 @@ impl TableRow {
             self.status.name().to_owned(),
             self.front.to_string(),
             figure(|own| own.error),
-            figure(|own| own.worst_error),
+            figure(|own| own.spread.least),
+            figure(|own| own.spread.lower_quartile),
+            figure(|own| own.spread.median),
+            figure(|own| own.spread.upper_quartile),
+            figure(|own| own.spread.greatest),
             figure(|own| own.seconds),
             maybe(|own| own.evaluations),
             own(|own| own.step.to_string()),

@@ -1,20 +1,24 @@
 //! The study: every setting of a sweep tried on a problem, and the results put in a table.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use super::engine::Engine;
 use super::fault::{LeftOutReason, StudyError};
 use super::figures::TrialOutcome;
 use super::problem::AccuracyProblem;
-use super::reference::{Pieces, reference};
+use super::reference::{Pieces, reference, reference_by};
 use super::row::{RowStatus, TableRow};
 use super::scenes::ClosedForm;
 use super::settings::TrialSettings;
 use super::sweep::{Method, Series, Sweep};
 use super::table::{StudySubject, Table};
-use super::truth::Truth;
+use super::truth::{OtherTruth, Truth};
 use crate::scenario::ScenarioSetup;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::Feedforward;
+
+/// How many times finer than the finest setting the reference of another engine is. Its steps cost too much for more.
+const OTHERS_FINER: f64 = 8.0;
 
 /// Observes a study, and may end it.
 pub trait StudyObserver {
@@ -60,7 +64,22 @@ pub fn study(
             Ok(Some((problem, _))) => Ok(problem),
             Err(error) => Err(LeftOutReason::NoReference(error)),
         };
-        study.variant.insert(feedforward, variant);
+        study.problems.variants.insert(feedforward, variant);
+    }
+    let others: BTreeSet<Engine> = study.others().collect();
+    for engine in others {
+        study.observer.progress(0, 1, "computing the reference of another engine");
+        let observer = &*study.observer;
+        let step = sweep.finest() / OTHERS_FINER;
+        let own = match reference_by(engine, &study.problems.subject, step, &|| observer.stop()) {
+            Ok(None) => return Ok(None),
+            Ok(Some((problem, truth))) => {
+                study.others.push(truth);
+                Ok(problem)
+            }
+            Err(reason) => Err(reason),
+        };
+        study.problems.by_engine.insert(engine, own);
     }
     Ok(study.run())
 }
@@ -81,15 +100,34 @@ impl ClosedForm {
     }
 }
 
+/// The problem of a study, and what stands for it where a method has a truth of its own.
+struct Problems {
+    subject: AccuracyProblem,
+    /// The same driven with other feedforwards, or why there is no reference of it.
+    variants: BTreeMap<Feedforward, Result<AccuracyProblem, LeftOutReason>>,
+    /// The same with the ends that another engine gives it, or why there are none.
+    by_engine: BTreeMap<Engine, Result<AccuracyProblem, LeftOutReason>>,
+}
+
+impl Problems {
+    /// The problem that `method` is tried on.
+    fn of(&self, method: &Method) -> Result<&AccuracyProblem, LeftOutReason> {
+        let variant = method.feedforward.and_then(|feedforward| self.variants.get(&feedforward));
+        match variant.or_else(|| self.by_engine.get(&method.engine)) {
+            None => Ok(&self.subject),
+            Some(other) => other.as_ref().map_err(Clone::clone),
+        }
+    }
+}
+
 /// A study under way.
 struct Study<'a> {
     name: &'a str,
-    problem: AccuracyProblem,
+    problems: Problems,
     truth: Truth,
+    others: Vec<OtherTruth>,
     sweep: &'a Sweep,
     series: Vec<Series>,
-    /// The same problem driven with other feedforwards, each with a truth of its own, or why there is none.
-    variant: BTreeMap<Feedforward, Result<AccuracyProblem, LeftOutReason>>,
     observer: &'a mut dyn StudyObserver,
 }
 
@@ -102,7 +140,15 @@ impl<'a> Study<'a> {
         observer: &'a mut dyn StudyObserver,
     ) -> Self {
         let series = sweep.series(&problem);
-        Self { name, problem, truth, sweep, series, variant: BTreeMap::new(), observer }
+        let problems = Problems { subject: problem, variants: BTreeMap::new(), by_engine: BTreeMap::new() };
+        Self { name, problems, truth, others: Vec::new(), sweep, series, observer }
+    }
+
+    /// The engines beside this one that are to be tried.
+    fn others(&self) -> impl Iterator<Item = Engine> + '_ {
+        let engines =
+            self.series.iter().filter(|series| series.settings.is_ok()).map(|series| series.method.engine);
+        engines.filter(|engine| *engine != Engine::Gaitwright)
     }
 
     /// The feedforwards beside the problem's own that are to be tried.
@@ -117,11 +163,7 @@ impl<'a> Study<'a> {
         let all = self.series.iter().flat_map(|series| &series.settings).map(Vec::len).sum();
         let mut rows = Vec::new();
         for Series { method, settings } in std::mem::take(&mut self.series) {
-            let problem = match method.feedforward.and_then(|feedforward| self.variant.get(&feedforward)) {
-                None => Ok(&self.problem),
-                Some(variant) => variant.as_ref().map_err(Clone::clone),
-            };
-            match (settings, problem) {
+            match (settings, self.problems.of(&method)) {
                 (Err(reason), _) | (_, Err(reason)) => {
                     rows.push(row(&method, None, TrialOutcome::LeftOut(reason)));
                 }
@@ -140,18 +182,18 @@ impl<'a> Study<'a> {
                 }
             }
         }
-        Some(Table::new(self.subject(), self.truth.clone(), rows))
+        Some(Table::new(self.subject(), self.truth, self.others, rows))
     }
 
     fn subject(&self) -> StudySubject {
-        let AccuracyProblem { setup, measure, .. } = &self.problem;
+        let AccuracyProblem { setup, measure, .. } = &self.problems.subject;
         StudySubject {
             name: self.name.to_owned(),
             character: setup.model.character.name.clone(),
             error: measure.what.to_owned(),
             unit: measure.unit.to_owned(),
-            compared: self.problem.marks(),
-            seconds: self.problem.seconds(),
+            compared: self.problems.subject.marks(),
+            seconds: self.problems.subject.seconds(),
         }
     }
 }

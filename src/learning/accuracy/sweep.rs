@@ -60,6 +60,11 @@ pub struct Series {
 }
 
 impl Sweep {
+    /// The finest step, s; that of the default settings where there is none.
+    pub fn finest(&self) -> f64 {
+        self.steps.iter().copied().min_by(f64::total_cmp).unwrap_or(Accuracy::default().step)
+    }
+
     /// The settings for `problem`.
     pub fn series(&self, problem: &AccuracyProblem) -> Vec<Series> {
         let plan = problem.setup.plan(&Accuracy::default());

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::csv_text::csv_text;
 use super::front::mark_front;
 use super::row::{COLUMNS, TableRow};
-use super::truth::Truth;
+use super::truth::{OtherTruth, Truth};
 
 /// The results of every setting that was tried.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -18,6 +18,9 @@ pub struct Table {
     pub subject: StudySubject,
     /// Where the true states come from.
     pub truth: Truth,
+    /// The truths of other engines, which their own errors are against; none where the exact solution is known.
+    #[serde(default)]
+    pub others: Vec<OtherTruth>,
     /// One a setting, in the order of the sweep.
     pub rows: Vec<TableRow>,
 }
@@ -41,7 +44,7 @@ pub struct StudySubject {
     pub character: String,
     /// What the column `error` measures.
     pub error: String,
-    /// The unit of the columns `error` and `worst_error`.
+    /// The unit of the columns `error` to `worst_error`.
     pub unit: String,
     /// Number of states that were compared with the true ones.
     pub compared: usize,
@@ -51,9 +54,14 @@ pub struct StudySubject {
 
 impl Table {
     /// The table of `rows`, with those marked that are on the front.
-    pub fn new(subject: StudySubject, truth: Truth, mut rows: Vec<TableRow>) -> Self {
+    pub fn new(
+        subject: StudySubject,
+        truth: Truth,
+        others: Vec<OtherTruth>,
+        mut rows: Vec<TableRow>,
+    ) -> Self {
         mark_front(&mut rows);
-        Self { format: TableFormat::V1, subject, truth, rows }
+        Self { format: TableFormat::V1, subject, truth, others, rows }
     }
 
     /// As comma-separated values (RFC 4180, lines ended by `\n`): a line of column names, then a line for each row.

@@ -8,9 +8,10 @@ use super::figures::{Figures, TrialOutcome};
 use super::problem::{AccuracyProblem, Piece};
 use super::rapier::Unsupported;
 use super::settings::TrialSettings;
+use super::spread::Spread;
 use super::stepper::Stepper;
 use gaitwright_physics::scene::StepPlan;
-use gaitwright_physics::sim::{Failure, energy, momentum};
+use gaitwright_physics::sim::{Failure, State, energy, momentum};
 
 /// An error beyond this, in m or rad, is no inaccuracy any more: the simulation has diverged.
 const LOST: f64 = 100.0;
@@ -55,6 +56,39 @@ impl AccuracyProblem {
             computing += shortest.unwrap_or_default();
         }
         Some(TrialOutcome::Measured(sum.figures(self, computing)))
+    }
+}
+
+impl AccuracyProblem {
+    /// The states at the marks of every piece as `settings` give them, piece by piece; `None` when `stop` returns true
+    /// before they are all there.
+    ///
+    /// # Errors
+    /// Why the setting does not apply, or cannot be simulated.
+    pub(super) fn ends(
+        &self,
+        settings: &TrialSettings,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Option<Vec<Vec<State>>>, LeftOutReason> {
+        let plan = Arc::new(self.setup.plan(&self.divided(&settings.accuracy)).map_err(LeftOutReason::Plan)?);
+        let mut trial = Trial::new(self, plan, settings)?;
+        let mut ends = Vec::with_capacity(self.pieces.len());
+        for piece in &self.pieces {
+            trial.prepare_targets(piece);
+            trial.stepper.restart(&piece.start)?;
+            let mut marks = Vec::with_capacity(piece.marks.len());
+            for index in 0..trial.steps * piece.marks.len() {
+                if stop() {
+                    return Ok(None);
+                }
+                trial.step(index).map_err(|failure| LeftOutReason::NoReference(failure.into()))?;
+                if (index + 1) % trial.steps == 0 {
+                    marks.push(trial.stepper.state().clone());
+                }
+            }
+            ends.push(marks);
+        }
+        Ok(Some(ends))
     }
 }
 
@@ -130,8 +164,7 @@ impl<'a> Trial<'a> {
             if error.is_nan() || error > LOST {
                 return Err(diverged(Divergence::Lost { error, unit: measure.unit, time: truth.time }));
             }
-            sum.error += error;
-            sum.worst = sum.worst.max(error);
+            sum.errors.push(error);
             let total = |of| {
                 let energy = energy(&setup.model, &self.plan, of);
                 energy.kinetic + energy.potential
@@ -166,8 +199,8 @@ fn diverged(cause: impl Into<Divergence>) -> TrialOutcome {
 
 /// Sums and extremes over the pieces, in the units of [`Figures`].
 struct Sum {
-    error: f64,
-    worst: f64,
+    /// One a mark.
+    errors: Vec<f64>,
     energy: f64,
     momentum: f64,
     evaluations: Option<u64>,
@@ -179,8 +212,7 @@ struct Sum {
 
 impl Sum {
     const ZERO: Self = Self {
-        error: 0.0,
-        worst: 0.0,
+        errors: Vec::new(),
         energy: 0.0,
         momentum: 0.0,
         evaluations: Some(0),
@@ -209,8 +241,8 @@ impl Sum {
     fn figures(self, problem: &AccuracyProblem, computing: Duration) -> Figures {
         let (marks, seconds) = (problem.marks() as f64, problem.seconds());
         Figures {
-            error: self.error / marks,
-            worst_error: self.worst,
+            error: self.errors.iter().sum::<f64>() / marks,
+            spread: Spread::of(&self.errors),
             seconds: computing.as_secs_f64() / seconds,
             evaluations: self.evaluations.map(|count| count as f64 / seconds),
             energy_error: self.energy / marks,

@@ -41,4 +41,9 @@ impl Posture {
     pub fn parts(&self) -> (&[f64], &[f64]) {
         (&self.angles, &self.velocities)
     }
+
+    /// The same, to be changed.
+    pub fn parts_mut(&mut self) -> (&mut [f64], &mut [f64]) {
+        (&mut self.angles, &mut self.velocities)
+    }
 }

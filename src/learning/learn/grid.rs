@@ -6,6 +6,7 @@ use super::behaviour::Posture;
 use super::limb::{JointChain, limbs};
 use super::parameters::Parameters;
 use gaitwright_physics::model::{DofKind, Model};
+use gaitwright_physics::motion::TargetLimits;
 use gaitwright_physics::stance::Stance;
 
 /// Angle and velocity of one joint on the grid.
@@ -36,8 +37,8 @@ pub struct JointGrid {
     pub angle_step: f64,
     /// Distance between two levels of velocity, rad/s or m/s.
     pub velocity_step: f64,
-    /// Range of motion, rad or m; `None` is unlimited.
-    pub limits: Option<[f64; 2]>,
+    /// What a spline between two states must keep to.
+    pub limits: TargetLimits,
     /// Lowest level of angle.
     pub lowest: i8,
     /// Lowest and highest level of velocity at each level of angle, from `lowest` to `highest`.
@@ -89,6 +90,7 @@ impl JointGrid {
                 [-fastest(below + offset), fastest(above - offset)]
             })
             .collect();
+        let limits = TargetLimits { range: limits, speed: None };
         Self { standing, angle_step, velocity_step, limits, lowest, velocities }
     }
 
@@ -113,7 +115,7 @@ impl JointGrid {
     pub fn place(&self, level: Level) -> (f64, f64) {
         let angle = self.standing + f64::from(level.angle) * self.angle_step;
         // Rounding must not put the last level beyond the limit.
-        let angle = self.limits.map_or(angle, |[lower, upper]| angle.clamp(lower, upper));
+        let angle = self.limits.range.map_or(angle, |[lower, upper]| angle.clamp(lower, upper));
         (angle, f64::from(level.velocity) * self.velocity_step)
     }
 }
@@ -122,6 +124,7 @@ impl Grid {
     /// Discretises the joints of `model` around its standing pose. A joint without an actuator has one level only, its
     /// standing angle at rest.
     pub fn new(model: &Model, stance: &Stance, parameters: &Parameters) -> Self {
+        let limits = TargetLimits::of(&model.character);
         let joints = (0..model.joint_count()).map(|joint| {
             let reach = match model.bodies[joint + 1].dof {
                 DofKind::Revolute => parameters.reach,
@@ -135,14 +138,15 @@ impl Grid {
                 false => (1, 1),
             };
             let speed = model.speed[joint].map_or(crossing, |limit| limit.min(crossing));
-            JointGrid::new(
+            let grid = JointGrid::new(
                 stance.angles[joint],
                 model.limits[joint],
                 speed,
                 reach,
                 levels,
                 parameters.transition_time,
-            )
+            );
+            JointGrid { limits: limits[joint], ..grid }
         });
         Self { joints: joints.collect(), limbs: limbs(model, &stance.angles) }
     }

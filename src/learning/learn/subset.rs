@@ -46,7 +46,7 @@ pub struct Subset<'a, W: World> {
     /// Angles and velocities of the n states.
     postures: Vec<Posture>,
     standing: Posture,
-    /// Whether the transition from a state (the standing pose last) to a state stays within every range of motion:
+    /// Whether the transition from a state (the standing pose last) to a state keeps to every joint's range and speed:
     /// (n + 1) × n, row by row.
     permitted: Vec<bool>,
     /// Transitions tried here: situations × actions, row by row.

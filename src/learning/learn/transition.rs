@@ -2,9 +2,9 @@
 
 use super::behaviour::Posture;
 use super::grid::Grid;
-use gaitwright_physics::motion::{hermite, hermite_range};
+use gaitwright_physics::motion::hermite;
 
-/// Slack for rounding when a spline is compared with a range of motion, rad or m.
+/// Slack for rounding when a spline is compared with its limits, see [`TargetLimits::hold`](gaitwright_physics::motion::TargetLimits::hold).
 const ROUNDING: f64 = 1e-9;
 
 /// Cubic Hermite splines, one a joint, from one posture to another over `duration`
@@ -28,16 +28,14 @@ impl Transition<'_> {
         }
     }
 
-    /// Whether the spline of every joint stays within its range of motion throughout, by the exact extremes of the
-    /// cubics. Between two states inside the range their velocities can lead a spline out of it; such a transition is
-    /// not permitted (the problem that section 3.4 of Tokizaki & Hasegawa starts from).
+    /// Whether the spline of every joint keeps to its range of motion and its greatest speed throughout, by the exact
+    /// extremes of the cubics. Between two states inside the range their velocities can lead a spline out of it, and
+    /// between two that are far apart it can be too fast; such a transition is not permitted (the problem that section
+    /// 3.4 of Tokizaki & Hasegawa starts from).
     pub fn stays_within(&self, grid: &Grid) -> bool {
-        grid.joints.iter().enumerate().all(|(joint, range)| {
-            range.limits.is_none_or(|[lower, upper]| {
-                let (from, to) = self.ends(joint);
-                let (least, greatest) = hermite_range(from, to, self.duration);
-                least >= lower - ROUNDING && greatest <= upper + ROUNDING
-            })
+        grid.joints.iter().enumerate().all(|(joint, grid)| {
+            let (from, to) = self.ends(joint);
+            grid.limits.hold(from, to, self.duration, ROUNDING)
         })
     }
 

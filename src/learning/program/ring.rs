@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use nalgebra::{DMatrix, Vector2, Vector3};
 
 use gaitwright_physics::model::Model;
-use gaitwright_physics::motion::hermite_range;
+use gaitwright_physics::motion::{TargetLimits, shape};
 use gaitwright_physics::scene::Gains;
 
 use super::gaits::NamedGait;
@@ -37,6 +37,8 @@ const EXTENSIONS: [f64; 3] = [0.82, 0.86, 0.95];
 
 /// Greatest shift of a leg's phase, parts of a stride: more would make another gait of it.
 const PHASE_SHIFT: f64 = 0.04;
+/// The most by which a stride is slowed down for the sake of the motors' greatest speeds; slower ones take shorter ways.
+const SLOWEST: f64 = 4.0;
 /// Least and greatest height of a swinging foot, in hip heights.
 const LIFTS: [f64; 2] = [0.08, 0.35];
 
@@ -128,7 +130,7 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
 /// A ring of keyframes and what leads from the standing pose into it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ring {
-    /// Stride time, s.
+    /// Stride time, s: the program's, or longer where the motors are too slow for that.
     pub period: f64,
     /// Visited once, from the standing pose.
     pub entry: Vec<Posture>,
@@ -157,11 +159,10 @@ impl Ring {
     }
 }
 
-/// The ring of `program` for joints driven with `gains`.
+/// The ring of `program` for joints driven with `gains`. Its targets stay within the joints' ranges and speeds.
 pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, gravity: f64) -> Ring {
     let moments = stride(legs, program, gravity);
     let dt = program.period / SAMPLES as f64;
-    let joints = model.joint_count();
     let mut cycle = vec![Posture::resting(&legs.standing); KEYFRAMES];
     let mut missed: f64 = 0.0;
     for (index, leg) in legs.legs.iter().enumerate() {
@@ -210,14 +211,20 @@ pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, gravit
         }
     }
     let duration = program.period / KEYFRAMES as f64;
-    for joint in 0..joints {
-        if let Some(limits) = model.limits[joint] {
-            confine(&mut cycle, joint, limits, duration);
+    let limits = TargetLimits::of(&model.character);
+    for (joint, limits) in limits.iter().enumerate() {
+        if let Some(speed) = limits.speed {
+            shorten(&mut cycle, joint, legs.standing[joint], speed, duration);
         }
     }
     let strides = (program.speed / (GAIN * gravity * program.period)).ceil().max(ENTRY_STRIDES);
-    let entry = entry(&legs.standing, &cycle, duration, strides as usize);
-    Ring { period: program.period, entry, cycle, missed }
+    let mut entry = entry(&legs.standing, &cycle, duration, strides as usize);
+    let first = entry.len();
+    let mut postures: Vec<_> = entry.iter_mut().chain(&mut cycle).map(Posture::parts_mut).collect();
+    let slowed = shape(&legs.standing, &mut postures, first, duration, &limits);
+    // The program's own period where nothing had to be slowed down: as a product it may differ in the last digit.
+    let period = if slowed > duration { slowed * KEYFRAMES as f64 } else { program.period };
+    Ring { period, entry, cycle, missed }
 }
 
 /// The periodic solution e of e + τ ė = `course`, with the time constant τ in samples: the lead of a spring and damper
@@ -261,30 +268,19 @@ fn fitted(course: &[f64; SAMPLES], period: f64) -> [[f64; 2]; KEYFRAMES] {
     })
 }
 
-/// Keeps the splines of a joint within its range of motion: knots are moved into it, and rates are halved where the
-/// spline between would leave it.
-fn confine(cycle: &mut [Posture], joint: usize, [lower, upper]: [f64; 2], duration: f64) {
-    for posture in cycle.iter_mut() {
-        posture.angles[joint] = posture.angles[joint].clamp(lower, upper);
-    }
-    // A rate belongs to two segments, so the whole ring is looked at again until none leaves the range. Between
-    // knots at rest none does, so this ends.
-    for round in 0.. {
-        let share = if round < 8 { 0.5 } else { 0.0 };
-        let mut left = false;
-        for knot in 0..cycle.len() {
-            let next = (knot + 1) % cycle.len();
-            let [from, to] =
-                [knot, next].map(|knot| (cycle[knot].angles[joint], cycle[knot].velocities[joint]));
-            let (least, most) = hermite_range(from, to, duration);
-            if (least < lower || most > upper) && (from.1 != 0.0 || to.1 != 0.0) {
-                cycle[knot].velocities[joint] *= share;
-                cycle[next].velocities[joint] *= share;
-                left = true;
-            }
-        }
-        if !left {
-            break;
+/// Makes a joint's way smaller where its motor would need more than [`SLOWEST`] times the `duration` between two keyframes
+/// for it, so that no stride takes arbitrarily long.
+fn shorten(cycle: &mut [Posture], joint: usize, standing: f64, speed: f64, duration: f64) {
+    let angle = |knot: usize| cycle[knot % cycle.len()].angles[joint];
+    // On the entry its distance from the standing pose grows at this rate as well.
+    let growing = 0.25 * TAU / (ENTRY_STRIDES * cycle.len() as f64);
+    let way = |knot| (angle(knot + 1) - angle(knot)).abs() + growing * (angle(knot) - standing).abs();
+    let farthest = (0..cycle.len()).map(way).fold(0.0, f64::max);
+    let share = SLOWEST * duration * speed / (1.5 * farthest);
+    if share < 1.0 {
+        for posture in cycle {
+            posture.angles[joint] = standing + share * (posture.angles[joint] - standing);
+            posture.velocities[joint] *= share;
         }
     }
 }

@@ -10,7 +10,7 @@ use super::script::Script;
 use gaitwright_physics::character::{self, Options, Reading, Source};
 use gaitwright_physics::fault::{Fault, InputError, member};
 use gaitwright_physics::model::{Base, Model};
-use gaitwright_physics::motion::{Motion, Player};
+use gaitwright_physics::motion::{Motion, Player, TargetLimits};
 use gaitwright_physics::scene::{Accuracy, Drive, Feedforward, Gains, MaxTorque, Scene, StepPlan, Terrain};
 use gaitwright_physics::sim::State;
 use gaitwright_physics::stance::{self, Stance};
@@ -208,8 +208,9 @@ impl Scenario {
                 motion,
             } => {
                 let motion = read_motion(motion, files).map_err(|error| error.under("/drive/motion"))?;
-                let player =
-                    Player::new(&motion, &model.joint_names).map_err(|error| error.under("/drive/motion"))?;
+                let limits = TargetLimits::of(&model.character);
+                let player = Player::new(&motion, &model.joint_names, &limits)
+                    .map_err(|error| error.under("/drive/motion"))?;
                 let mut gains = motion.gains_for(&model.joint_names);
                 adjust(&mut gains, *stiffness, *damping, *feedforward, *max_torque, model);
                 gains.feedforward_period = feedforward_period.unwrap_or(gains.feedforward_period);

@@ -1,16 +1,20 @@
 //! Motion in time: keyframes joined by cubic Hermite splines, the player that turns them into
-//! targets, and the motion document.
+//! targets, the limits that those keep, and the motion document.
 
 mod check;
 mod document;
+mod limits;
 mod metrics;
 mod player;
+mod shape;
 mod spline;
 
 pub use document::{
     CharacterRef, Interpolation, Keyframe, Motion, MotionFormat, MotionLoop, Provenance, RootAdvance,
     RootMotion, RootPose, SampledPose,
 };
+pub use limits::TargetLimits;
 pub use metrics::{MeasureLimit, Metrics, NaturalnessMeasure, RootAdjustment, Trial, Validity};
 pub use player::Player;
-pub use spline::{hermite, hermite_range, hermite_rate};
+pub use shape::shape;
+pub use spline::{hermite, hermite_range, hermite_rate, hermite_rate_range};

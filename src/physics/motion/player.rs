@@ -1,6 +1,7 @@
 //! From keyframes to the joint targets of any moment.
 
 use super::document::{Keyframe, Motion};
+use super::limits::{TargetLimits, limit_faults};
 use super::spline::hermite;
 use crate::fault::{Fault, InputError};
 
@@ -26,13 +27,15 @@ impl Player {
     /// Plays a motion document: its `entry`, then its `keyframes` up to the loop's end, then the
     /// loop over and over. Without an entry it starts at the first keyframe.
     ///
-    /// `joints` names the joints in the order in which targets are wanted (that of the model).
+    /// `joints` names the joints in the order in which targets are wanted (that of the model); `limits` holds for each
+    /// what its targets must keep to ([`TargetLimits::of`]).
     ///
     /// # Errors
     ///
-    /// [`InputError::Impossible`] when the document is not sound ([`Motion::faults`]), or when it
-    /// and `joints` do not name the same joints; every joint without a counterpart is named.
-    pub fn new(motion: &Motion, joints: &[String]) -> Result<Self, InputError> {
+    /// [`InputError::Impossible`] when the document is not sound ([`Motion::faults`]), when it
+    /// and `joints` do not name the same joints (every joint without a counterpart is named), or when the splines
+    /// between its keyframes break `limits` (of each joint and limit the worst place, with the value).
+    pub fn new(motion: &Motion, joints: &[String], limits: &[TargetLimits]) -> Result<Self, InputError> {
         let mut faults = motion.faults();
         let column = |name: &String| motion.joints.iter().position(|own| own == name);
         faults.extend(
@@ -50,6 +53,14 @@ impl Player {
             return Err(InputError::Impossible(faults));
         }
         let order: Vec<usize> = joints.iter().filter_map(column).collect();
+        for (&own, (name, limits)) in order.iter().zip(joints.iter().zip(limits)) {
+            for (place, keyframes) in [("/entry", &motion.entry), ("/keyframes", &motion.keyframes)] {
+                limit_faults(place, keyframes, (own, name), limits, &mut faults);
+            }
+        }
+        if !faults.is_empty() {
+            return Err(InputError::Impossible(faults));
+        }
 
         let mut player = Self::empty(order.len());
         let mut push = |time: f64, keyframe: &Keyframe| {

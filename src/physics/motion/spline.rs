@@ -52,3 +52,19 @@ pub fn hermite_range(from: (f64, f64), to: (f64, f64), duration: f64) -> (f64, f
     }
     range
 }
+
+/// Smallest and greatest rate of the cubic described at [`hermite`] between its two ends: those at the ends and at the
+/// vertex of the rate's parabola, exact up to rounding.
+pub fn hermite_rate_range(from: (f64, f64), to: (f64, f64), duration: f64) -> (f64, f64) {
+    let (q0, v0) = from;
+    let (q1, v1) = to;
+    let mean = (q1 - q0) / duration;
+    let mut range = (v0.min(v1), v0.max(v1));
+    // The parabola's vertex, in parts of the duration. A straight line has none: the quotient is then not inside (0, 1).
+    let vertex = (3.0 * mean - 2.0 * v0 - v1) / (6.0 * mean - 3.0 * v0 - 3.0 * v1);
+    if vertex > 0.0 && vertex < 1.0 {
+        let rate = hermite_rate(from, to, duration, vertex * duration);
+        range = (range.0.min(rate), range.1.max(rate));
+    }
+    range
+}

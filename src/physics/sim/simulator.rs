@@ -8,6 +8,7 @@ use super::contact::Contact;
 use super::coordinates::maximal::MaximalWorkspace;
 use super::diagnostics;
 use super::energy::Energy;
+use super::lcp::SolverWork;
 use super::momentum::Momentum;
 use super::rows;
 use super::state::State;
@@ -82,6 +83,11 @@ impl Simulator {
     /// depend on the machine.
     pub fn evaluations(&self) -> u64 {
         self.work.evaluations
+    }
+
+    /// What the solver has done since this simulator was made.
+    pub fn solver_work(&self) -> SolverWork {
+        self.work.solver.work
     }
 
     /// Number of substeps computed since this simulator was made, refused ones included.

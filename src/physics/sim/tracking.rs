@@ -56,12 +56,14 @@ impl Reference {
     ///
     /// The pass asks for the acceleration a* + (r − q̇) / T with T the period. The error e = r − q̇ then follows
     /// ė = a* − q̈ = −e / T: it decays within the period whatever the step, and a target that accelerates is
-    /// followed without lag (without a* the joint would stay behind by a* T). A step of h makes
-    /// e⁺ = e (1 − h / T) of it, which tends to e^(−t/T) at first order as h falls, and which neither overshoots nor
+    /// followed without lag (without a* the joint would stay behind by a* T). With x = h / T a step of h takes the share
+    /// x − x²/2 + x³/2 of it away, which is 1 − e^(−x) to second order, and which neither overshoots nor
     /// diverges as long as h ≤ T. For h > T the step takes the place of the period. With h = T the
     /// velocity is that of the target over the step, which is the paper's pass (Tokizaki & Hasegawa eq. 17).
     pub fn rate_after(self, rate: f64, period: f64, step: f64) -> f64 {
-        rate + step * self.acceleration + (self.rate - rate) * (step / period.max(step))
+        let part = step / period.max(step);
+        let share = part * (1.0 - 0.5 * part * (1.0 - part));
+        rate + step * self.acceleration + (self.rate - rate) * share
     }
 }
 

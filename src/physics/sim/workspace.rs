@@ -12,7 +12,7 @@ use super::coordinates::reduced::flight::Flight;
 use super::coordinates::reduced::kinematics::{composite_inertia, moment_arms};
 use super::coordinates::reduced::velocity_control::VelocityControl;
 use super::joint_friction::FrictionMode;
-use super::lcp::{Equality, Lemke, Newton, Pgs, Problem, Solution, SolveStatus, Solver};
+use super::lcp::{Counted, Equality, Lemke, Newton, Pgs, Problem, Solution, SolveStatus, Solver};
 use super::memory::StepMemory;
 use super::restitution;
 use super::rows::{ROOT, RowOwner, Rows, contact};
@@ -119,7 +119,7 @@ pub(super) struct Workspace {
     /// How often new velocities have been computed since the simulator was made. (velocities_at_mean)
     pub evaluations: u64,
     /// The solver that the plan chose. (new)
-    pub solver: Equality<ChosenSolver>,
+    pub solver: Counted<Equality<ChosenSolver>>,
 
     // Correction of positions.
     /// Velocity of the root along which its position moves. (recovery)
@@ -258,7 +258,10 @@ impl Workspace {
                 true => Rows::new(control_rows + loop_rows + joints, width),
                 false => Rows::new(control_rows + velocity_rows, if maximal { width } else { ROOT }),
             },
-            solver: Equality::new(ChosenSolver::new(&plan.accuracy.solver), plan.accuracy.solver.tolerance),
+            solver: Counted::new(Equality::new(
+                ChosenSolver::new(&plan.accuracy.solver),
+                plan.accuracy.solver.tolerance,
+            )),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use gaitwright_learning::accuracy::scenes::ClosedForm;
 use gaitwright_learning::accuracy::{
-    Engine, Pieces, StudyError, TrialOutcome, TrialSettings, prepare, reference, settle,
+    Engine, Pieces, StudyError, TrialOutcome, TrialSettings, check, prepare, reference, settle,
 };
 use gaitwright_learning::scenario::{Line, NoFiles, Scenario, ScenarioEnd};
 use gaitwright_physics::scene::{Accuracy, AskedAccuracy, Integrator};
@@ -117,4 +117,69 @@ fn a_simulation_says_what_was_chosen_and_why() {
     let choice = summary.accuracy_choice.unwrap();
     assert_eq!(choice.tolerance, 2e-3);
     assert!((summary.simulated_seconds / summary.accuracy.step - summary.steps as f64).abs() < 1e-6);
+}
+
+/// The bundled quadruped, driven by `drive` for a fifth of a second.
+fn driven(drive: Value) -> Scenario {
+    let walk = std::fs::read(crate::common::example_path("quadruped-walk.motion.json")).unwrap();
+    let walk: Value = serde_json::from_slice(&walk).unwrap();
+    let mut document = json!({
+        "character": { "urdf": include_str!("../../../examples/quadruped.urdf") },
+        "accuracy": { "tolerance": 1e-3 },
+        "drive": drive,
+        "duration": 0.2
+    });
+    if document["drive"]["kind"] == "track" {
+        document["drive"]["motion"] = walk;
+    }
+    Scenario::parse(document.to_string().as_bytes()).unwrap()
+}
+
+/// A tolerance of a millimetre with every kind of drive: what is chosen keeps it on pieces of the same motion, and the
+/// simulation runs with it to its end.
+#[test]
+fn a_tolerance_can_be_asked_for_with_every_drive() {
+    let drives = [
+        json!({ "kind": "none" }),
+        json!({ "kind": "torque", "joints": { "LF_knee": 1.0, "RH_swing": -1.0 } }),
+        json!({ "kind": "hold" }),
+        json!({ "kind": "velocity", "joints": { "LF_knee": 0.5, "RF_swing": -1.0 } }),
+        json!({ "kind": "track" }),
+        json!({ "kind": "track", "feedforward": "contact_aware" }),
+    ];
+    let found = crate::common::in_parallel(&drives, |drive| {
+        let scenario = driven(drive.clone());
+        let setup = scenario.set_up(&NoFiles).unwrap();
+        let (accuracy, choice) = settle(&setup, &scenario.accuracy, &|| false).unwrap().unwrap();
+        let choice = choice.unwrap();
+        assert!(choice.tolerance == 1e-3 && choice.error <= 1e-3, "{drive}: {choice:?}");
+        let checked = check(&setup, &accuracy, choice.tolerance, &|| false).unwrap().unwrap();
+        // The same pieces, of the same motion.
+        assert_eq!((checked.holds, checked.error), (true, Some(choice.error)), "{drive}: {checked:?}");
+        let mut steps = 0;
+        let ended = prepare(&scenario, &NoFiles).unwrap().run(|line| {
+            if let Line::End { summary } = line {
+                steps = summary.steps;
+            }
+            true
+        });
+        assert_eq!((ended, steps), (ScenarioEnd::Finished, (0.2 / accuracy.step).round() as u64), "{drive}");
+        accuracy
+    });
+    assert_eq!(found.len(), drives.len());
+}
+
+/// Settings that were chosen on one motion and are too coarse for another are found to be so there.
+#[test]
+fn a_broken_tolerance_is_told() {
+    let setup = ClosedForm::named("double-pendulum").unwrap().problem().unwrap().setup;
+    let coarse = Accuracy { step: 0.008, ..Accuracy::default() };
+    let broken = check(&setup, &coarse, 1e-6, &|| false).unwrap().unwrap();
+    let (error, spread) = (broken.error.unwrap(), broken.spread.unwrap());
+    assert!(!broken.holds && error > 1e-6, "{broken:?}");
+    assert!(spread.least <= spread.lower_quartile && spread.median <= spread.upper_quartile);
+    assert!((spread.least..=spread.greatest).contains(&error), "{broken:?}");
+    let kept = check(&setup, &coarse, 1.0, &|| false).unwrap().unwrap();
+    assert!(kept.holds && kept.error == broken.error, "{kept:?}");
+    assert_eq!(check(&setup, &coarse, 1.0, &|| true).unwrap(), None);
 }

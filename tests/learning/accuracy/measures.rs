@@ -3,7 +3,9 @@
 use std::cell::Cell;
 
 use gaitwright_learning::accuracy::scenes::ClosedForm;
-use gaitwright_learning::accuracy::{AccuracyProblem, Engine, TrialOutcome, TrialSettings, displacement};
+use gaitwright_learning::accuracy::{
+    AccuracyProblem, Engine, Spread, TrialOutcome, TrialSettings, displacement,
+};
 use gaitwright_physics::scene::Accuracy;
 use gaitwright_physics::sim::{Simulator, State};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
@@ -101,9 +103,9 @@ fn replaced(accuracy: &Accuracy, offset: Vector3<f64>) -> AccuracyProblem {
 #[test]
 fn a_trial_finds_the_error_that_was_put_in() {
     let same = measured(replaced(&COARSE, Vector3::zeros()).try_out(&POINT, 1, &|| false));
-    assert_eq!((same.error, same.worst_error, same.energy_error), (0.0, 0.0, 0.0));
+    assert_eq!((same.error, same.spread.greatest, same.energy_error), (0.0, 0.0, 0.0));
     let moved = measured(replaced(&COARSE, Vector3::new(0.003, 0.0, 0.004)).try_out(&POINT, 1, &|| false));
-    assert!((moved.error - 0.005).abs() < 1e-12 && (moved.worst_error - 0.005).abs() < 1e-12);
+    assert!((moved.error - 0.005).abs() < 1e-12 && (moved.spread.greatest - 0.005).abs() < 1e-12);
     // Lifted by 4 mm, 0.52 kg have m g · 4 mm more energy; nothing moves faster.
     let mass = 1000.0 * 4.0 / 3.0 * std::f64::consts::PI * 0.05_f64.powi(3);
     assert!((moved.energy_error - mass * 9.81 * 0.004).abs() < 1e-12);
@@ -130,4 +132,18 @@ fn a_trial_ends_when_it_is_told_to() {
     let problem = ClosedForm::named("ballistic").unwrap().problem().unwrap();
     assert_eq!(problem.try_out(&POINT, 5, &stop), None);
     assert_eq!(asked.get(), 3, "it is asked between repeats, and no more after it was told");
+}
+
+/// The quartiles that R and NumPy give by default.
+#[test]
+fn quartiles_are_those_of_definition_seven() {
+    for (values, quartiles) in [
+        (&[4.0, 1.0, 3.0, 2.0][..], [1.0, 1.75, 2.5, 3.25, 4.0]),
+        (&[5.0, 1.0, 4.0, 2.0, 3.0], [1.0, 2.0, 3.0, 4.0, 5.0]),
+        (&[7.0], [7.0; 5]),
+        (&[1.0, 2.0], [1.0, 1.25, 1.5, 1.75, 2.0]),
+    ] {
+        let Spread { least, lower_quartile, median, upper_quartile, greatest } = Spread::of(values);
+        assert_eq!([least, lower_quartile, median, upper_quartile, greatest], quartiles, "{values:?}");
+    }
 }

@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use gaitwright::export::{ExportFormat, SampledMotion};
-use gaitwright_physics::motion::Player;
+use gaitwright_physics::motion::{Player, TargetLimits};
 use gaitwright_physics::scene::{Accuracy, Effect, Feedforward, Scene};
 use gaitwright_physics::sim::{Command as SimulatorCommand, Simulator, State};
 use serde_json::Value;
@@ -98,7 +98,8 @@ fn mujoco_moves_the_joints_as_the_simulator_does() {
     example.motion.drive.feedforward = Feedforward::None;
     let found = replayed(&example, SECONDS);
     let motion = &example.motion;
-    let player = Player::new(motion, &example.model.joint_names).unwrap();
+    let player =
+        Player::new(motion, &example.model.joint_names, &TargetLimits::of(&example.model.character)).unwrap();
     let step = 1e-4;
     let accuracy = Accuracy { step, ..Accuracy::default() };
     let scene = Scene { ground: None, ..common::without(&[Effect::SelfCollision]) };

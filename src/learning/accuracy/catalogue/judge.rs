@@ -5,7 +5,6 @@ use serde::Serialize;
 use super::case::Case;
 use super::quantity::{CaseRun, Quantity};
 use crate::accuracy::choice::prepare;
-use crate::accuracy::csv_text::csv_text;
 use crate::accuracy::fault::StudyError;
 use crate::scenario::{Line, NoFiles, ScenarioEnd};
 use gaitwright_physics::fault::InputError;
@@ -50,46 +49,8 @@ impl CaseVerdict {
     }
 }
 
-/// Columns of the comma-separated values.
-const COLUMNS: [&str; 11] = [
-    "case",
-    "step",
-    "step_tolerance",
-    "integrator",
-    "solver",
-    "status",
-    "quantity",
-    "unit",
-    "bound",
-    "measured",
-    "holds",
-];
-
-/// The verdicts as comma-separated values, one line a bound.
-pub fn to_csv(verdicts: &[CaseVerdict]) -> String {
-    csv_text(COLUMNS, verdicts.iter().flat_map(|verdict| verdict.rows.iter().map(|row| cells(verdict, row))))
-}
-
-/// One bound of a verdict, as [`COLUMNS`] has it.
-fn cells(verdict: &CaseVerdict, row: &CaseMeasurement) -> [String; COLUMNS.len()] {
-    let accuracy = &verdict.accuracy;
-    [
-        verdict.case.clone(),
-        accuracy.step.to_string(),
-        accuracy.step_tolerance.map_or_else(String::new, |value| value.to_string()),
-        word(&accuracy.integrator),
-        word(&accuracy.solver.kind),
-        verdict.status.replace([',', '\n'], ";"),
-        word(&row.quantity),
-        row.unit.to_owned(),
-        format!("{:e}", row.bound),
-        format!("{:e}", row.measured),
-        row.holds.to_string(),
-    ]
-}
-
 /// The word for `value` in the JSON documents; of a quantity, its name without its parameters.
-fn word<T: Serialize>(value: &T) -> String {
+pub(super) fn word<T: Serialize>(value: &T) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(word)) => word,
         Ok(serde_json::Value::Object(fields)) => {

@@ -11,9 +11,10 @@
 //! | [`Lemke`] | to rounding | no | 2 m² a pivot, where the lifted problem has m ≤ 7 n / 3 variables |
 //!
 //! [`Equality`] stands before any of them: it solves the free rows by a factor that knows where they are
-//! zero, and leaves the other rows to the solver behind it.
+//! zero, and leaves the other rows to the solver behind it. [`Counted`] counts what was solved.
 
 mod active;
+mod counted;
 mod equality;
 mod lemke;
 mod linear;
@@ -26,6 +27,7 @@ mod skyline;
 mod standard;
 mod symmetric;
 
+pub use counted::{Counted, SolverWork};
 pub use equality::Equality;
 pub use lemke::Lemke;
 pub use newton::Newton;
