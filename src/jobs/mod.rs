@@ -3,14 +3,18 @@
 //! [`Jobs`] is what clients of every kind speak with; [`start()`] puts workers to it; [`run()`] is the way
 //! of a job that learns, for the workers and for the command line alike.
 
+mod characters;
 mod check;
+mod error;
 mod files;
 mod job;
 mod live;
 mod once;
 mod order;
+mod queue;
 mod repertoire;
 mod request;
+mod results;
 mod run;
 mod service;
 mod store;
@@ -19,6 +23,7 @@ mod work;
 mod worker;
 
 pub use check::{Findings, JointFinding, ShapeFinding, Standing, check};
+pub use error::ServiceError;
 pub use files::{Artefact, Shelf};
 pub use job::{CharacterName, Job, JobState, Progress, Stage, Timings};
 pub use live::{Live, Moment};
@@ -29,7 +34,7 @@ pub use request::{CharacterChoice, JobRequest, Settings};
 pub use run::{
     PreparedRun, ReplayError, RunError, RunOutcome, RunWatcher, TrainingReport, Unsuccessful, replay, run,
 };
-pub use service::{Jobs, ServiceError, ServiceOptions};
+pub use service::{Jobs, ServiceOptions};
 pub use store::{Store, StoreError};
 pub use study::StudyRequest;
 pub use work::{LearningRecord, StudyRecord, Work};

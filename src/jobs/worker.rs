@@ -15,6 +15,7 @@ use std::time::{Duration, Instant};
 use jiff::Timestamp;
 use tokio::runtime::Handle;
 
+use super::error::ServiceError;
 use super::files::{self, Artefact};
 use super::job::{Job, JobState, Stage};
 use super::live::Live;
@@ -22,7 +23,7 @@ use super::order::Order;
 use super::repertoire::{MotionSummary, RepertoireEntry};
 use super::request::Settings;
 use super::run::{PreparedRun, RunError, RunOutcome, RunWatcher, Unsuccessful, run};
-use super::service::{Jobs, ServiceError, Shared};
+use super::service::{Jobs, Shared};
 use super::study;
 use super::work::Work;
 use gaitwright_learning::accuracy;

@@ -1,0 +1,48 @@
+//! Characters kept for later jobs.
+
+use std::sync::Arc;
+
+use uuid::Uuid;
+
+use super::check::{Findings, check_until};
+use super::error::ServiceError;
+use super::order::read_character;
+use super::service::Jobs;
+use gaitwright_physics::character::{Options, Source};
+use gaitwright_physics::scene::Scene;
+
+impl Jobs {
+    /// Keeps a character for later jobs, and gives its id and what was found in it.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::Input`] with every fault of the character.
+    pub async fn add_character(
+        &self,
+        bytes: Vec<u8>,
+        source: Option<Source>,
+    ) -> Result<(Uuid, Findings), ServiceError> {
+        self.check_not_shutting_down()?;
+        let bytes = Arc::new(bytes);
+        let findings = {
+            let bytes = Arc::clone(&bytes);
+            self.compute(move |given_up| {
+                let reading = read_character(&bytes, source, Options::default())?;
+                let findings = check_until(&reading, &Scene::default(), given_up);
+                if given_up() { Err(ServiceError::GivenUp) } else { Ok(findings) }
+            })
+            .await?
+        };
+        let id = self.shared().store.keep_character(&findings, &bytes).await?;
+        Ok((id, findings))
+    }
+
+    /// What was found in the character called `id`.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::UnknownCharacter`].
+    pub async fn findings(&self, id: Uuid) -> Result<Findings, ServiceError> {
+        self.shared().store.findings(id).await?.ok_or_else(|| ServiceError::UnknownCharacter(id))
+    }
+}

@@ -1,0 +1,255 @@
+//! The queue as clients see it: posting, looking, cancelling, trying again, deleting.
+
+use std::io;
+use std::sync::Arc;
+
+use uuid::Uuid;
+
+use super::error::ServiceError;
+use super::job::{CharacterName, Job, JobState};
+use super::once::IdempotencyKey;
+use super::order::Order;
+use super::request::{CharacterChoice, Settings};
+use super::service::{Jobs, uninterrupted};
+use super::store::StoreError;
+use super::study::StudyRequest;
+use gaitwright_physics::character::Source;
+use gaitwright_physics::fault::InputError;
+
+impl Jobs {
+    /// The job that was posted under `key` before, where there is one.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::KeyReused`] when it was another request.
+    pub async fn posted(&self, key: &IdempotencyKey) -> Result<Option<Job>, ServiceError> {
+        match self.shared().store.posted(key).await? {
+            Some((_, false)) => Err(ServiceError::KeyReused),
+            Some((job, true)) => Ok(Some(job)),
+            None => Ok(None),
+        }
+    }
+
+    /// Queues a job; with a key that has come before, it gives the job of that time.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::Input`] with every fault of the character and of what is wanted of it;
+    /// [`ServiceError::KeyReused`]; [`ServiceError::Full`]; [`ServiceError::ShuttingDown`].
+    pub async fn submit(
+        &self,
+        character: CharacterChoice,
+        settings: Settings,
+        key: Option<IdempotencyKey>,
+    ) -> Result<Job, ServiceError> {
+        let (bytes, source, place) = match character {
+            CharacterChoice::Urdf(text) => (text.into_bytes(), Some(Source::Urdf), "/character/urdf"),
+            CharacterChoice::Json(fields) => {
+                let bytes = serde_json::to_vec(&fields).map_err(StoreError::Document)?;
+                (bytes, Some(Source::Json), "/character/json")
+            }
+            CharacterChoice::Id(id) => {
+                let bytes = self.shared().store.character(id).await?.ok_or_else(|| {
+                    InputError::impossible("/character/id", format!("there is no character {id}"))
+                })?;
+                (bytes, None, "")
+            }
+        };
+        self.submit_bytes(bytes, source, place, settings, key).await
+    }
+
+    /// Queues a job for the character in `bytes`; faults of a character document are named from
+    /// `place` on.
+    ///
+    /// # Errors
+    ///
+    /// As [`Jobs::submit`].
+    pub async fn submit_bytes(
+        &self,
+        bytes: Vec<u8>,
+        source: Option<Source>,
+        place: &'static str,
+        settings: Settings,
+        key: Option<IdempotencyKey>,
+    ) -> Result<Job, ServiceError> {
+        self.check_not_shutting_down()?;
+        let bytes = Arc::new(bytes);
+        let name = {
+            let (bytes, settings) = (Arc::clone(&bytes), settings.clone());
+            self.compute(move |_| {
+                let order = Order::read(&bytes, source, place, settings)?;
+                let character = &order.reading.character;
+                Ok(CharacterName { name: character.name.clone(), digest: character.digest.clone() })
+            })
+            .await?
+        };
+        self.queue(Job::queued(name, settings), bytes, key).await
+    }
+
+    /// Queues a study of what accuracy costs.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::Input`] with every fault of the request; [`ServiceError::Full`];
+    /// [`ServiceError::ShuttingDown`].
+    pub async fn submit_study(&self, bytes: Vec<u8>) -> Result<Job, ServiceError> {
+        self.check_not_shutting_down()?;
+        let bytes = Arc::new(bytes);
+        let (name, request) = {
+            let bytes = Arc::clone(&bytes);
+            self.compute(move |_| {
+                let (request, setup) = StudyRequest::parse(&bytes)?;
+                let character = &setup.model.character;
+                let name = CharacterName { name: character.name.clone(), digest: character.digest.clone() };
+                Ok((name, request))
+            })
+            .await?
+        };
+        self.queue(Job::queued(name, request), bytes, None).await
+    }
+
+    /// Puts a job that works on `input` into the queue.
+    async fn queue(
+        &self,
+        job: Job,
+        input: Arc<Vec<u8>>,
+        key: Option<IdempotencyKey>,
+    ) -> Result<Job, ServiceError> {
+        let jobs = self.clone();
+        uninterrupted(async move {
+            let _turn = jobs.shared().running.lock().await;
+            // The same request may have come twice at once.
+            if let Some(key) = &key
+                && let Some(job) = jobs.posted(key).await?
+            {
+                return Ok(job);
+            }
+            jobs.check_queue().await?;
+            jobs.shared().store.insert(&job, &input, key.as_ref()).await?;
+            jobs.shared().posted.notify_one();
+            metrics::counter!("gaitwright_jobs_posted_total").increment(1);
+            Ok(job)
+        })
+        .await
+    }
+
+    async fn check_queue(&self) -> Result<(), ServiceError> {
+        let waiting = self.shared().store.count(JobState::Queued).await?;
+        if waiting >= self.shared().queue { Err(ServiceError::Full(waiting)) } else { Ok(()) }
+    }
+
+    /// The job called `id`.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::UnknownJob`].
+    pub async fn job(&self, id: Uuid) -> Result<Job, ServiceError> {
+        self.shared().store.job(id).await?.ok_or_else(|| ServiceError::UnknownJob(id))
+    }
+
+    /// At most `limit` jobs, the newest first: those older than `after`, in the given state.
+    ///
+    /// # Errors
+    ///
+    /// When the store fails.
+    pub async fn list(
+        &self,
+        state: Option<JobState>,
+        after: Option<Uuid>,
+        limit: u32,
+    ) -> Result<Vec<Job>, ServiceError> {
+        Ok(self.shared().store.jobs(state, after, limit).await?)
+    }
+
+    /// Number of jobs in a state.
+    ///
+    /// # Errors
+    ///
+    /// When the store fails.
+    pub async fn count(&self, state: JobState) -> Result<u64, ServiceError> {
+        Ok(self.shared().store.count(state).await?)
+    }
+
+    /// Cancels a job that waits or runs, and gives it as it then is; the same again changes nothing. A running job
+    /// ends within a second of this, and is not taken up again even if the process ends first.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::UnknownJob`]; [`ServiceError::WrongState`] when it has ended otherwise.
+    pub async fn cancel(&self, id: Uuid) -> Result<Job, ServiceError> {
+        let jobs = self.clone();
+        uninterrupted(async move {
+            let running = jobs.shared().running.lock().await;
+            let mut job = jobs.job(id).await?;
+            match job.state {
+                JobState::Queued => {
+                    job.end(JobState::Cancelled);
+                    jobs.shared().store.update(&job, &[]).await?;
+                    jobs.shared().changes.send_replace(());
+                }
+                JobState::Running => {
+                    jobs.shared().store.abandon(id).await?;
+                    if let Some(live) = running.get(&id) {
+                        live.abandon();
+                    }
+                }
+                JobState::Cancelled => {}
+                state @ (JobState::Succeeded | JobState::Failed) => {
+                    let needs = "only a job that waits or runs can be cancelled";
+                    return Err(ServiceError::WrongState { id, state, needs });
+                }
+            }
+            Ok(job)
+        })
+        .await
+    }
+
+    /// Queues a failed or cancelled job again; it goes on from its last checkpoint.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::UnknownJob`]; [`ServiceError::WrongState`] when it has neither failed nor been cancelled;
+    /// [`ServiceError::Full`]; [`ServiceError::ShuttingDown`].
+    pub async fn retry(&self, id: Uuid) -> Result<Job, ServiceError> {
+        self.check_not_shutting_down()?;
+        let jobs = self.clone();
+        uninterrupted(async move {
+            let _turn = jobs.shared().running.lock().await;
+            let mut job = jobs.job(id).await?;
+            if !matches!(job.state, JobState::Failed | JobState::Cancelled) {
+                let needs = "only a job that failed or was cancelled can be tried again";
+                return Err(ServiceError::WrongState { id, state: job.state, needs });
+            }
+            jobs.check_queue().await?;
+            job.reopen();
+            jobs.shared().store.requeue(&job).await?;
+            jobs.shared().posted.notify_one();
+            jobs.shared().changes.send_replace(());
+            Ok(job)
+        })
+        .await
+    }
+
+    /// Deletes a job that has ended, with its files.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::UnknownJob`]; [`ServiceError::WrongState`] unless it has ended.
+    pub async fn delete(&self, id: Uuid) -> Result<(), ServiceError> {
+        let jobs = self.clone();
+        uninterrupted(async move {
+            let _turn = jobs.shared().running.lock().await;
+            let state = jobs.job(id).await?.state;
+            if !state.is_final() {
+                let needs = "only a job that has ended can be deleted; cancel it first";
+                return Err(ServiceError::WrongState { id, state, needs });
+            }
+            jobs.shared().store.delete(id).await?;
+            match std::fs::remove_dir_all(jobs.folder(id)) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error.into()),
+                _ => Ok(()),
+            }
+        })
+        .await
+    }
+}
