@@ -61,6 +61,9 @@ pub struct ServeCommand {
     /// Time after which a job is taken from a worker that shows no sign of life, s
     #[arg(long, default_value_t = 60.0, value_parser = lease)]
     lease: f64,
+    /// Memory that a job may come to need, MiB; a job that asks for more is refused
+    #[arg(long, value_name = "MIB", default_value_t = 1024)]
+    job_memory: u64,
 }
 
 impl ServeCommand {
@@ -70,6 +73,7 @@ impl ServeCommand {
             queue: self.queue,
             caller_queue: self.caller_queue,
             lease: Duration::from_secs_f64(self.lease),
+            job_memory: self.job_memory.saturating_mul(1 << 20),
             ..ServiceOptions::new(self.data)
         };
         let unprotected = if self.insecure { Unprotected::Allow } else { Unprotected::Refuse };
