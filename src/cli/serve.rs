@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use gaitwright::http::{self, AccessPolicy, HttpOptions, Unprotected};
-use gaitwright::jobs::{Jobs, ServiceOptions, start};
+use gaitwright::jobs::{Jobs, Retention, RetentionOptions, ServiceOptions, start};
 use gaitwright_physics::fault::InputError;
 use tokio::net::TcpListener;
 use tokio::runtime::{Handle, Runtime};
@@ -64,6 +64,18 @@ pub struct ServeCommand {
     /// Memory that a job may come to need, MiB; a job that asks for more is refused
     #[arg(long, value_name = "MIB", default_value_t = 1024)]
     job_memory: u64,
+    /// Jobs that have ended are kept within these limits, such as `30d,1000,20GB`: age, number, size of all together
+    #[arg(long, value_name = "LIMITS", default_value = "forever")]
+    keep_jobs: Retention,
+    /// Recordings of jobs that have ended are kept within these limits
+    #[arg(long, value_name = "LIMITS", default_value = "forever")]
+    keep_recordings: Retention,
+    /// Characters are kept within these limits; their age counts from their last use
+    #[arg(long, value_name = "LIMITS", default_value = "forever")]
+    keep_characters: Retention,
+    /// Time before it goes for which each thing says so at least, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 3600)]
+    keep_notice: u64,
 }
 
 impl ServeCommand {
@@ -74,6 +86,12 @@ impl ServeCommand {
             caller_queue: self.caller_queue,
             lease: Duration::from_secs_f64(self.lease),
             job_memory: self.job_memory.saturating_mul(1 << 20),
+            retention: RetentionOptions {
+                jobs: self.keep_jobs,
+                recordings: self.keep_recordings,
+                characters: self.keep_characters,
+                notice: Duration::from_secs(self.keep_notice),
+            },
             ..ServiceOptions::new(self.data)
         };
         let unprotected = if self.insecure { Unprotected::Allow } else { Unprotected::Refuse };
