@@ -61,7 +61,13 @@ pub fn main() -> ExitCode {
         if matches!(arguments.command, Command::Serve(_)) { "warn,gaitwright=info" } else { "warn" };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
     let ansi = std::io::stderr().is_terminal();
-    tracing_subscriber::fmt().with_env_filter(filter).with_ansi(ansi).with_writer(std::io::stderr).init();
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_ansi(ansi)
+        .with_writer(std::io::stderr)
+        // Telling of a log that cannot be written, in the log that cannot be written, would end the program.
+        .log_internal_errors(false)
+        .init();
     let done = match arguments.command {
         Command::Demo(demo) => demo.run(),
         Command::Serve(serve) => serve.run(),

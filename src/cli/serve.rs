@@ -2,12 +2,11 @@
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use gaitwright::http::{self, AccessPolicy, HttpOptions, Unprotected};
-use gaitwright::jobs::{Jobs, ServiceOptions, start};
+use gaitwright::jobs::{Jobs, Retention, RetentionOptions, ServiceOptions, start};
 use gaitwright_physics::fault::InputError;
 use tokio::net::TcpListener;
 use tokio::runtime::{Handle, Runtime};
@@ -56,11 +55,45 @@ pub struct ServeCommand {
     /// Jobs that may wait
     #[arg(long, default_value_t = 64)]
     queue: u64,
+    /// Jobs of one caller that may wait [default: as many as of all]
+    #[arg(long)]
+    caller_queue: Option<u64>,
+    /// Time after which a job is taken from a worker that shows no sign of life, s
+    #[arg(long, default_value_t = 60.0, value_parser = lease)]
+    lease: f64,
+    /// Memory that a job may come to need, MiB; a job that asks for more is refused
+    #[arg(long, value_name = "MIB", default_value_t = 1024)]
+    job_memory: u64,
+    /// Jobs that have ended are kept within these limits, such as `30d,1000,20GB`: age, number, size of all together
+    #[arg(long, value_name = "LIMITS", default_value = "forever")]
+    keep_jobs: Retention,
+    /// Recordings of jobs that have ended are kept within these limits
+    #[arg(long, value_name = "LIMITS", default_value = "forever")]
+    keep_recordings: Retention,
+    /// Characters are kept within these limits; their age counts from their last use
+    #[arg(long, value_name = "LIMITS", default_value = "forever")]
+    keep_characters: Retention,
+    /// Time before it goes for which each thing says so at least, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 3600)]
+    keep_notice: u64,
 }
 
 impl ServeCommand {
     pub fn run(self) -> Result<(), CommandError> {
-        let options = ServiceOptions { data: self.data, workers: self.workers.into(), queue: self.queue };
+        let options = ServiceOptions {
+            workers: self.workers.into(),
+            queue: self.queue,
+            caller_queue: self.caller_queue,
+            lease: Duration::from_secs_f64(self.lease),
+            job_memory: self.job_memory.saturating_mul(1 << 20),
+            retention: RetentionOptions {
+                jobs: self.keep_jobs,
+                recordings: self.keep_recordings,
+                characters: self.keep_characters,
+                notice: Duration::from_secs(self.keep_notice),
+            },
+            ..ServiceOptions::new(self.data)
+        };
         let unprotected = if self.insecure { Unprotected::Allow } else { Unprotected::Refuse };
         let access = access(self.listen, token()?.as_deref(), unprotected, self.allow_host)?;
         let offer = HttpOptions { access, connections: self.connections, streams: self.streams };
@@ -74,6 +107,15 @@ impl ServeCommand {
         // Whatever still runs then is a computation that nobody waits for.
         runtime.shutdown_timeout(Duration::from_millis(100));
         served.map_err(CommandError::from)
+    }
+}
+
+/// Seconds, not so few that a worker could not show itself in time.
+fn lease(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if (0.1..=86_400.0).contains(&seconds) => Ok(seconds),
+        Ok(_) => Err("must lie between 0.1 and 86400".to_owned()),
+        Err(_) => Err("is not a number of seconds".to_owned()),
     }
 }
 
@@ -113,7 +155,6 @@ pub struct Service {
     /// Where it listens.
     pub address: SocketAddr,
     jobs: Jobs,
-    workers: Vec<JoinHandle<()>>,
     server: tokio::task::JoinHandle<std::io::Result<()>>,
 }
 
@@ -131,9 +172,9 @@ impl Service {
         let listener =
             TcpListener::bind(listen).await.with_context(|| format!("cannot listen on {listen}"))?;
         let address = listener.local_addr()?;
-        let workers = start(&jobs, &Handle::current()).context("the workers cannot be started")?;
+        start(&jobs, &Handle::current()).context("the workers cannot be started")?;
         let server = tokio::spawn(http::serve(listener, jobs.clone(), offer));
-        Ok(Self { address, jobs, workers, server })
+        Ok(Self { address, jobs, server })
     }
 
     /// Serves until the first SIGINT or SIGTERM.
@@ -153,7 +194,7 @@ impl Service {
         self.jobs.shutdown().cancel();
         self.server.await??;
         let until = Instant::now() + STOP_TIMEOUT;
-        while self.workers.iter().any(|worker| !worker.is_finished()) && Instant::now() < until {
+        while self.jobs.workers() > 0 && Instant::now() < until {
             tokio::time::sleep(Duration::from_millis(20)).await;
         }
         self.jobs.close().await;

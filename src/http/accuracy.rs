@@ -11,6 +11,7 @@ use super::extract::JsonBody;
 use super::jobs::JobBody;
 use super::problem::ProblemDetails;
 use super::responses::NotQueued;
+use crate::jobs::Posting;
 
 /// Queues a study of what accuracy costs for a scenario.
 ///
@@ -28,6 +29,6 @@ pub(super) async fn submit(
     State(app): State<App>,
     JsonBody(body): JsonBody,
 ) -> Result<Response, ProblemDetails> {
-    let body = JobBody::from(app.jobs.submit_study(body.into()).await?);
+    let body = JobBody::from(app.jobs.submit_study(body.into(), Posting::default()).await?);
     Ok((StatusCode::ACCEPTED, [(LOCATION, body.place().to_owned())], Json(body)).into_response())
 }

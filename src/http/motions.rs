@@ -1,6 +1,7 @@
 //! The motions of a job's repertoire, one by one.
 
 use axum::extract::State;
+use axum::http::HeaderMap;
 use axum::response::Response;
 use serde::Deserialize;
 use uuid::Uuid;
@@ -42,6 +43,7 @@ pub(super) async fn motion(
     State(app): State<App>,
     UrlPath((id, name)): UrlPath<(Uuid, String)>,
     UrlQuery(query): UrlQuery<Query>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
     let choice = Choice { preliminary: query.preliminary };
@@ -53,10 +55,10 @@ pub(super) async fn motion(
     let file = file(&app, &job, number).await?;
     let path = app.jobs.shelved(id, Shelf::Motions, &file);
     match format {
-        None => served(&job, &choice, path, (&file, "application/json")).await,
+        None => served(&job, (&choice, &headers), path, (&file, "application/json")).await,
         Some(format) => {
             let wanted = Wanted::new(query.fps, query.in_place);
-            converted(&app, &job, path, format, &wanted).await
+            converted(&app, &job, path, format, (&wanted, &headers)).await
         }
     }
 }
@@ -72,12 +74,13 @@ pub(super) async fn gait(
     State(app): State<App>,
     UrlPath((id, number)): UrlPath<(Uuid, String)>,
     UrlQuery(choice): UrlQuery<Choice>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
     check_ended(&job, &choice, &format!("gait of motion {number}"))?;
     let file = file(&app, &job, &number).await?;
     let path = app.jobs.shelved(id, Shelf::Gaits, &file);
-    served(&job, &choice, path, (&file, "application/json")).await
+    served(&job, (&choice, &headers), path, (&file, "application/json")).await
 }
 
 /// The forms that are served.

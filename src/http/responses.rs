@@ -42,6 +42,12 @@ problems! {
     UnreadableQuery { "400": "A query that cannot be read" }
     /// The id names no character.
     NoSuchCharacter { "404": "No such character" }
+    /// The character cannot be deleted.
+    CharacterNotDeleted {
+        "404": "No such character",
+        "409": "A job that has not ended needs it",
+        "503": "Unable to write at present"
+    }
     /// The id names no job.
     NoSuchJob { "404": "No such job" }
     /// The job cannot be cancelled.
@@ -72,7 +78,7 @@ problems! {
     NoDiagram { "4XX": "404 for no such job, 409 for one that has not ended or has no diagram" }
     /// The job has no recording, or not at the range asked for.
     NoRecording {
-        "4XX": "404 for no such job, 409 for one that has recorded nothing, 416 for a range beyond the end",
+        "4XX": "404 for no such job, 409 for one that has recorded nothing, 410 where the recording was removed, 416 for a range beyond the end",
         "503": "As many streams are followed as may be at once"
     }
     /// The service takes no requests.

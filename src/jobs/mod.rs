@@ -3,14 +3,23 @@
 //! [`Jobs`] is what clients of every kind speak with; [`start()`] puts workers to it; [`run()`] is the way
 //! of a job that learns, for the workers and for the command line alike.
 
+mod characters;
 mod check;
+mod error;
 mod files;
+mod housekeeping;
 mod job;
+mod keeper;
 mod live;
+mod memory;
 mod once;
 mod order;
+mod queue;
 mod repertoire;
+mod reporter;
 mod request;
+mod results;
+mod retention;
 mod run;
 mod service;
 mod store;
@@ -19,18 +28,23 @@ mod work;
 mod worker;
 
 pub use check::{Findings, JointFinding, ShapeFinding, Standing, check};
+pub use error::ServiceError;
 pub use files::{Artefact, Shelf};
-pub use job::{CharacterName, Job, JobState, Progress, Stage, Timings};
+pub use job::{CharacterName, Job, JobState, JobStorage, MOST_ATTEMPTS, Progress, Stage, Timings};
+pub use keeper::start;
 pub use live::{Live, Moment};
-pub use once::{IdempotencyKey, IdempotencyKeyError};
+pub use memory::{MemoryEstimate, MemoryShare};
+pub use once::{IdempotencyKey, IdempotencyKeyError, Posting};
 pub use order::{Order, read_character};
 pub use repertoire::{MotionSummary, Repertoire, RepertoireEntry, RepertoireFormat};
-pub use request::{CharacterChoice, JobRequest, Settings};
+pub use request::{CharacterChoice, JobRequest, JobTerms, Priority, PriorityError, Settings};
+pub use retention::{Expiry, KeptThing, Retention, RetentionError, RetentionOptions, Upkeep};
 pub use run::{
     PreparedRun, ReplayError, RunError, RunOutcome, RunWatcher, TrainingReport, Unsuccessful, replay, run,
 };
-pub use service::{Jobs, ServiceError, ServiceOptions};
-pub use store::{Store, StoreError};
+pub use service::{Jobs, ServiceOptions};
+pub use store::{
+    Amendment, Claim, Claimed, Holding, Reclaimed, Store, StoreError, StoredCharacter, StoredJob,
+};
 pub use study::StudyRequest;
-pub use work::{LearningRecord, StudyRecord, Work};
-pub use worker::start;
+pub use work::{LearningRecord, MotionOutcome, StudyRecord, Work};

@@ -1,4 +1,4 @@
-//! A request that may arrive more than once and is to be carried out once.
+//! How a job comes into the queue: who posts it, and whether it may arrive more than once and is to be carried out once.
 
 use sha2::{Digest, Sha256};
 
@@ -10,6 +10,15 @@ const LONGEST: usize = 255;
 pub struct IdempotencyKey {
     pub(super) key: String,
     pub(super) digest: String,
+}
+
+/// How a job comes into the queue.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Posting {
+    /// Who posts it, as far as clients are told apart: callers take turns.
+    pub caller: String,
+    /// What it is known by if it comes again.
+    pub key: Option<IdempotencyKey>,
 }
 
 /// A key that cannot be used.

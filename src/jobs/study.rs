@@ -6,6 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::files::Artefact;
+use super::memory::MemoryEstimate;
+use super::request::Priority;
 use super::run::RunError;
 use super::work::{StudyRecord, Work};
 use crate::export::front_diagram;
@@ -30,6 +32,9 @@ pub struct StudyRequest {
     /// Errors for which a setting is to be recommended, m: powers of ten from 1e-2 to 1e-6 where left out.
     #[serde(default = "usual_tolerances")]
     pub tolerances: Vec<f64>,
+    /// Which of the jobs that wait come first.
+    #[serde(default)]
+    pub priority: Priority,
 }
 
 fn usual_tolerances() -> Vec<f64> {
@@ -37,23 +42,25 @@ fn usual_tolerances() -> Vec<f64> {
 }
 
 impl StudyRequest {
-    /// Reads a request and everything in it.
+    /// Reads a request and everything in it, for a job that may come to need `budget` bytes.
     ///
     /// # Errors
     ///
     /// [`InputError::Malformed`] when `bytes` is not JSON, otherwise [`InputError::Impossible`] with
     /// every fault of the scenario, its character and its motion.
-    pub fn parse(bytes: &[u8]) -> Result<(Self, ScenarioSetup), InputError> {
+    pub fn parse(bytes: &[u8], budget: u64) -> Result<(Self, ScenarioSetup), InputError> {
         let mut parts = Parts::parse(bytes)?;
         parts.check_format(FORMAT);
         let scenario = parts.require("scenario");
         let tolerances = parts.take("tolerances").unwrap_or_else(usual_tolerances);
-        let request = scenario.map(|scenario| Self { scenario, tolerances });
-        let request = parts.end(request, &["format", "scenario", "tolerances"])?;
+        let priority = parts.take("priority").unwrap_or_default();
+        let request = scenario.map(|scenario| Self { scenario, tolerances, priority });
+        let request = parts.end(request, &["format", "scenario", "tolerances", "priority"])?;
         let faults = request.faults();
         if !faults.is_empty() {
             return Err(InputError::Impossible(faults));
         }
+        check_memory(&request.scenario, budget).map_err(|error| error.under("/scenario"))?;
         let setup = request.scenario.set_up(&NoFiles).map_err(|error| error.under("/scenario"))?;
         Ok((request, setup))
     }
@@ -84,17 +91,28 @@ impl From<StudyRequest> for Work {
     }
 }
 
-/// Studies the request in `bytes` and leaves table and diagram in `folder`; `None` when the watcher ends it.
+/// Whether the character of `scenario` may be simulated with `budget` bytes.
+///
+/// # Errors
+///
+/// Every fault of the character; [`InputError::Impossible`] with the figures of one that is too large.
+pub(super) fn check_memory(scenario: &Scenario, budget: u64) -> Result<(), InputError> {
+    let reading = scenario.read_character(&NoFiles).map_err(|error| error.under("/character"))?;
+    MemoryEstimate::of_simulation(&reading.character, &scenario.scene, &scenario.accuracy).check(budget)
+}
+
+/// Studies the request in `bytes`, which may come to need `budget` bytes, and leaves table and diagram in `folder`;
+/// `None` when the watcher ends it.
 ///
 /// # Errors
 ///
 /// When the scenario turns out impossible, or a file cannot be written.
 pub(super) fn run(
-    bytes: &[u8],
+    (bytes, budget): (&[u8], u64),
     folder: &Path,
     watcher: &mut dyn StudyObserver,
 ) -> Result<Option<StudyRecord>, RunError> {
-    let (request, setup) = StudyRequest::parse(bytes)?;
+    let (request, setup) = StudyRequest::parse(bytes, budget)?;
     let name = setup.model.character.name.clone();
     let studied = study(&name, &setup, &Pieces::default(), &Sweep::default(), watcher);
     let Some(table) = studied? else { return Ok(None) };
