@@ -12,7 +12,6 @@ use gaitwright_learning::scenario::{ScenarioSetup, Script};
 use gaitwright_learning::training::LearnedMotion;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::{Base, Model};
-use gaitwright_physics::motion::Player;
 use gaitwright_physics::scene::{AccuracyChoice, StepPlan};
 use gaitwright_physics::stance::Stance;
 
