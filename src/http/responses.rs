@@ -42,6 +42,8 @@ problems! {
     UnreadableQuery { "400": "A query that cannot be read" }
     /// The id names no character.
     NoSuchCharacter { "404": "No such character" }
+    /// The id names no job, or a job whose character is part of something else.
+    NoCharacter { "404": "No such job, or a study, whose character is part of its scenario" }
     /// The id names no job.
     NoSuchJob { "404": "No such job" }
     /// The job cannot be cancelled.

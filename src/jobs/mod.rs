@@ -3,6 +3,7 @@
 //! [`Jobs`] is what clients of every kind speak with; [`start()`] puts workers to it; [`run()`] is the way
 //! of a job that learns, for the workers and for the command line alike.
 
+mod characters;
 mod check;
 mod files;
 mod job;
