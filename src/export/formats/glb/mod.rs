@@ -75,12 +75,7 @@ pub(super) fn write_pose(
     document.finish(character).map_err(|error| InputError::impossible("", error.to_string()))
 }
 
-fn nodes(
-    document: &mut Document,
-    skeleton: &Skeleton<'_>,
-    root: &Isometry3<f64>,
-    angles: &[f64],
-) -> Nodes {
+fn nodes(document: &mut Document, skeleton: &Skeleton<'_>, root: &Isometry3<f64>, angles: &[f64]) -> Nodes {
     let links = &skeleton.character.links;
     let mut indices: Vec<Option<Index<Node>>> = vec![None; links.len()];
     let colors = limb_colors(skeleton.character);
@@ -161,8 +156,11 @@ fn animation(
         if !moves {
             continue;
         }
-        let poses: Vec<Isometry3<f64>> =
-            clip.frames.iter().map(|frame| local(&sampled.skeleton, link, &frame.root, &frame.angles)).collect();
+        let poses: Vec<Isometry3<f64>> = clip
+            .frames
+            .iter()
+            .map(|frame| local(&sampled.skeleton, link, &frame.root, &frame.angles))
+            .collect();
         if link == 0 || !sampled.skeleton.turns(link) {
             animation.translation(node, &positions(&poses));
         }
