@@ -48,7 +48,9 @@ impl Jobs {
                 Translation3::new(0.0, 0.0, standing.root_height),
                 UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)),
             );
-            Ok(export_pose(&reading.character, &root, &standing.joints)?)
+            // What was found by a version that did not tell the settled angles is shown as it was held.
+            let angles = if standing.settled.is_empty() { &standing.joints } else { &standing.settled };
+            Ok(export_pose(&reading.character, &root, angles)?)
         })
         .await
     }

@@ -25,7 +25,7 @@ export class Player {
   controls() {
     this.playButton = button("Play", () => this.toggle(), "button round");
     this.slider = make("input", {
-      type: "range", min: 0, max: 1, step: "any", value: 0, class: "scrub", "aria-label": "Time in the motion",
+      type: "range", min: 0, max: 1, step: 0.01, value: 0, class: "scrub", "aria-label": "Time in the motion",
       oninput: () => this.seek(Number(this.slider.value)),
     });
     this.clock = make("output", { class: "clock" }, "0.00 s");

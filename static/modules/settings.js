@@ -65,9 +65,7 @@ export class SettingsForm {
       make("option", { value: "fastest" }, "as fast as it can"),
       make("option", { value: "number" }, "m/s …"),
       make("option", { value: "froude" }, "Froude number …"));
-    const field = this.field("pace", "Speed", pace);
-    field.append(speed);
-    return field;
+    return make("div", { class: "numbered" }, this.field("pace", "Speed", pace), speed);
   }
 
   /** A number is asked for only where the choice of speed wants one. */

@@ -8,6 +8,7 @@ in vec3 normal;
 uniform mat4 modelMatrix;
 uniform mat4 viewMatrix;
 uniform mat4 projectionMatrix;
+uniform float behind;
 out vec3 vNormal;
 out vec3 vPlace;
 void main() {
@@ -15,6 +16,7 @@ void main() {
   vNormal = mat3(modelMatrix) * normal;
   vPlace = place.xyz;
   gl_Position = projectionMatrix * viewMatrix * place;
+  gl_Position.z += behind * gl_Position.w;
 }`;
 
 // Light from the sky and back from the ground, a lamp, and a rim where a surface turns away.
@@ -99,8 +101,11 @@ void main() {
   result = vec4(mix(shown, background, far), 1.0);
 }`;
 
-/** Draws solid shapes in their colors, or in a tint of their own (contact forces, direction). */
-export function surfaceProgram(gl, { tint = [0, 0, 0], tinted = 0, opacity = 1 } = {}) {
+/**
+ * Draws solid shapes in their colors, or in a tint of their own (contact forces, direction). What is drawn a little
+ * `behind` does not flicker through others at the same place.
+ */
+export function surfaceProgram(gl, { tint = [0, 0, 0], tinted = 0, opacity = 1, behind = 0 } = {}) {
   return new Program(gl, {
     vertex: SURFACE_VERTEX,
     fragment: SURFACE_FRAGMENT,
@@ -108,6 +113,7 @@ export function surfaceProgram(gl, { tint = [0, 0, 0], tinted = 0, opacity = 1 }
     depthWrite: true,
     uniforms: {
       color: { value: [1, 1, 1, 1] }, tint: { value: tint }, tinted: { value: tinted }, opacity: { value: opacity },
+      behind: { value: behind },
     },
   });
 }

@@ -65,8 +65,8 @@ export class Stage {
       ground: groundProgram(gl),
       shadow: shadowProgram(gl),
       body: surfaceProgram(gl),
-      ghost: surfaceProgram(gl, { tint: [0.1, 0.5, 0.9], tinted: 0.85, opacity: 0.28 }),
-      force: surfaceProgram(gl, { tint: [0.9, 0.2, 0.12], tinted: 1 }),
+      ghost: surfaceProgram(gl, { tint: [0.1, 0.5, 0.9], tinted: 0.85, opacity: 0.28, behind: 5e-5 }),
+      force: surfaceProgram(gl, { tint: [0.85, 0.03, 0.05], tinted: 1 }),
       direction: surfaceProgram(gl, { tint: [0.02, 0.32, 0.2], tinted: 1 }),
     };
     const square = new Float32Array([-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1]);

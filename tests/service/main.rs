@@ -1,6 +1,7 @@
 //! The program from outside: commands, the service, files; and the structure of the whole.
 
 mod accuracy;
+mod browser;
 mod cli;
 #[path = "../common/mod.rs"]
 mod common;
@@ -10,6 +11,7 @@ mod guide;
 mod http;
 mod motion;
 mod playback;
+mod python;
 mod readers;
 mod recording;
 mod structure;

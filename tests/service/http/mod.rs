@@ -2,12 +2,13 @@
 
 mod access;
 mod characters;
-mod client;
+pub mod client;
 mod ends;
 mod exports;
 mod faults;
 mod interface;
 mod life;
+mod page;
 mod refusals;
 mod studies;
 mod survival;
