@@ -147,7 +147,7 @@ class LearningPage extends JobPage {
     if (!this.player || !this.learned) return;
     try {
       const best = await this.repertoire.refresh();
-      if (best && !this.chosen) await this.play(best);
+      if (best && !this.chosen && best.number !== this.playing) await this.play(best);
     } catch (error) {
       // The job knows of a motion a moment before its file is there.
       if (error.status !== 409) complain(this.problem, error);

@@ -1,7 +1,7 @@
 // The price of accuracy: what a smaller error costs for this character's motion, as a study of its own.
 
 import * as api from "./api.js";
-import { button, complain, digits, duration, make, words } from "./dom.js";
+import { button, complain, digits, make, short, words } from "./dom.js";
 
 const LOOK_EVERY = 1000;
 /** Length of what is studied, s: the way from standing into the first steps. */
@@ -59,12 +59,14 @@ export function studyView(study) {
       make("progress", { max: 1, value: progress.fraction, "aria-label": "Progress of the study" }));
   }
   if (state !== "succeeded") return make("p", { class: "failed" }, error ?? `The study was ${state}.`);
-  const rows = study.recommendations.map(({ tolerance, accuracy, because, cost }) =>
-    make("tr", {}, make("th", { scope: "row" }, `${tolerance} ${study.subject.unit}`),
-      make("td", {}, accuracy ? `${words(accuracy.integrator)}, ${digits(1000 * accuracy.step, 2)} ms` : because)));
+  const { unit } = study.subject;
+  const rows = study.recommendations.map(({ tolerance, accuracy, error: found, seconds, because }) =>
+    make("tr", {}, make("th", { scope: "row" }, `${tolerance} ${unit}`), ...(accuracy
+      ? [`${words(accuracy.integrator)}, step ${short(1000 * accuracy.step)} ms`, `${short(found)} ${unit}`, `${short(1000 * seconds)} ms`].map((text) => make("td", {}, text))
+      : [make("td", { colSpan: 3 }, because)])));
   return make("div", {},
     make("figure", { class: "paper" }, make("img", { src: links.front, alt: "Error against computing time for each setting; the text below names the best ones" })),
     make("div", { class: "scroll", tabIndex: 0, role: "region", "aria-label": "Recommendations" }, make("table", {},
-      make("thead", {}, make("tr", {}, make("th", { scope: "col" }, "Error below"), make("th", { scope: "col" }, "Cheapest setting"))),
+      make("thead", {}, make("tr", {}, ["Error below", "Cheapest setting", "Its error", "Computing a second takes"].map((title) => make("th", { scope: "col" }, title)))),
       make("tbody", {}, rows))));
 }
