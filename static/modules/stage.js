@@ -126,7 +126,7 @@ export class Stage {
     const size = Math.hypot(...force);
     const length = (FORCE_LENGTH * this.size * size) / (this.mass * 9.81);
     if (length < 0.01 * this.size) return null;
-    return { from: position, along: force.map((part) => part / size), length, thickness: this.size * 0.35 };
+    return { from: position, along: force.map((part) => part / size), length, thickness: Math.min(this.size * 0.35, 2 * length) };
   }
 
   /** Shows where the character is to go: an angle to the left of where it looks, rad; `null` shows nothing. */
