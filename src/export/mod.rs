@@ -10,7 +10,9 @@ mod recording;
 
 pub use curve::{Curve, CurveFormat};
 pub use diagram::{DiagramError, gait_diagram};
-pub use formats::{DEFAULT_FPS, ExportFormat, ExportOptions, MotionClip, MotionFrame, SampledMotion, export};
+pub use formats::{
+    DEFAULT_FPS, ExportFormat, ExportOptions, MotionClip, MotionFrame, SampledMotion, export, export_pose,
+};
 pub use front::front_diagram;
 pub use motion::{Performance, motion};
 pub use recording::{Recording, RecordingError, RecordingSubject};

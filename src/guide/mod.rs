@@ -41,6 +41,7 @@ pub mod formats {}
 pub mod exports {}
 
 #[doc = include_str!("service.md")]
+#[doc = include_str!("../../static/page-character.svg")]
 pub mod service {}
 
 #[doc = include_str!("accuracy.md")]

@@ -3,7 +3,7 @@
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
-use axum::http::header::LOCATION;
+use axum::http::header::{CONTENT_TYPE, LOCATION};
 use axum::response::{IntoResponse, Response};
 use jiff::Timestamp;
 use schemars::JsonSchema;
@@ -13,7 +13,8 @@ use uuid::Uuid;
 use super::app::App;
 use super::extract::{Upload, UrlPath, UrlQuery, page_limit};
 use super::problem::ProblemDetails;
-use super::responses::{CharacterNotDeleted, NoSuchCharacter, NotKept, UnreadableQuery};
+use super::responses::{CharacterNotDeleted, JobId, NoCharacter, NoSuchCharacter, NotKept, UnreadableQuery};
+use crate::export::ExportFormat;
 use crate::jobs::{Expiry, Findings, StoredCharacter};
 use gaitwright_physics::character::{Source, schema};
 use gaitwright_physics::fault::{Fault, InputError};
@@ -156,6 +157,69 @@ pub(super) async fn show(
     Ok(Json(CharacterBody { id, findings: app.jobs.findings(id).await? }))
 }
 
+/// A character as it was posted.
+#[utoipa::path(
+    get, path = "/v1/characters/{id}/file", operation_id = "character_file", tag = "characters",
+    params(("id" = String, Path, description = "The character's id")),
+    responses(
+        (status = 200, description = "The file, by what it holds", content(
+            (ref("#/components/schemas/CharacterDocument") = "application/json"),
+            (String = "application/xml"), (Vec<u8> = "application/zip"))),
+        NoSuchCharacter))]
+pub(super) async fn file(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
+    Ok(as_posted(app.jobs.character_file(id).await?))
+}
+
+/// A character in its standing pose, to be looked at.
+///
+/// The node of every link that a joint moves has `joint`, `kind`, `axis` and `angle` in its `extras`: with these it can be
+/// put into any other pose.
+#[utoipa::path(
+    get, path = "/v1/characters/{id}/standing.glb", operation_id = "standing_glb", tag = "characters",
+    params(("id" = String, Path, description = "The character's id")),
+    responses(
+        (status = 200, description = "Its links as a tree of nodes with their shapes",
+            content_type = "model/gltf-binary", body = Vec<u8>),
+        NoSuchCharacter))]
+pub(super) async fn standing(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
+    let model = app.jobs.standing_character(id).await?;
+    Ok(([(CONTENT_TYPE, ExportFormat::Glb.media_type())], model).into_response())
+}
+
+/// The character that a job works on, as it was posted.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/character", operation_id = "job_character", tag = "jobs",
+    params(JobId),
+    responses(
+        (status = 200, description = "The file, by what it holds", content(
+            (ref("#/components/schemas/CharacterDocument") = "application/json"),
+            (String = "application/xml"), (Vec<u8> = "application/zip"))),
+        NoCharacter))]
+pub(super) async fn of_job(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<Response, ProblemDetails> {
+    let file = app.jobs.job_character(id).await?;
+    let none = || ProblemDetails::not_found("the character of a study is part of its scenario");
+    Ok(as_posted(file.ok_or_else(none)?))
+}
+
+/// A character's file with the media type of what it holds.
+fn as_posted(file: Vec<u8>) -> Response {
+    let media_type = match Source::detect(&file) {
+        Some(Source::Json) => "application/json",
+        Some(Source::Zip) => "application/zip",
+        Some(Source::Urdf) | None => "application/xml",
+    };
+    ([(CONTENT_TYPE, media_type)], file).into_response()
+}
+
 /// The JSON Schema of character documents.
 #[utoipa::path(
     get, path = "/v1/schemas/character", tag = "characters",
@@ -164,6 +228,6 @@ pub(super) async fn show(
 pub(super) async fn character_schema() -> Response {
     let mut response = Json(schema()).into_response();
     let kind = axum::http::HeaderValue::from_static("application/schema+json");
-    response.headers_mut().insert(axum::http::header::CONTENT_TYPE, kind);
+    response.headers_mut().insert(CONTENT_TYPE, kind);
     response
 }

@@ -88,6 +88,40 @@ pub(super) async fn csv(
     exported(&app, id, ExportFormat::Csv, (&wanted, &headers)).await
 }
 
+/// The motion as a trajectory for ROS 2.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/motion.yaml", operation_id = "motion_ros", tag = "results",
+    params(JobId,
+        ("fps" = Option<f64>, Query, description = "Points per second, 1 to 1000; 60 if left out")),
+    responses(
+        (status = 200, description = "A trajectory_msgs/JointTrajectory", content_type = "application/yaml", body = String),
+        NotExported))]
+pub(super) async fn ros(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+    UrlQuery(wanted): UrlQuery<Wanted>,
+    headers: HeaderMap,
+) -> Result<Response, ProblemDetails> {
+    exported(&app, id, ExportFormat::Ros, (&wanted, &headers)).await
+}
+
+/// The motion as a MuJoCo model with keyframes of poses and controls.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/motion.xml", operation_id = "motion_mujoco", tag = "results",
+    params(JobId,
+        ("fps" = Option<f64>, Query, description = "Keyframes per second, 1 to 1000; 60 if left out")),
+    responses(
+        (status = 200, description = "An MJCF document", content_type = "application/xml", body = String),
+        NotExported))]
+pub(super) async fn mujoco(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+    UrlQuery(wanted): UrlQuery<Wanted>,
+    headers: HeaderMap,
+) -> Result<Response, ProblemDetails> {
+    exported(&app, id, ExportFormat::Mujoco, (&wanted, &headers)).await
+}
+
 async fn exported(
     app: &App,
     id: Uuid,
@@ -109,6 +143,6 @@ pub(super) async fn converted(
     let options = ExportOptions { fps: wanted.fps.unwrap_or(DEFAULT_FPS), in_place: wanted.in_place };
     match app.jobs.exported(job.id, path, format, options).await? {
         Some(file) => Ok(tagged(headers, format.media_type(), &tag(&[&file]), file)),
-        None => Err(not_ready(job, &format!("motion.{}", format.name()))),
+        None => Err(not_ready(job, &format!("motion.{}", format.extension()))),
     }
 }

@@ -34,6 +34,9 @@ struct Links {
     job: String,
     /// Server-sent events.
     events: String,
+    /// The character, as it was posted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    character: Option<String>,
     /// The recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     recording: Option<String>,
@@ -73,6 +76,7 @@ impl Links {
         let events = format!("{place}/events");
         match job.work {
             Work::Learning(_) => Self {
+                character: at("character"),
                 recording: at("recording.rrd"),
                 viewer: Some(format!("/viewer/?url={place}/recording.rrd")),
                 motion: at("motion"),

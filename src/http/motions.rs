@@ -30,14 +30,15 @@ pub(super) struct Query {
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/motions/{motion}", operation_id = "numbered_motion", tag = "results",
     params(JobId, PreliminaryQuery,
-        ("motion" = String, Path, description = "The motion's number, from 1: `2` is its document, `2.glb`, `2.bvh` and \
-            `2.csv` are its exports"),
+        ("motion" = String, Path, description = "The motion's number, from 1: `2` is its document, `2.glb`, `2.bvh`, \
+            `2.csv`, `2.yaml` (ROS 2) and `2.xml` (MuJoCo) are its exports"),
         ("fps" = Option<f64>, Query, description = "Of exports: frames per second, 1 to 1000; 60 if left out"),
         ("in_place" = Option<bool>, Query, description = "Of exports: whether the root stays where it is")),
     responses(
         (status = 200, description = "The motion", content(
             (ref("#/components/schemas/Motion") = "application/json"),
-            (Vec<u8> = "model/gltf-binary"), (String = "text/plain"), (String = "text/csv"))),
+            (Vec<u8> = "model/gltf-binary"), (String = "text/plain"), (String = "text/csv"),
+            (String = "application/yaml"), (String = "application/xml"))),
         NotExported))]
 pub(super) async fn motion(
     State(app): State<App>,
@@ -83,12 +84,12 @@ pub(super) async fn gait(
     served(&job, (&choice, &headers), path, (&file, "application/json")).await
 }
 
-/// The forms that are served.
-fn export_format(name: &str) -> Result<ExportFormat, ProblemDetails> {
-    let served = [ExportFormat::Glb, ExportFormat::Bvh, ExportFormat::Csv];
-    let found = served.into_iter().find(|format| format.name() == name);
+/// The form whose files have this extension.
+fn export_format(extension: &str) -> Result<ExportFormat, ProblemDetails> {
+    let found = ExportFormat::ALL.into_iter().find(|format| format.extension() == extension);
     found.ok_or_else(|| {
-        ProblemDetails::not_found(format!("motions are not served as `{name}`: glb, bvh and csv are"))
+        let served = ExportFormat::ALL.map(ExportFormat::extension).join(", ");
+        ProblemDetails::not_found(format!("motions are not served as `{extension}`: {served} are"))
     })
 }
 

@@ -4,10 +4,7 @@ use std::io::Write;
 use std::sync::LazyLock;
 
 use axum::Router;
-use axum::http::header::{
-    ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderValue,
-    VARY,
-};
+use axum::http::header::{ACCEPT_ENCODING, CONTENT_ENCODING, CONTENT_SECURITY_POLICY, HeaderValue, VARY};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
@@ -20,25 +17,94 @@ use super::conditional::{tag, tagged};
 use super::problem::ProblemDetails;
 use crate::jobs::ServiceError;
 
-/// A file of the program.
-#[derive(Debug, Clone, Copy)]
-struct Asset {
-    media_type: &'static str,
-    contents: &'static [u8],
+/// A file of the folder `static` or `examples` that is served, with its address there.
+macro_rules! file {
+    ($folder:literal, $name:literal at $address:literal) => {
+        ($address, $name, include_bytes!(concat!("../../", $folder, "/", $name)))
+    };
+    ($name:literal) => {
+        (concat!("/", $name), $name, include_bytes!(concat!("../../static/", $name)))
+    };
 }
 
-const PAGE: Asset =
-    Asset { media_type: "text/html; charset=utf-8", contents: include_bytes!("../../static/index.html") };
-const STYLE: Asset =
-    Asset { media_type: "text/css; charset=utf-8", contents: include_bytes!("../../static/style.css") };
-const SCRIPT: Asset =
-    Asset { media_type: "text/javascript; charset=utf-8", contents: include_bytes!("../../static/app.js") };
-const VIEWER_PAGE: Asset =
-    Asset { media_type: "text/html; charset=utf-8", contents: include_bytes!("../../static/viewer.html") };
-const VIEWER_START: Asset = Asset {
-    media_type: "text/javascript; charset=utf-8",
-    contents: include_bytes!("../../static/viewer.js"),
-};
+/// Address, name and contents of every file of the page.
+const FILES: &[(&str, &str, &[u8])] = &[
+    file!("static", "index.html" at "/"),
+    file!("style.css"),
+    file!("app.js"),
+    file!("modules/api.js"),
+    file!("modules/arrow.js"),
+    file!("modules/character.js"),
+    file!("modules/curve.js"),
+    file!("modules/dial.js"),
+    file!("modules/dom.js"),
+    file!("modules/downloads.js"),
+    file!("modules/findings.js"),
+    file!("modules/footfalls.js"),
+    file!("modules/job.js"),
+    file!("modules/jobs.js"),
+    file!("modules/model.js"),
+    file!("modules/motion.js"),
+    file!("modules/orbit.js"),
+    file!("modules/player.js"),
+    file!("modules/price.js"),
+    file!("modules/progress.js"),
+    file!("modules/quaternion.js"),
+    file!("modules/question.js"),
+    file!("modules/repertoire.js"),
+    file!("modules/settings.js"),
+    file!("modules/shaders.js"),
+    file!("modules/stage.js"),
+    file!("modules/upload.js"),
+    file!("modules/verdict.js"),
+    file!("vendor/ogl/core/Camera.js"),
+    file!("vendor/ogl/core/Geometry.js"),
+    file!("vendor/ogl/core/Mesh.js"),
+    file!("vendor/ogl/core/Program.js"),
+    file!("vendor/ogl/core/Renderer.js"),
+    file!("vendor/ogl/core/Transform.js"),
+    file!("vendor/ogl/math/Euler.js"),
+    file!("vendor/ogl/math/Mat3.js"),
+    file!("vendor/ogl/math/Mat4.js"),
+    file!("vendor/ogl/math/Quat.js"),
+    file!("vendor/ogl/math/Vec3.js"),
+    file!("vendor/ogl/math/functions/EulerFunc.js"),
+    file!("vendor/ogl/math/functions/Mat3Func.js"),
+    file!("vendor/ogl/math/functions/Mat4Func.js"),
+    file!("vendor/ogl/math/functions/QuatFunc.js"),
+    file!("vendor/ogl/math/functions/Vec3Func.js"),
+    file!("vendor/ogl/math/functions/Vec4Func.js"),
+    file!("examples", "quadruped.urdf" at "/characters/quadruped.urdf"),
+    file!("examples", "biped.urdf" at "/characters/biped.urdf"),
+    file!("examples", "hexapod.json" at "/characters/hexapod.json"),
+    file!("examples", "snake.json" at "/characters/snake.json"),
+    file!("examples", "pantograph.json" at "/characters/pantograph.json"),
+    file!("static", "viewer.html" at "/viewer/"),
+    file!("static", "viewer.js" at "/viewer/start.js"),
+];
+
+/// A file of the program, and a tag for it by its contents.
+#[derive(Debug)]
+struct Asset {
+    address: &'static str,
+    media_type: &'static str,
+    contents: &'static [u8],
+    tag: String,
+}
+
+static ASSETS: LazyLock<Vec<Asset>> = LazyLock::new(|| {
+    let asset = |&(address, name, contents): &(&'static str, &str, &'static [u8])| {
+        let media_type = match name.rsplit('.').next() {
+            Some("html") => "text/html; charset=utf-8",
+            Some("css") => "text/css; charset=utf-8",
+            Some("js") => "text/javascript; charset=utf-8",
+            Some("json") => "application/json",
+            _ => "application/xml",
+        };
+        Asset { address, media_type, contents, tag: tag(&[contents]) }
+    };
+    FILES.iter().map(asset).collect()
+});
 
 /// Nothing comes from elsewhere; the viewer is WebAssembly and sets styles from its code.
 const POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; \
@@ -72,24 +138,20 @@ static VIEWER: LazyLock<Result<Viewer, String>> = LazyLock::new(|| {
     Ok(Viewer { script: file(data.viewer_js())?, program: file(data.viewer_wasm())?, data })
 });
 
-/// The page at `/` and the viewer at `/viewer/`.
+/// The page at `/`, the bundled characters under `/characters/`, and the viewer at `/viewer/`.
 pub(super) fn router() -> Router<App> {
-    let file = |asset: Asset| get(move || async move { asset.into_response() });
-    Router::new()
-        .route("/", file(PAGE))
-        .route("/style.css", file(STYLE))
-        .route("/app.js", file(SCRIPT))
-        .route("/viewer/", file(VIEWER_PAGE))
-        .route("/viewer/start.js", file(VIEWER_START))
+    let viewer = Router::new()
         .route("/viewer/re_viewer.js", get(viewer_script))
-        .route("/viewer/re_viewer_bg.wasm", get(viewer_program))
+        .route("/viewer/re_viewer_bg.wasm", get(viewer_program));
+    ASSETS.iter().fold(viewer, |router, asset| {
+        router.route(asset.address, get(move |headers: HeaderMap| async move { asset.answer(&headers) }))
+    })
 }
 
-impl IntoResponse for Asset {
-    fn into_response(self) -> Response {
-        let headers =
-            [(CONTENT_TYPE, self.media_type), (CONTENT_SECURITY_POLICY, POLICY), (CACHE_CONTROL, "no-cache")];
-        (headers, self.contents).into_response()
+impl Asset {
+    fn answer(&'static self, headers: &HeaderMap) -> Response {
+        let answer = tagged(headers, self.media_type, &self.tag, self.contents);
+        ([(CONTENT_SECURITY_POLICY, POLICY)], answer).into_response()
     }
 }
 

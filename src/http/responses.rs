@@ -48,6 +48,8 @@ problems! {
         "409": "A job that has not ended needs it",
         "503": "Unable to write at present"
     }
+    /// The id names no job, or a job whose character is part of something else.
+    NoCharacter { "404": "No such job, or a study, whose character is part of its scenario" }
     /// The id names no job.
     NoSuchJob { "404": "No such job" }
     /// The job cannot be cancelled.

@@ -86,16 +86,26 @@ pub struct SelfCollision {
 /// A standing pose.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Standing {
-    /// Angle of every movable joint, rad or m.
+    /// Angle at which every movable joint is held, rad or m.
     pub joints: BTreeMap<String, f64>,
+    /// Angle at which every movable joint comes to rest, since what holds it gives way under the weight, rad or m.
+    #[serde(default)]
+    pub settled: BTreeMap<String, f64>,
     /// Height of the root link's origin above the ground, m.
     pub root_height: f64,
+    /// Orientation of the root link, unit quaternion `[w, x, y, z]`.
+    #[serde(default = "upright")]
+    pub root_orientation: [f64; 4],
     /// The links that carry the character.
     pub support: Vec<String>,
     /// Whether it came to rest without falling when it was tried in the simulator.
     pub stable: bool,
     /// Whether the character's author gave it.
     pub given: bool,
+}
+
+fn upright() -> [f64; 4] {
+    [1.0, 0.0, 0.0, 0.0]
 }
 
 /// Finds how the character stands on the ground of `scene`, and reports what was understood of it.
@@ -195,9 +205,13 @@ fn extent(shape: &Shape) -> (&'static str, [f64; 3]) {
 /// A standing pose as documents show it.
 pub(super) fn standing(model: &Model, stance: &Stance) -> Standing {
     let links = &model.character.links;
+    let q = stance.state.root.orientation;
+    let named = |angles: &[f64]| model.joint_names.iter().cloned().zip(angles.iter().copied()).collect();
     Standing {
-        joints: model.joint_names.iter().cloned().zip(stance.angles.iter().copied()).collect(),
+        joints: named(&stance.angles),
+        settled: named(&stance.state.angles),
         root_height: stance.root_height,
+        root_orientation: [q.w, q.i, q.j, q.k],
         support: stance.support.iter().map(|&link| links[link].name.clone()).collect(),
         stable: stance.stable,
         given: stance.given,

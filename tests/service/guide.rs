@@ -86,10 +86,15 @@ fn script(blocks: &[Block]) -> Option<String> {
 fn run(script: &str) -> Output {
     let folder = TempDir::new().unwrap();
     let examples = folder.path().join("examples");
-    fs::create_dir(&examples).unwrap();
-    for entry in fs::read_dir(repository().join("examples")).unwrap() {
-        let path = entry.unwrap().path();
-        fs::copy(&path, examples.join(path.file_name().unwrap())).unwrap();
+    for folder in ["", "python"] {
+        let examples = examples.join(folder);
+        fs::create_dir(&examples).unwrap();
+        for entry in fs::read_dir(repository().join("examples").join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_file() {
+                fs::copy(&path, examples.join(path.file_name().unwrap())).unwrap();
+            }
+        }
     }
     let programs = folder.path().join("bin");
     fs::create_dir(&programs).unwrap();

@@ -1,6 +1,7 @@
 //! The program from outside: commands, the service, files; and the structure of the whole.
 
 mod accuracy;
+mod browser;
 mod cli;
 #[path = "../common/mod.rs"]
 mod common;
@@ -11,6 +12,7 @@ mod http;
 mod jobs;
 mod motion;
 mod playback;
+mod python;
 mod readers;
 mod recording;
 mod structure;

@@ -15,11 +15,16 @@ mod tessellation;
 mod track;
 mod up;
 
+use std::collections::BTreeMap;
 use std::str::FromStr;
+
+use nalgebra::Isometry3;
 
 use gaitwright_physics::character::Character;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::motion::Motion;
+
+use skeleton::Skeleton;
 
 pub use sampled::{MotionClip, MotionFrame, SampledMotion};
 
@@ -45,7 +50,7 @@ impl ExportFormat {
     /// All formats.
     pub const ALL: [Self; 5] = [Self::Glb, Self::Bvh, Self::Csv, Self::Ros, Self::Mujoco];
 
-    /// Its name, which is also the file extension of `glb`, `bvh` and `csv`.
+    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Glb => "glb",
@@ -53,6 +58,15 @@ impl ExportFormat {
             Self::Csv => "csv",
             Self::Ros => "ros",
             Self::Mujoco => "mujoco",
+        }
+    }
+
+    /// The extension of its files.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Ros => "yaml",
+            Self::Mujoco => "xml",
+            Self::Glb | Self::Bvh | Self::Csv => self.name(),
         }
     }
 
@@ -118,4 +132,21 @@ pub fn export(
         ExportFormat::Ros => Ok(ros::write(&sampled).into_bytes()),
         ExportFormat::Mujoco => mjcf::write(&sampled, motion).map(String::into_bytes),
     }
+}
+
+/// Writes `character` without a motion as glTF binary: its root link at `root` over the ground, in the world frame, and
+/// its joints at `angles` by their names, rad or m (0 where they are left out).
+///
+/// # Errors
+///
+/// [`InputError::Impossible`] when the file would be too large for its format.
+pub fn export_pose(
+    character: &Character,
+    root: &Isometry3<f64>,
+    angles: &BTreeMap<String, f64>,
+) -> Result<Vec<u8>, InputError> {
+    let skeleton = Skeleton::new(character);
+    let angle = |name: &String| angles.get(name).copied().unwrap_or(0.0);
+    let angles: Vec<f64> = skeleton.joints.iter().map(angle).collect();
+    glb::write_pose(&skeleton, root, &angles)
 }

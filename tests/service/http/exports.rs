@@ -30,6 +30,23 @@ fn a_motion_is_exported_once_its_job_has_ended() {
     assert_eq!(rows("?fps=100"), (100.0 * seconds).round() as usize + 1);
     assert_eq!(rows(""), (60.0 * seconds).round() as usize + 1);
 
+    // Forms that hold no motion of the root that could stay in place.
+    for (extension, media_type, start) in
+        [("yaml", "application/yaml", "joint_names"), ("xml", "application/xml", "<mujoco")]
+    {
+        for place in ["motion", "motions/1"] {
+            let answer = service.curl(&format!("{job}/{place}.{extension}"), &[]);
+            assert_eq!(
+                (answer.status, &*answer.headers["content-type"]),
+                (200, media_type),
+                "{}",
+                answer.text()
+            );
+            assert!(answer.text().contains(start), "{place}.{extension}");
+            service.curl(&format!("{job}/{place}.{extension}?in_place=true"), &[]).problem(422);
+        }
+    }
+
     for (query, status) in [("?fps=0", 422), ("?fps=quick", 400), ("?speed=2", 400)] {
         service.curl(&format!("{job}/motion.csv{query}"), &[]).problem(status);
     }

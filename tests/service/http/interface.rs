@@ -1,4 +1,4 @@
-//! The interface as a whole: its description, its page, its simulations.
+//! The interface as a whole: its description, its simulations.
 
 use std::collections::BTreeSet;
 
@@ -58,34 +58,6 @@ fn a_problem_may_have_no_faults() {
     let description = Service::start().json("/openapi.json");
     let required = description.pointer("/components/schemas/Problem/required").unwrap();
     assert_eq!(*required, json!(["type", "title", "status", "detail"]));
-}
-
-#[test]
-fn the_page_and_the_viewer_come_from_the_program() {
-    let service = Service::start();
-    for (path, media_type) in [
-        ("/", "text/html"),
-        ("/style.css", "text/css"),
-        ("/app.js", "text/javascript"),
-        ("/viewer/", "text/html"),
-        ("/viewer/start.js", "text/javascript"),
-    ] {
-        let answer = service.curl(path, &[]);
-        assert_eq!(answer.status, 200, "{path}");
-        assert!(answer.headers["content-type"].starts_with(media_type), "{path}");
-        assert!(answer.headers["content-security-policy"].contains("default-src 'self'"));
-        assert_eq!(answer.headers["x-content-type-options"], "nosniff");
-        let text = answer.text();
-        // A namespace is a name and is not fetched.
-        let text = text.replace("http://www.w3.org/2000/svg", "");
-        assert!(!text.contains("http://") && !text.contains("https://"), "{path} asks elsewhere");
-    }
-    let program = service.curl("/viewer/re_viewer_bg.wasm", &[]);
-    assert_eq!(program.headers["content-type"], "application/wasm");
-    assert_eq!(&program.body[..4], b"\0asm");
-    let tag = format!("if-none-match: {}", program.headers["etag"]);
-    assert_eq!(service.curl("/viewer/re_viewer_bg.wasm", &["-H", &tag]).status, 304);
-    assert_eq!(service.curl("/viewer/re_viewer.js", &[]).status, 200);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 mod access;
 mod characters;
-mod client;
+pub mod client;
 mod ends;
 mod exports;
 mod faults;
@@ -11,6 +11,7 @@ mod interface;
 mod keeping;
 mod kills;
 mod life;
+mod page;
 mod refusals;
 mod studies;
 mod survival;

@@ -14,6 +14,8 @@ use gltf::json::scene::UnitQuaternion;
 use gltf::json::validation::{Checked, USize64};
 use gltf::json::{Accessor, Animation, Asset, Material, Root, Scene, Value};
 use nalgebra::Isometry3;
+use serde::Serialize;
+use serde_json::value::to_raw_value;
 
 use crate::export::formats::tessellation::DisplayMesh;
 
@@ -51,6 +53,13 @@ impl Document {
             children: (!children.is_empty()).then_some(children),
             ..Node::default()
         })
+    }
+
+    /// Puts what a node means beside it, for readers that look for it.
+    pub(super) fn describe(&mut self, node: Index<Node>, meaning: &impl Serialize) {
+        if let Some(node) = self.root.nodes.get_mut(node.value()) {
+            node.extras = to_raw_value(meaning).ok();
+        }
     }
 
     /// Makes the scene, of one root node.

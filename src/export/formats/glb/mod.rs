@@ -1,19 +1,41 @@
 //! glTF 2.0 binary: the character as a node tree with its shapes, and its animations.
 //!
+//! The node of a link that a joint moves tells of it in `extras`: `joint` (its name), `kind` (`revolute` or `prismatic`),
+//! `axis` (in the node's own frame) and `angle` (rad or m, in the pose that the nodes have without an animation), so that
+//! a reader can bend the character as it likes.
+//!
 //! Key frames are joined linearly (quaternions on the shortest arc), which every program plays alike; the last of a
 //! loop equals the first, seen from the travelling root node.
 
 mod document;
 
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use serde::Serialize;
 
 use super::sampled::{MotionClip, MotionFrame, SampledMotion};
+use super::skeleton::Skeleton;
 use super::tessellation::DisplayMesh;
 use super::up::y_up;
 use crate::export::recording::limb_colors;
 use document::{Document, Index, Node};
-use gaitwright_physics::character::Link;
+use gaitwright_physics::character::{Joint, JointKind, Link};
 use gaitwright_physics::fault::InputError;
+
+/// What `extras` of a link's node tell of the joint that moves it.
+#[derive(Serialize)]
+struct JointExtras<'a> {
+    joint: &'a str,
+    kind: &'static str,
+    axis: [f64; 3],
+    angle: f64,
+}
+
+impl<'a> JointExtras<'a> {
+    fn new(joint: &'a Joint, angle: f64) -> Self {
+        let kind = if joint.kind == JointKind::Prismatic { "prismatic" } else { "revolute" };
+        Self { joint: &joint.name, kind, axis: joint.axis.into_inner().into(), angle }
+    }
+}
 
 /// The nodes that move: the travelling frame and every link.
 struct Nodes {
@@ -26,7 +48,8 @@ struct Nodes {
 /// with root motion differs from the one in place by the root node alone.
 pub(super) fn write(sampled: &SampledMotion<'_>, in_place: bool) -> Result<Vec<u8>, InputError> {
     let mut document = Document::default();
-    let nodes = nodes(&mut document, sampled);
+    let rest = &sampled.entry.as_ref().unwrap_or(&sampled.cycle).frames[0];
+    let nodes = nodes(&mut document, &sampled.skeleton, &rest.root, &rest.angles);
     let name = &sampled.name;
     if !in_place {
         animation(&mut document, sampled, &nodes, (name, &sampled.cycle), true);
@@ -39,18 +62,33 @@ pub(super) fn write(sampled: &SampledMotion<'_>, in_place: bool) -> Result<Vec<u
     document.finish(character).map_err(|error| InputError::impossible("", error.to_string()))
 }
 
-fn nodes(document: &mut Document, sampled: &SampledMotion<'_>) -> Nodes {
-    let skeleton = &sampled.skeleton;
+/// The character without a motion, as [`write`] lays it out: the root link at `root` over the ground, joints at `angles`,
+/// rad or m in the order of the skeleton.
+pub(super) fn write_pose(
+    skeleton: &Skeleton<'_>,
+    root: &Isometry3<f64>,
+    angles: &[f64],
+) -> Result<Vec<u8>, InputError> {
+    let mut document = Document::default();
+    nodes(&mut document, skeleton, root, angles);
+    let character = &skeleton.character.name;
+    document.finish(character).map_err(|error| InputError::impossible("", error.to_string()))
+}
+
+fn nodes(document: &mut Document, skeleton: &Skeleton<'_>, root: &Isometry3<f64>, angles: &[f64]) -> Nodes {
     let links = &skeleton.character.links;
-    let rest = sampled.entry.as_ref().unwrap_or(&sampled.cycle).frames.first();
     let mut indices: Vec<Option<Index<Node>>> = vec![None; links.len()];
     let colors = limb_colors(skeleton.character);
     // Children come after their parents, and a node is written once all that it carries is.
     for (index, link) in links.iter().enumerate().rev() {
-        let local = rest.map_or_else(Isometry3::identity, |frame| local(sampled, index, frame));
+        let local = local(skeleton, index, root, angles);
         let children = skeleton.children(index).filter_map(|child| indices[child]).collect();
         let mesh = mesh(document, link, colors[index].map(|part| f32::from(part) / 255.0));
-        indices[index] = Some(document.node(&link.name, Some(&local), mesh, children));
+        let node = document.node(&link.name, Some(&local), mesh, children);
+        if let (Some(joint), Some(place)) = (&link.joint, skeleton.angle_of[index]) {
+            document.describe(node, &JointExtras::new(joint, angles[place]));
+        }
+        indices[index] = Some(node);
     }
     let links: Vec<Index<Node>> = indices.into_iter().flatten().collect();
     let names: Vec<&str> = skeleton.character.links.iter().map(|link| &*link.name).collect();
@@ -71,8 +109,8 @@ fn unused(name: &str, taken: &[&str]) -> String {
 }
 
 /// A link's frame in its parent's; the root link's in the travelling frame.
-fn local(sampled: &SampledMotion<'_>, link: usize, frame: &MotionFrame) -> Isometry3<f64> {
-    if link == 0 { frame.root } else { sampled.skeleton.local(link, &frame.angles) }
+fn local(skeleton: &Skeleton<'_>, link: usize, root: &Isometry3<f64>, angles: &[f64]) -> Isometry3<f64> {
+    if link == 0 { *root } else { skeleton.local(link, angles) }
 }
 
 /// The shapes of a link, those of one colour together.
@@ -118,8 +156,11 @@ fn animation(
         if !moves {
             continue;
         }
-        let poses: Vec<Isometry3<f64>> =
-            clip.frames.iter().map(|frame| local(sampled, link, frame)).collect();
+        let poses: Vec<Isometry3<f64>> = clip
+            .frames
+            .iter()
+            .map(|frame| local(&sampled.skeleton, link, &frame.root, &frame.angles))
+            .collect();
         if link == 0 || !sampled.skeleton.turns(link) {
             animation.translation(node, &positions(&poses));
         }

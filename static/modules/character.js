@@ -1,0 +1,45 @@
+// The page of a character: how it stands, what was understood of it, and what it is to learn.
+
+import * as api from "./api.js";
+import { complain, make } from "./dom.js";
+import { facts, notesSection } from "./findings.js";
+import { SettingsForm } from "./settings.js";
+import { Stage } from "./stage.js";
+
+/** Shows the character called `id`; the form begins with what the job `from` was asked for, where there is one. */
+export async function showCharacter(main, id, from) {
+  const character = await api.get(`/v1/characters/${id}`);
+  const stage = new Stage(`${character.name} in its standing pose. Arrow keys turn the view, plus and minus bring it nearer or farther.`);
+  const shapes = make("div");
+  const form = new SettingsForm(character, learn, (degrees) => stage.setDirection((degrees * Math.PI) / 180));
+  main.replaceChildren(
+    make("div", { class: "page-head" }, make("h1", {}, character.name)),
+    make("div", { class: "workbench" },
+      make("div", { class: "card flush" }, stage.element, shapes, facts(character)),
+      make("section", { class: "card", "aria-labelledby": "wanted" }, make("h2", { id: "wanted" }, "What it is to learn"), form.element)),
+    make("section", { class: "card", "aria-labelledby": "notes-title" }, make("h2", { id: "notes-title" }, "Notes on the file"), notesSection(character)),
+  );
+  if (from) form.take(await api.get(`/v1/jobs/${from}`));
+
+  async function learn(document) {
+    complain(form.problem, null);
+    form.submit.disabled = true;
+    try {
+      const job = await api.post("/v1/jobs", { character: { id }, ...document });
+      sessionStorage.setItem(job.character.digest, id);
+      location.hash = `#/jobs/${job.id}`;
+    } catch (error) {
+      complain(form.problem, error);
+    } finally {
+      form.submit.disabled = false;
+    }
+  }
+
+  try {
+    stage.setCharacter(await api.bytes(`/v1/characters/${id}/standing.glb`), character.mass);
+    stage.setDirection(Math.atan2(...form.dial.vector().slice(0, 2).reverse()));
+  } catch (error) {
+    complain(shapes, error);
+  }
+  return () => stage.dispose();
+}

@@ -1,0 +1,171 @@
+// Plays motions of one character: the view, and the controls of a player below it.
+
+import * as api from "./api.js";
+import { announce, button, complain, digits, make } from "./dom.js";
+import { loopOf, simulationOf } from "./motion.js";
+import { Stage } from "./stage.js";
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
+/** How long a simulation goes on after the motion has entered its loop, s. */
+const SIMULATED = 4;
+
+export class Player {
+  /** `character` is the check document; `label` names the view. */
+  constructor(character, label) {
+    this.character = character;
+    this.stage = new Stage(label);
+    this.shown = { ghost: false, forces: false };
+    Object.assign(this, { time: 0, playing: false, speed: 1, loops: true, track: null, motion: null });
+    this.title = make("p", { class: "player-title" });
+    this.problem = make("div");
+    this.element = make("div", { class: "player" }, this.stage.element, this.title, this.controls(), this.problem);
+    this.enable(false);
+  }
+
+  controls() {
+    this.playButton = button("Play", () => this.toggle(), "button round");
+    this.slider = make("input", {
+      type: "range", min: 0, max: 1, step: 0.01, value: 0, class: "scrub", "aria-label": "Time in the motion",
+      oninput: () => this.seek(Number(this.slider.value)),
+    });
+    this.clock = make("output", { class: "clock" }, "0.00 s");
+    this.speedChoice = make("select", { "aria-label": "Speed of play", onchange: () => (this.speed = Number(this.speedChoice.value)) },
+      SPEEDS.map((speed) => make("option", { value: speed, selected: speed === 1 }, `${speed}×`)));
+    const check = (text, checked, change) => {
+      const box = make("input", { type: "checkbox", checked, onchange: () => change(box.checked, box) });
+      return make("label", { class: "toggle" }, box, text);
+    };
+    this.loopCheck = check("Loop", true, (on) => (this.loops = on));
+    this.ghostCheck = check("Ghost of the targets", false, (on) => this.setGhost(on));
+    this.forceCheck = check("Simulate from standing, with contact forces", false, (on, box) => this.setForces(on, box));
+    return make("div", { class: "transport", role: "group", "aria-label": "Player" },
+      make("div", { class: "transport-line" }, this.playButton, this.slider, this.clock, this.speedChoice),
+      make("div", { class: "transport-line wrap" }, this.loopCheck, this.ghostCheck, this.forceCheck));
+  }
+
+  enable(on) {
+    this.element.querySelectorAll(".transport button, .transport input, .transport select").forEach((control) => (control.disabled = !on));
+  }
+
+  /** Fetches the character's shapes; until then nothing is seen. */
+  async load() {
+    const { id, mass } = this.character;
+    this.stage.setCharacter(await api.bytes(`/v1/characters/${id}/standing.glb`), mass);
+    this.show();
+  }
+
+  /** Takes up a motion document, called `name`, and plays it. */
+  setMotion(motion, name) {
+    this.motion = motion;
+    this.title.textContent = name;
+    this.enable(true);
+    this.use(loopOf(motion));
+    if (this.shown.forces) this.simulate();
+    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) this.play();
+  }
+
+  use(track) {
+    this.track = track;
+    this.time = 0;
+    this.slider.max = track.duration;
+    this.show();
+  }
+
+  setGhost(on) {
+    this.shown.ghost = on;
+    this.show();
+  }
+
+  async setForces(on, box) {
+    this.shown.forces = on;
+    if (!on) return this.use(loopOf(this.motion));
+    await this.simulate();
+    box.checked = this.shown.forces;
+  }
+
+  /** Plays what the simulator makes of the motion, with the forces that it finds. */
+  async simulate() {
+    complain(this.problem, null);
+    const { motion } = this;
+    try {
+      const character = await api.inlineCharacter(`/v1/characters/${this.character.id}/file`);
+      if (!character) throw new Error("A character with meshes of its own cannot be simulated from the page; the command `gaitwright simulate` can.");
+      const { preliminary, ...document } = motion;
+      const entry = motion.entry.at(-1)?.time ?? 0;
+      const lines = await api.simulate({
+        character,
+        scene: motion.scene,
+        accuracy: motion.provenance.accuracy,
+        drive: { kind: "track", motion: document },
+        duration: Math.ceil((entry + SIMULATED) * 50) / 50,
+        sample_every: 0.02,
+      });
+      if (motion !== this.motion) return;
+      this.use(simulationOf(motion, lines.filter((line) => line.time !== undefined)));
+      announce("The simulation from standing is shown, with contact forces.");
+    } catch (error) {
+      this.shown.forces = false;
+      complain(this.problem, error);
+    }
+  }
+
+  toggle() {
+    if (this.playing) this.pause();
+    else this.play();
+  }
+
+  play() {
+    if (!this.track || this.playing) return;
+    this.playing = true;
+    this.playButton.textContent = "Pause";
+    let last = null;
+    const step = (now) => {
+      if (!this.playing) return;
+      // A page that was away goes on where it was.
+      const passed = last === null ? 0 : Math.min((now - last) / 1000, 0.1);
+      last = now;
+      this.advance(passed * this.speed);
+      requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  }
+
+  pause() {
+    this.playing = false;
+    this.playButton.textContent = "Play";
+  }
+
+  advance(seconds) {
+    const { duration, repeats } = this.track;
+    const within = this.time % duration;
+    if (!this.loops && within + seconds >= duration) {
+      this.time += duration - within - 1e-6;
+      this.pause();
+    } else if (!repeats && this.time + seconds >= duration) {
+      this.time = 0;
+    } else {
+      this.time += seconds;
+    }
+    this.show();
+  }
+
+  /** Goes to a time in the cycle that is played. */
+  seek(within) {
+    const { duration } = this.track;
+    this.time = Math.floor(this.time / duration + 1e-9) * duration + Math.min(within, duration - 1e-6);
+    this.show();
+  }
+
+  show() {
+    if (!this.track) return;
+    const within = this.time % this.track.duration;
+    this.slider.value = within;
+    this.clock.textContent = `${digits(within)} s`;
+    this.stage.pose(this.track.at(this.time), this.shown);
+  }
+
+  dispose() {
+    this.pause();
+    this.stage.dispose();
+  }
+}

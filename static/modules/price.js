@@ -1,0 +1,72 @@
+// The price of accuracy: what a smaller error costs for this character's motion, as a study of its own.
+
+import * as api from "./api.js";
+import { button, complain, digits, make, short, words } from "./dom.js";
+
+const LOOK_EVERY = 1000;
+/** Length of what is studied, s: the way from standing into the first steps. */
+const STUDIED = 1;
+
+/** The section for the motion that `motion()` gives, of a character whose file is at `file`. */
+export function priceSection(job, motion) {
+  const problem = make("div");
+  const result = make("div");
+  const start = button("Measure it for this motion", measure);
+  start.hidden = true;
+  const section = make("section", { class: "card", "aria-labelledby": "price-title" },
+    make("h2", { id: "price-title" }, "The price of accuracy"),
+    make("p", { class: "quiet" }, "One second of the motion, simulated with many settings: how large is the error, and what does it cost in computing time?"),
+    start, result, problem);
+
+  async function measure() {
+    complain(problem, null);
+    start.disabled = true;
+    try {
+      const character = await api.inlineCharacter(job.links.character);
+      if (!character) throw new Error("A character with meshes of its own cannot be studied from the page; the command `gaitwright accuracy` can.");
+      const { preliminary, ...document } = motion();
+      const scenario = { character, scene: document.scene, drive: { kind: "track", motion: document }, duration: STUDIED };
+      watch((await api.post("/v1/accuracy", { scenario })).links.self);
+    } catch (error) {
+      start.disabled = false;
+      complain(problem, error);
+    }
+  }
+
+  async function watch(path) {
+    start.hidden = true;
+    const study = await api.get(path);
+    result.replaceChildren(studyView(study));
+    if (!api.isOver(study) && section.isConnected) setTimeout(() => watch(path).catch((error) => complain(problem, error)), LOOK_EVERY);
+  }
+
+  /** Shows the newest study of this character, where there is one. */
+  async function find() {
+    const { jobs } = await api.get("/v1/jobs?limit=200");
+    const known = jobs.find((other) => other.kind === "accuracy" && other.character.digest === job.character.digest && !["failed", "cancelled"].includes(other.state));
+    if (known) await watch(known.links.self);
+    else start.hidden = !motion();
+  }
+  find().catch((error) => complain(problem, error));
+  return { element: section, offer: () => (start.hidden = result.childElementCount > 0) };
+}
+
+/** How far a study is, and what came of it. */
+export function studyView(study) {
+  const { state, progress, links, error } = study;
+  if (!api.isOver(study)) {
+    return make("div", {}, make("p", {}, state === "queued" ? "The study waits for its turn." : `Trying settings: ${digits(100 * progress.fraction, 0)} %`),
+      make("progress", { max: 1, value: progress.fraction, "aria-label": "Progress of the study" }));
+  }
+  if (state !== "succeeded") return make("p", { class: "failed" }, error ?? `The study was ${state}.`);
+  const { unit } = study.subject;
+  const rows = study.recommendations.map(({ tolerance, accuracy, error: found, seconds, because }) =>
+    make("tr", {}, make("th", { scope: "row" }, `${tolerance} ${unit}`), ...(accuracy
+      ? [`${words(accuracy.integrator)}, step ${short(1000 * accuracy.step)} ms`, `${short(found)} ${unit}`, `${short(1000 * seconds)} ms`].map((text) => make("td", {}, text))
+      : [make("td", { colSpan: 3 }, because)])));
+  return make("div", {},
+    make("figure", { class: "paper" }, make("img", { src: links.front, alt: "Error against computing time for each setting; the text below names the best ones" })),
+    make("div", { class: "scroll", tabIndex: 0, role: "region", "aria-label": "Recommendations" }, make("table", {},
+      make("thead", {}, make("tr", {}, ["Error below", "Cheapest setting", "Its error", "Computing a second takes"].map((title) => make("th", { scope: "col" }, title)))),
+      make("tbody", {}, rows))));
+}

@@ -1,0 +1,73 @@
+// How far a job is: its stage, what it has tried, its place among those that wait, and the time it will take.
+
+import * as api from "./api.js";
+import { announce, count, digits, duration, make } from "./dom.js";
+
+const STAGES = {
+  standing: "finding how it stands", learning: "learning", studying: "trying settings", checking: "checking what was learned",
+};
+
+export class ProgressCard {
+  constructor() {
+    this.bar = make("progress", { max: 1, value: 0, "aria-label": "Progress of the job" });
+    this.headline = make("p", { class: "progress-head" });
+    this.figures = make("dl", { class: "facts tight" });
+    this.error = make("p", { class: "failed" });
+    this.element = make("section", { class: "card progress-card", "aria-label": "Progress" }, this.headline, this.bar, this.figures, this.error);
+  }
+
+  show(job, newest) {
+    const { state, stage, progress, timings } = job;
+    const over = api.isOver(job);
+    this.element.hidden = state === "succeeded";
+    this.bar.value = progress.fraction;
+    this.bar.hidden = over;
+    this.error.textContent = job.error ?? "";
+    const passed = timings.started ? ((over ? Date.parse(timings.ended) : Date.now()) - Date.parse(timings.started)) / 1000 : 0;
+    this.headline.textContent = state === "running" ? this.doing(stage, newest) : { queued: "waiting for its turn", failed: "failed", cancelled: "cancelled", succeeded: "" }[state];
+    announce(over ? `The job has ${state === "succeeded" ? "succeeded" : state}.` : `The job is ${this.headline.textContent}.`);
+    const rows = {};
+    if (state === "queued") rows["Jobs before it"] = this.before ?? "–";
+    if (job.kind === "learning" && state !== "queued") {
+      const simulated = newest?.simulated_seconds ?? progress.simulated_seconds;
+      rows.Generations = progress.generations;
+      rows["Simulated so far"] = duration(simulated);
+      if (passed > 1 && simulated > 0) rows["Faster than life"] = `${digits(simulated / passed, 0)}×`;
+      if (newest) rows["Best fitness"] = digits(newest.best, 3);
+    }
+    if (state === "running") {
+      rows["Time passed"] = duration(passed);
+      rows["Time left"] = left(job, passed);
+    }
+    this.figures.replaceChildren(...Object.entries(rows).map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value))));
+    if (state === "queued") this.lookAtQueue(job);
+  }
+
+  doing(stage, newest) {
+    if (stage === "learning" && !newest) return "trying the first generation";
+    if (stage === "learning" && newest?.gait) return `learning: ${newest.gait}`;
+    return STAGES[stage] ?? "starting";
+  }
+
+  async lookAtQueue(job) {
+    try {
+      const [queued, running] = await Promise.all(["queued", "running"].map((state) => api.get(`/v1/jobs?state=${state}&limit=200`)));
+      // Ids rise with the time of posting.
+      this.before = count(queued.jobs.filter((other) => other.id < job.id).length + running.jobs.length, "job");
+    } catch {
+      this.before = null;
+    }
+  }
+}
+
+/** The time that is left: at most that of the budget, and as much as the pace so far makes likely. */
+function left(job, passed) {
+  const { fraction } = job.progress;
+  if (job.stage === "checking") return "a moment";
+  const budget = job.kind === "learning" ? job.learning.seconds : null;
+  const spent = job.timings.learning_seconds ?? passed;
+  const likely = fraction > 0.02 ? (passed * (1 - fraction)) / fraction : Infinity;
+  const most = budget ? Math.max(budget - spent, 0) : Infinity;
+  const time = Math.min(likely, most);
+  return Number.isFinite(time) ? `${budget && !job.learning.generations ? "at most " : "about "}${duration(time)}` : "not known yet";
+}

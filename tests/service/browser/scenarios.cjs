@@ -1,0 +1,359 @@
+// What people do on the page, done by a browser: `scenarios.cjs SCENARIO ADDRESS EXAMPLES FOLDER`.
+
+const assert = require("node:assert/strict");
+const { execFileSync } = require("node:child_process");
+const { readFileSync, writeFileSync } = require("node:fs");
+const path = require("node:path");
+const { chromium } = require("playwright-core");
+const { contrasts, inksOf } = require("./seen.cjs");
+
+const [scenario, address, examples, folder] = process.argv.slice(2);
+/** Longest first load, bytes, without the viewer of recordings. */
+const FIRST_LOAD = 300_000;
+/** Longest time that anything may take, ms: training too, on a machine that has much else to do. */
+const TRAINING = 300_000;
+const JOB = { task: { gait: "trot", speed: 0.9 }, learning: { generations: 12 }, seed: 7 };
+
+/** Starts the browser; `faults` gathers everything that a page does wrong. */
+async function start() {
+  const executablePath = execFileSync("which", ["chromium"]).toString().trim();
+  const browser = await chromium.launch({ executablePath, args: ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"] });
+  const faults = [];
+  const loaded = new Map();
+  const open = async (options = {}) => {
+    const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, acceptDownloads: true, ...options });
+    const page = await context.newPage();
+    page.setDefaultTimeout(TRAINING);
+    page.on("console", (message) => message.type() === "error" && faults.push(`console: ${message.text()}`));
+    page.on("pageerror", (error) => faults.push(`uncaught: ${error.stack}`));
+    page.on("request", (request) => {
+      const url = new URL(request.url());
+      if (/^http/.test(url.protocol) && url.origin !== new URL(address).origin) faults.push(`elsewhere: ${url}`);
+      if (url.pathname.includes("null") || url.pathname.includes("undefined")) faults.push(`senseless: ${url}`);
+    });
+    // What is wrong on purpose is answered with a problem, and the browser logs that.
+    page.on("response", async (response) => {
+      loaded.set(response.url(), (await response.body().catch(() => "")).length);
+      if (response.status() >= 400) faults.push(`${response.status()}: ${response.url()}`);
+    });
+    return page;
+  };
+  return { browser, open, faults, loaded };
+}
+
+async function picture(page, name) {
+  if (process.env.SCREENSHOTS) await page.screenshot({ path: path.join(process.env.SCREENSHOTS, `${name}.png`) });
+}
+
+/** Posts a job from the page, as others do from elsewhere, and gives its id once it has ended. */
+async function trained(page, job = JOB) {
+  const urdf = readFileSync(path.join(examples, "quadruped.urdf"), "utf8");
+  const { id } = await page.evaluate(async (body) => {
+    const headers = { "Content-Type": "application/json" };
+    return (await fetch("/v1/jobs", { method: "POST", headers, body: JSON.stringify(body) })).json();
+  }, { character: { urdf }, ...job });
+  const look = (id) => page.evaluate(async (id) => (await (await fetch(`/v1/jobs/${id}`)).json()).state, id);
+  for (const since = Date.now(); !["succeeded", "failed"].includes(await look(id)); ) {
+    assert.ok(Date.now() - since < TRAINING, "the training takes too long");
+    await page.waitForTimeout(200);
+  }
+  assert.equal(await look(id), "succeeded");
+  return id;
+}
+
+const clockOf = async (page) => parseFloat(await page.locator(".clock").first().innerText());
+
+async function train({ open, faults, loaded }) {
+  const page = await open();
+  await page.goto(address);
+  await page.getByRole("heading", { name: "Draw a creature, get its gaits." }).waitFor();
+  await page.waitForLoadState("networkidle");
+  const bytes = [...loaded].filter(([url]) => !url.includes("/v1/")).reduce((sum, [, size]) => sum + size, 0);
+  assert.ok(bytes > 50_000 && bytes < FIRST_LOAD, `the first load has ${bytes} bytes`);
+  await page.getByText("None so far.").waitFor();
+  assert.equal(await page.getByRole("button", { name: "Older jobs" }).count(), 0, "there are no older jobs");
+
+  // A file that cannot be used is named where it was dropped.
+  const broken = path.join(folder, "broken.urdf");
+  writeFileSync(broken, '<robot name="x"><link name="a"/><joint name="j" type="screw"/></robot>');
+  await page.locator("#file").setInputFiles(broken);
+  const alert = page.locator(".upload").getByRole("alert");
+  await alert.waitFor();
+  assert.match(await alert.innerText(), /broken\.urdf cannot be used[\s\S]*joint "j"/);
+  assert.ok(faults.every((fault) => fault.includes("422")), faults.join("\n"));
+  faults.length = 0;
+
+  // At once it stands there, with what was understood.
+  await page.locator("#file").setInputFiles(path.join(examples, "quadruped.urdf"));
+  await page.waitForURL(/#\/characters\//);
+  await page.getByText("12.00 kg").waitFor();
+  await page.waitForLoadState("networkidle");
+  const canvas = page.locator("canvas").first();
+  const standing = await inksOf(page, canvas);
+  assert.ok(standing.colors > 200, `the view has ${standing.colors} colors`);
+
+  // What it is to learn: the arrow is dragged to the left.
+  const dial = page.getByRole("slider", { name: "Direction of travel" });
+  const box = await dial.boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + 15);
+  await page.mouse.down();
+  await page.mouse.move(box.x + 10, box.y + box.height / 2, { steps: 5 });
+  await page.mouse.up();
+  assert.equal(await dial.getAttribute("aria-valuenow"), "90");
+  const turned = await inksOf(page, canvas);
+  assert.notEqual(turned.digest, standing.digest, "the arrow on the ground follows the dial");
+  await dial.focus();
+  await page.keyboard.press("Home");
+  await page.keyboard.press("ArrowLeft");
+  await page.getByRole("combobox", { name: "Gait", exact: true }).selectOption("trot");
+  await page.getByRole("combobox", { name: "Speed", exact: true }).selectOption("number");
+  await page.getByLabel("Speed, m/s").fill("0.9");
+  await page.getByLabel("Seed").fill("7");
+  await page.getByText("Budget, accuracy and effects").click();
+  await page.getByLabel("Generations at most").fill("12");
+  await page.getByRole("combobox", { name: "Friction in joints" }).selectOption("off");
+  await picture(page, "character");
+  await page.getByRole("button", { name: "Learn to move" }).click();
+  await page.waitForURL(/#\/jobs\//);
+
+  // Watched from the first second to the end.
+  await page.getByText("Generations", { exact: true }).waitFor();
+  await page.locator(".curve .line.best").waitFor({ state: "attached" });
+  await page.locator(".state.succeeded").waitFor();
+  await page.locator(".motion.chosen").waitFor();
+  const id = page.url().split("/").at(-1);
+  const job = await page.evaluate(async (id) => (await fetch(`/v1/jobs/${id}`)).json(), id);
+  assert.deepEqual([job.task.gait, job.task.speed, job.seed], ["trot", 0.9, 7]);
+  assert.ok(Math.abs(Math.atan2(job.task.direction[1], job.task.direction[0]) - (5 * Math.PI) / 180) < 1e-6, "5° to the left");
+  assert.equal(job.scene.effects.joint_friction, "off");
+  assert.equal((await page.locator(".curve .line.best").getAttribute("points")).split(" ").length, 12);
+
+  // Played, paused, gone through by hand.
+  await page.getByRole("button", { name: "Pause" }).waitFor();
+  const playing = await inksOf(page, canvas);
+  await page.waitForTimeout(300);
+  assert.notEqual((await inksOf(page, canvas)).digest, playing.digest, "it moves");
+  await page.getByRole("button", { name: "Pause" }).click();
+  await page.waitForTimeout(200);
+  const paused = await inksOf(page, canvas);
+  assert.equal((await inksOf(page, canvas)).digest, paused.digest, "it stands still");
+  const scrub = page.getByRole("slider", { name: "Time in the motion" });
+  await scrub.fill("0.1");
+  assert.equal(await clockOf(page), 0.1);
+  await page.waitForTimeout(200);
+  const at = await inksOf(page, canvas);
+  assert.notEqual(at.digest, paused.digest);
+  await page.getByLabel("Ghost of the targets").check();
+  await page.waitForTimeout(200);
+  assert.notEqual((await inksOf(page, canvas)).digest, at.digest, "the ghost is seen");
+  await page.getByLabel("Simulate from standing, with contact forces").check();
+  await page.waitForFunction(() => Number(document.querySelector(".scrub").max) > 3);
+  await scrub.fill("0");
+  await page.waitForTimeout(200);
+  const forces = [(await inksOf(page, canvas)).red];
+  await scrub.fill("2");
+  await page.waitForTimeout(200);
+  forces.push((await inksOf(page, canvas)).red);
+  assert.ok(forces[0] < 10 && forces[1] > 200, `red pixels before the first step and in the walk: ${forces}`);
+  await picture(page, "forces");
+  await page.getByLabel("Simulate from standing, with contact forces").uncheck();
+
+  // Everything can be had as a file.
+  const links = await page.locator(".files a").evaluateAll((all) => all.map((link) => [link.querySelector("strong").textContent, link.href]));
+  const starts = { Motion: "{", glTF: "glTF", BVH: "HIERARCHY", CSV: "", "ROS 2": "", MuJoCo: "<", Recording: "RRF", Report: "{", Repertoire: "{",
+    Gait: "{", "Footfall diagram": "<svg", "Learning curve": "{", Character: "<?xml" };
+  assert.deepEqual(links.map(([name]) => name).sort(), Object.keys(starts).sort());
+  for (const [name, href] of links) {
+    const found = await page.evaluate(async (href) => {
+      const answer = await fetch(href);
+      return [answer.status, new TextDecoder("latin1").decode(new Uint8Array(await answer.arrayBuffer()).slice(0, 200))];
+    }, href);
+    assert.equal(found[0], 200, name);
+    assert.ok(found[1].length > 20 && found[1].trimStart().startsWith(starts[name]), `${name}: ${found[1]}`);
+  }
+  await page.getByLabel("Frames per second").fill("30");
+  const [download] = await Promise.all([page.waitForEvent("download"), page.getByRole("link", { name: /^glTF/ }).click()]);
+  assert.equal(download.suggestedFilename(), "1-trot.glb");
+  assert.match(download.url(), /fps=30/);
+
+  // Two side by side.
+  await page.getByRole("button", { name: "Compare" }).click();
+  await page.locator("canvas").nth(1).waitFor();
+  await page.waitForFunction(() => [...document.querySelectorAll(".player-title")].map((title) => title.textContent).join() === "trot,trot");
+  await page.getByRole("button", { name: "Close" }).click();
+  assert.equal(await page.locator("canvas").count(), 1);
+
+  // Its link leads to it again; it is run again with changes; it is deleted once the question is answered.
+  await page.reload();
+  await page.locator(".motion.chosen").waitFor();
+  await page.getByRole("button", { name: "Run again with changes" }).click();
+  await page.waitForURL(/characters\/.*from=/);
+  await page.waitForFunction(() => document.querySelector("select[name=gait]")?.value === "trot");
+  assert.equal(await page.getByLabel("Speed, m/s").inputValue(), "0.9");
+  assert.equal(await page.getByRole("slider", { name: "Direction of travel" }).getAttribute("aria-valuenow"), "5");
+  await page.getByText("Budget, accuracy and effects").click();
+  assert.equal(await page.getByRole("combobox", { name: "Friction in joints" }).inputValue(), "off");
+
+  // It waits behind another, and both are cancelled.
+  const post = async () => (await (await fetch("/v1/jobs", { method: "POST", headers: { "Content-Type": "application/xml" },
+    body: await (await fetch("/characters/quadruped.urdf")).text() })).json()).links.self;
+  const other = await page.evaluate(post);
+  await page.getByRole("button", { name: "Learn to move" }).click();
+  await page.waitForURL(/#\/jobs\//);
+  await page.locator(".state.queued").waitFor();
+  await page.getByText("1 job", { exact: true }).waitFor();
+  await page.getByRole("button", { name: "Cancel" }).click();
+  await page.getByRole("button", { name: "Try again" }).waitFor();
+  const waited = page.url().split("/").at(-1);
+  await page.evaluate((path) => fetch(`${path}/cancel`, { method: "POST" }), other);
+  await page.goto(`${address}#${other.replace("/v1", "")}`);
+  await page.locator(".state.cancelled").waitFor();
+  await page.getByRole("button", { name: "Delete" }).click();
+  await page.getByRole("dialog").getByRole("button", { name: "Delete" }).click();
+  await page.locator(".job").first().waitFor();
+  assert.equal(await page.evaluate(async (id) => (await fetch(`/v1/jobs/${id}`, { method: "DELETE" })).status, waited), 204);
+
+  await page.goto(`${address}#/jobs/${id}`);
+  await page.getByRole("button", { name: "Delete" }).click();
+  await page.getByRole("button", { name: "Keep it" }).click();
+  await page.getByRole("button", { name: "Delete" }).click();
+  await page.getByRole("dialog").getByRole("button", { name: "Delete" }).click();
+  await page.getByText("None so far.").waitFor();
+  assert.deepEqual(faults, []);
+  assert.equal(await page.evaluate(async (id) => (await fetch(`/v1/jobs/${id}`)).status, id), 404);
+  faults.length = 0;
+}
+
+/** Presses Tab until `found` is true of the element with the focus. */
+async function tabTo(page, what, found) {
+  for (let presses = 0; presses < 80; presses += 1) {
+    await page.keyboard.press("Tab");
+    if (await page.evaluate(found)) return;
+  }
+  assert.fail(`Tab never reaches ${what}`);
+}
+
+async function keyboard({ open, faults }) {
+  const page = await open();
+  await page.goto(address);
+  await page.getByRole("button", { name: /Quadruped/ }).waitFor();
+  await tabTo(page, "the file", () => document.activeElement.id === "file");
+  await tabTo(page, "the quadruped", () => document.activeElement.textContent.startsWith("Quadruped"));
+  await page.keyboard.press("Enter");
+  await page.waitForURL(/#\/characters\//);
+  await page.getByText("12.00 kg").waitFor();
+  await page.waitForLoadState("networkidle");
+  await tabTo(page, "the view", () => document.activeElement.tagName === "CANVAS");
+  const before = await inksOf(page, page.locator("canvas"));
+  await page.keyboard.press("ArrowLeft");
+  await page.waitForTimeout(200);
+  assert.notEqual((await inksOf(page, page.locator("canvas"))).digest, before.digest, "keys turn the view");
+  await tabTo(page, "the direction", () => document.activeElement.getAttribute("aria-label") === "Direction of travel");
+  await page.keyboard.press("ArrowRight");
+  assert.equal(await page.evaluate(() => document.activeElement.getAttribute("aria-valuetext")), "5° to the right");
+  await page.keyboard.press("Home");
+  await tabTo(page, "the gait", () => document.activeElement.name === "gait");
+  await page.keyboard.type("trot");
+  await tabTo(page, "the details", () => document.activeElement.tagName === "SUMMARY");
+  await page.keyboard.press("Enter");
+  await tabTo(page, "the generations", () => document.activeElement.name === "generations");
+  await page.keyboard.type("12");
+  await tabTo(page, "the button", () => document.activeElement.textContent === "Learn to move");
+  await page.keyboard.press("Enter");
+  await page.waitForURL(/#\/jobs\//);
+  await page.locator(".state.succeeded").waitFor();
+  assert.match(await page.locator("#announcer").textContent(), /succeeded/);
+  await page.getByRole("button", { name: "Pause" }).waitFor();
+  await tabTo(page, "the player", () => document.activeElement.textContent === "Pause");
+  await page.keyboard.press("Space");
+  assert.equal(await page.evaluate(() => document.activeElement.textContent), "Play");
+  await tabTo(page, "the time", () => document.activeElement.className === "scrub");
+  await page.keyboard.press("Home");
+  assert.equal(await clockOf(page), 0);
+  await page.keyboard.press("ArrowRight");
+  assert.ok((await clockOf(page)) > 0);
+  await page.locator("#skip").focus();
+  await tabTo(page, "the deletion", () => document.activeElement.textContent === "Delete");
+  await page.keyboard.press("Enter");
+  assert.equal(await page.evaluate(() => document.activeElement.textContent), "Keep it");
+  await page.keyboard.press("Escape");
+  assert.equal(await page.getByRole("dialog").count(), 0);
+  await tabTo(page, "the deletion", () => document.activeElement.textContent === "Delete");
+  await page.keyboard.press("Enter");
+  await page.keyboard.press("Tab");
+  await page.keyboard.press("Enter");
+  await page.getByText("None so far.").waitFor();
+  assert.deepEqual(faults, []);
+}
+
+async function looks({ open, faults }) {
+  const first = await open();
+  await first.goto(address);
+  const id = await trained(first);
+  const grounds = new Set();
+  for (const colorScheme of ["light", "dark"]) {
+    for (const [width, height] of [[1280, 900], [375, 812]]) {
+      const page = await open({ colorScheme, viewport: { width, height } });
+      for (const [room, ready] of [["", ".job"], ["character", ".dial"], [`jobs/${id}`, ".motion.chosen .footfalls"]]) {
+        if (room === "character") await page.getByRole("button", { name: /Hexapod/ }).click();
+        else await page.goto(`${address}#/${room}`);
+        await page.locator(ready).first().waitFor();
+        await page.waitForLoadState("networkidle");
+        await page.locator("details").evaluateAll((all) => all.forEach((one) => (one.open = true)));
+        const where = `${colorScheme}, ${width} px, ${room || "start"}`;
+        assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), width, `${where} is wider than the screen`);
+        const beyond = await page.evaluate(() => [...document.querySelectorAll("main :is(button, input, select, a)")]
+          .filter((one) => one.checkVisibility() && one.getBoundingClientRect().right > innerWidth + 0.5).map((one) => one.outerHTML));
+        assert.deepEqual(beyond, [], where);
+        const poor = await contrasts(page);
+        assert.deepEqual(poor, [], `${where}: too little contrast`);
+        grounds.add(await page.evaluate(() => getComputedStyle(document.body).backgroundColor));
+        await page.locator("details").evaluateAll((all) => all.forEach((one) => (one.open = false)));
+        await picture(page, `${room.split("/")[0] || "start"}-${colorScheme}-${width}`);
+      }
+      await page.context().close();
+    }
+  }
+  assert.equal(grounds.size, 2, "dark and light differ");
+  assert.deepEqual(faults, []);
+}
+
+async function study({ open, faults }) {
+  const page = await open();
+  await page.goto(address);
+  const urdf = readFileSync(path.join(examples, "quadruped.urdf"), "utf8");
+  const id = await page.evaluate(async (urdf) => {
+    const scenario = { character: { urdf }, scene: { ground: null, gravity: [0, 0, 0] }, drive: { kind: "hold", joints: { LF_knee: 0.1 } }, duration: 0.02 };
+    const body = JSON.stringify({ scenario, tolerances: [1e-2] });
+    const answer = await fetch("/v1/accuracy", { method: "POST", headers: { "Content-Type": "application/json" }, body });
+    return (await answer.json()).id;
+  }, urdf);
+  await page.goto(`${address}#/jobs/${id}`);
+  await page.locator(".paper img").waitFor();
+  await page.waitForFunction(() => document.querySelector(".paper img").naturalWidth > 100);
+  await page.getByRole("row", { name: /^0.01 m/ }).waitFor();
+
+  // The viewer shows the recording, and its analytics stay where they are: whatever asks elsewhere is a fault.
+  const job = await trained(page, { ...JOB, learning: { generations: 1 } }).catch(() => null) ?? (await trained(page));
+  await page.goto(`${address}#/jobs/${job}`);
+  await page.getByRole("button", { name: "Show the recording here" }).click();
+  const viewer = page.frameLocator("iframe");
+  await viewer.locator("canvas").waitFor();
+  await viewer.locator("#message").waitFor({ state: "detached" });
+  await page.waitForTimeout(3000);
+  assert.deepEqual(faults, []);
+}
+
+(async () => {
+  const session = await start();
+  try {
+    await { train, keyboard, looks, study }[scenario](session);
+    console.log("done");
+  } finally {
+    if (session.faults.length) console.log(session.faults.join("\n"));
+    await session.browser.close();
+  }
+})().catch((error) => {
+  console.error(error);
+  process.exitCode = 1;
+});
