@@ -7,13 +7,15 @@ use axum::http::HeaderMap;
 use axum::response::IntoResponse;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use serde::Serialize;
-use tokio::sync::{OwnedSemaphorePermit, mpsc};
+use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use uuid::Uuid;
 
 use super::app::App;
+use super::caller::Caller;
 use super::extract::UrlPath;
 use super::jobs::JobBody;
+use super::limits::Place;
 use super::problem::ProblemDetails;
 use super::responses::{JobId, NotFollowed};
 use crate::jobs::{Job, JobState, Jobs, Live};
@@ -35,11 +37,12 @@ use gaitwright_learning::learn::Generation;
         NotFollowed))]
 pub(super) async fn events(
     State(app): State<App>,
+    caller: Caller,
     UrlPath(id): UrlPath<Uuid>,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, ProblemDetails> {
     app.jobs.job(id).await?;
-    let place = app.stream()?;
+    let place = app.stream(caller)?;
     let last = headers.get("last-event-id").and_then(|value| value.to_str().ok()?.parse::<u32>().ok());
     let (sender, receiver) = mpsc::channel(16);
     let events = EventSender {
@@ -65,7 +68,7 @@ struct EventSender {
     /// The state sent last.
     sent: Option<JobState>,
     sender: mpsc::Sender<Result<Event, Infallible>>,
-    _place: OwnedSemaphorePermit,
+    _place: Place,
 }
 
 impl EventSender {

@@ -41,7 +41,10 @@ pub(super) fn introduction() -> utoipa::openapi::OpenApi {
 /// # Errors
 ///
 /// When it cannot be put as JSON.
-pub(super) fn complete(description: utoipa::openapi::OpenApi) -> Result<Value, serde_json::Error> {
+pub(super) fn complete(
+    description: utoipa::openapi::OpenApi,
+    _token: bool,
+) -> Result<Value, serde_json::Error> {
     let mut description = serde_json::to_value(description)?;
     description["jsonSchemaDialect"] = json!("https://json-schema.org/draft/2020-12/schema");
     description["components"] = json!({ "schemas": schemas() });

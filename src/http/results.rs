@@ -15,14 +15,16 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 use tokio::fs::File;
 use tokio::io::{AsyncReadExt, AsyncSeekExt};
-use tokio::sync::{OwnedSemaphorePermit, mpsc};
+use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 
 use super::accept::prefers_csv;
 use super::app::App;
+use super::caller::Caller;
 use super::extract::{UrlPath, UrlQuery};
+use super::limits::Place;
 use super::problem::ProblemDetails;
 use super::ranges;
 use super::responses::{
@@ -50,6 +52,7 @@ const CHUNK: usize = 64 << 10;
         NoRecording))]
 pub(super) async fn recording(
     State(app): State<App>,
+    caller: Caller,
     UrlPath(id): UrlPath<Uuid>,
     request: Request,
 ) -> Result<Response, ProblemDetails> {
@@ -58,7 +61,7 @@ pub(super) async fn recording(
     if job.state == JobState::Running
         && let Some(live) = app.jobs.live(id).await
     {
-        let place = app.stream()?;
+        let place = app.stream(caller)?;
         return Ok(growing(&request, path, live, app.jobs.shutdown().clone(), place));
     }
     if !tokio::fs::try_exists(&path).await.unwrap_or(false) {
@@ -276,7 +279,7 @@ fn growing(
     path: PathBuf,
     live: Arc<Live>,
     shutdown: CancellationToken,
-    place: OwnedSemaphorePermit,
+    place: Place,
 ) -> Response {
     let body = if request.method() == Method::HEAD {
         // A body of length 0 would be wrong: the length of what there will be is not known.

@@ -6,6 +6,7 @@
 mod characters;
 mod check;
 mod error;
+mod figures;
 mod files;
 mod job;
 mod live;
@@ -24,6 +25,7 @@ mod worker;
 
 pub use check::{Findings, JointFinding, ShapeFinding, Standing, check};
 pub use error::ServiceError;
+pub use figures::{COUNTERS, HISTOGRAMS, Histogram};
 pub use files::{Artefact, Shelf};
 pub use job::{CharacterName, Job, JobState, Progress, Stage, Timings};
 pub use live::{Live, Moment};

@@ -12,6 +12,7 @@ mod motion;
 mod playback;
 mod readers;
 mod recording;
+mod settings;
 mod structure;
 #[path = "../common/synthetic.rs"]
 mod synthetic;

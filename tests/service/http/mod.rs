@@ -1,11 +1,13 @@
 //! The service, driven from outside: the built program, and `curl` as its client.
 
 mod access;
+mod callers;
 mod characters;
 mod client;
 mod ends;
 mod exports;
 mod faults;
+mod figures;
 mod interface;
 mod life;
 mod refusals;
