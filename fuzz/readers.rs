@@ -26,7 +26,7 @@ pub fn read(bytes: &[u8]) {
         scenario.faults();
     }
     if let Ok(request) = JobRequest::parse(bytes) {
-        request.settings.faults();
+        request.terms.settings.faults();
     }
     if let Ok(motion) = Motion::parse(bytes) {
         motion.faults();

@@ -58,7 +58,7 @@ impl DemoCommand {
         };
         let runtime = Runtime::new().context("the runtime cannot be started")?;
         let done = runtime.block_on(async {
-            let options = ServiceOptions { data: self.out.clone(), workers: 1, queue: 64 };
+            let options = ServiceOptions::new(self.out.clone());
             let mut service = Service::start(listen, options, offer).await?;
             let base = format!("http://{}", service.address);
             eprintln!("the page: {base}/");

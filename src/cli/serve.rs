@@ -3,7 +3,6 @@
 use std::io::{Write, stdout};
 use std::net::SocketAddr;
 use std::num::NonZeroU32;
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
@@ -51,9 +50,11 @@ impl ServeCommand {
         })?;
         let offer = HttpOptions { connections: affordable(offer.connections), ..offer };
         let options = ServiceOptions {
-            data: settings.data,
             workers: settings.workers.get().into(),
             queue: settings.queue,
+            caller_queue: Some(settings.caller_queue),
+            lease: Duration::from_secs_f64(settings.lease),
+            ..ServiceOptions::new(settings.data)
         };
         let runtime = Runtime::new().context("the runtime cannot be started")?;
         let served = runtime.block_on(async {
@@ -122,7 +123,6 @@ pub struct Service {
     /// Where it listens.
     pub address: SocketAddr,
     jobs: Jobs,
-    workers: Vec<JoinHandle<()>>,
     server: tokio::task::JoinHandle<std::io::Result<()>>,
 }
 
@@ -140,9 +140,9 @@ impl Service {
         let listener =
             TcpListener::bind(listen).await.with_context(|| format!("cannot listen on {listen}"))?;
         let address = listener.local_addr()?;
-        let workers = start(&jobs, &Handle::current()).context("the workers cannot be started")?;
+        start(&jobs, &Handle::current()).context("the workers cannot be started")?;
         let server = tokio::spawn(http::serve(listener, jobs.clone(), offer));
-        Ok(Self { address, jobs, workers, server })
+        Ok(Self { address, jobs, server })
     }
 
     /// Serves until the first SIGINT or SIGTERM.
@@ -162,7 +162,7 @@ impl Service {
         self.jobs.shutdown().cancel();
         self.server.await??;
         let until = Instant::now() + STOP_TIMEOUT;
-        while self.workers.iter().any(|worker| !worker.is_finished()) && Instant::now() < until {
+        while self.jobs.workers() > 0 && Instant::now() < until {
             tokio::time::sleep(Duration::from_millis(20)).await;
         }
         self.jobs.close().await;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use gaitwright::jobs::{
-    Artefact, Order, PreparedRun, RepertoireEntry, RunError, RunWatcher, Settings, Stage, run,
+    Artefact, JobTerms, Order, PreparedRun, RepertoireEntry, RunError, RunWatcher, Settings, Stage, run,
 };
 use gaitwright_learning::learn::{Budget, Cancel, Generation};
 use gaitwright_learning::training::TrainingCheckpoint;
@@ -73,7 +73,8 @@ impl TrainCommand {
         let (mut settings, place) = match &self.job {
             None => (Settings::default(), "the command line".to_owned()),
             Some(path) => {
-                (Settings::parse(&input::read(path)?).map_err(CommandError::input(name(path)))?, name(path))
+                let terms = JobTerms::parse(&input::read(path)?).map_err(CommandError::input(name(path)))?;
+                (terms.settings, name(path))
             }
         };
         settings.seed = self.seed.unwrap_or(settings.seed);

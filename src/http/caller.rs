@@ -31,6 +31,15 @@ impl Caller {
             address => address,
         })
     }
+
+    /// The name of the caller's token; empty for one that is known by an address, which may change between a request and
+    /// its repetition.
+    pub(super) fn token(&self) -> &str {
+        match self {
+            Self::Token(name) => name,
+            Self::Address(_) => "",
+        }
+    }
 }
 
 /// As it stands in the log and with a job.

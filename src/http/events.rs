@@ -77,7 +77,7 @@ impl EventSender {
         loop {
             // Marked as seen before the job is looked at: a change after the look wakes the wait below.
             changes.borrow_and_update();
-            let sent = match self.jobs.live(self.id).await {
+            let sent = match self.jobs.live(self.id) {
                 Some(live) => self.follow(&live).await,
                 None => self.idle().await,
             };

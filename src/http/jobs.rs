@@ -10,10 +10,13 @@ use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
 use super::app::App;
+use super::caller::Caller;
 use super::extract::{Upload, UrlPath, UrlQuery};
 use super::problem::ProblemDetails;
 use super::responses::{JobId, NoSuchJob, NotCancelled, NotDeleted, NotQueued, NotRetried, UnreadableQuery};
-use crate::jobs::{IdempotencyKey, Job, JobRequest, JobState, ServiceError, Settings, Work};
+use crate::jobs::{
+    IdempotencyKey, Job, JobRequest, JobState, JobTerms, Posting, ServiceError, StoredJob, Work,
+};
 
 /// Jobs of a page unless the client asks for another number.
 const PAGE: u32 = 20;
@@ -117,8 +120,21 @@ pub(super) struct JobsBody {
     format: &'static str,
     /// The newest first.
     jobs: Vec<JobBody>,
+    /// Jobs of this page whose records are damaged, or of a newer version. They are left alone, and can be deleted.
+    unreadable: Vec<UnreadableBody>,
     /// Where the next page is; `null` on the last.
     next: Option<String>,
+}
+
+/// A job whose record cannot be read.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "UnreadableJob")]
+struct UnreadableBody {
+    /// The job.
+    #[schemars(with = "String")]
+    id: Uuid,
+    /// What is wrong with its record.
+    reason: String,
 }
 
 /// Which jobs to list.
@@ -148,26 +164,28 @@ pub(super) struct Selection {
         NotQueued))]
 pub(super) async fn submit(
     State(app): State<App>,
+    caller: Caller,
     headers: HeaderMap,
     upload: Upload,
 ) -> Result<Response, ProblemDetails> {
-    let key = idempotency_key(&headers, &upload)?;
+    let key = idempotency_key(&headers, &upload)?.map(|key| key.of(caller.token()));
     let before = match &key {
         Some(key) => app.jobs.posted(key).await?,
         None => None,
     };
+    let posting = Posting { caller: caller.to_string(), key };
     let job = match (before, upload) {
         (Some(job), _) => job,
         (None, Upload::Json(body)) => {
             let request = app.jobs.compute(move |_| Ok(JobRequest::parse(&body)?)).await?;
-            app.jobs.submit(request.character, request.settings, key).await?
+            app.jobs.submit(request.character, request.terms, posting).await?
         }
         (None, Upload::Urdf(body) | Upload::Zip(body)) => {
-            submit_bytes(&app, body, Settings::default(), key).await?
+            submit_bytes(&app, body, JobTerms::default(), posting).await?
         }
         (None, Upload::Form(form)) => {
-            let settings = form.job.as_deref().map(Settings::parse).transpose()?.unwrap_or_default();
-            submit_bytes(&app, form.character, settings, key).await?
+            let terms = form.job.as_deref().map(JobTerms::parse).transpose()?.unwrap_or_default();
+            submit_bytes(&app, form.character, terms, posting).await?
         }
     };
     Ok(accepted(job))
@@ -193,10 +211,10 @@ fn idempotency_key(headers: &HeaderMap, upload: &Upload) -> Result<Option<Idempo
 async fn submit_bytes(
     app: &App,
     body: Bytes,
-    settings: Settings,
-    key: Option<IdempotencyKey>,
+    terms: JobTerms,
+    posting: Posting,
 ) -> Result<Job, ServiceError> {
-    app.jobs.submit_bytes(body.into(), None, "", settings, key).await
+    app.jobs.submit_bytes((body.into(), None, ""), terms, posting).await
 }
 
 /// The answer to a request that changes the job in time.
@@ -230,11 +248,21 @@ pub(super) async fn list(
     let more = jobs.len() > limit as usize;
     jobs.truncate(limit as usize);
     let next = jobs.last().filter(|_| more).map(|last| {
+        let last = match last {
+            StoredJob::Readable(job) => job.id,
+            StoredJob::Unreadable { id, .. } => *id,
+        };
         let state = selection.state.map(|state| format!("&state={}", state.name())).unwrap_or_default();
-        format!("/v1/jobs?limit={limit}&after={}{state}", last.id)
+        format!("/v1/jobs?limit={limit}&after={last}{state}")
     });
-    let jobs = jobs.into_iter().map(JobBody::from).collect();
-    Ok(Json(JobsBody { format: "gaitwright/jobs@1", jobs, next }))
+    let mut page = JobsBody { format: "gaitwright/jobs@1", jobs: Vec::new(), unreadable: Vec::new(), next };
+    for job in jobs {
+        match job {
+            StoredJob::Readable(job) => page.jobs.push(JobBody::from(*job)),
+            StoredJob::Unreadable { id, reason } => page.unreadable.push(UnreadableBody { id, reason }),
+        }
+    }
+    Ok(Json(page))
 }
 
 /// Shows a job.

@@ -15,7 +15,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use tower_http::timeout::TimeoutError;
 
-use crate::jobs::ServiceError;
+use crate::jobs::{ServiceError, StoreError};
 use gaitwright_physics::fault::{Fault, InputError};
 
 /// The media type of problem documents.
@@ -206,7 +206,9 @@ impl From<ServiceError> for ProblemDetails {
             ServiceError::UnknownJob(_) | ServiceError::UnknownCharacter(_) => {
                 Self::not_found(error.to_string())
             }
-            ServiceError::Full(_) | ServiceError::Busy => Self::busy(error.to_string()),
+            ServiceError::Full(_) | ServiceError::FullForCaller(_) | ServiceError::Busy => {
+                Self::busy(error.to_string())
+            }
             ServiceError::WrongState { .. } => Self::conflict(error.to_string()),
             ServiceError::KeyReused => Self::new(StatusCode::UNPROCESSABLE_ENTITY, error.to_string()),
             ServiceError::GivenUp => Self::new(StatusCode::REQUEST_TIMEOUT, error.to_string()),
@@ -218,6 +220,7 @@ impl From<ServiceError> for ProblemDetails {
                 let detail = "the data folder cannot be read or written at present; see /readyz";
                 Self::new(StatusCode::SERVICE_UNAVAILABLE, detail).retry_after(STORE_RETRY)
             }
+            ServiceError::Store(error @ StoreError::Unreadable { .. }) => Self::conflict(error.to_string()),
             ServiceError::Unmanned { .. } => {
                 Self::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string()).retry_after(STORE_RETRY)
             }

@@ -59,7 +59,7 @@ pub(super) async fn recording(
     let job = app.jobs.job(id).await?;
     let path = app.jobs.artefact(id, Artefact::Recording);
     if job.state == JobState::Running
-        && let Some(live) = app.jobs.live(id).await
+        && let Some(live) = app.jobs.live(id)
     {
         let place = app.stream(caller)?;
         return Ok(growing(&request, path, live, app.jobs.shutdown().clone(), place));

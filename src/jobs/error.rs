@@ -36,6 +36,9 @@ pub enum ServiceError {
     /// As many jobs wait as may wait.
     #[error("{0} jobs are waiting already")]
     Full(u64),
+    /// As many jobs of the caller wait as may wait.
+    #[error("{0} jobs of this caller are waiting already")]
+    FullForCaller(u64),
     /// As much is computed as may be at once.
     #[error("as much is being computed as may be at once")]
     Busy,

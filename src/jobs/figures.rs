@@ -2,7 +2,7 @@
 
 use jiff::Timestamp;
 
-use super::job::Job;
+use super::job::{Job, JobState};
 use super::work::Work;
 use gaitwright_learning::learn::Generation;
 use gaitwright_physics::scene::AskedAccuracy;
@@ -62,14 +62,40 @@ pub(super) fn taken_up_first(job: &Job) {
     metrics::histogram!(QUEUE_WAIT).record(waited.max(0.0));
 }
 
-/// A job has ended.
-pub(super) fn ended(job: &Job) {
-    metrics::counter!(ENDED, "state" => job.state.name()).increment(1);
+/// Why a job has failed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum FailureCause {
+    /// It came to its end, and no motion was learned that is worth having.
+    NoMotion,
+    /// The character, or what was wanted of it, turned out impossible, or could not be worked at.
+    Run,
+    /// A file or the store.
+    Storage,
+    /// A fault of the program.
+    Panic,
+    /// Its workers, or the service, ended while they worked at it.
+    Interrupted,
 }
 
-/// A job has failed.
-pub(super) fn failed(cause: &'static str) {
-    metrics::counter!(FAILED, "cause" => cause).increment(1);
+impl FailureCause {
+    /// The word in the figures.
+    fn name(self) -> &'static str {
+        match self {
+            Self::NoMotion => "no_motion",
+            Self::Run => "run",
+            Self::Storage => "storage",
+            Self::Panic => "panic",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// A job has ended; if it has failed, for `cause`.
+pub(super) fn ended(job: &Job, cause: FailureCause) {
+    metrics::counter!(ENDED, "state" => job.state.name()).increment(1);
+    if job.state == JobState::Failed {
+        metrics::counter!(FAILED, "cause" => cause.name()).increment(1);
+    }
 }
 
 /// Counts what the generations of one job took, each from the one before it.

@@ -5,9 +5,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
-use super::request::FORMAT;
+use super::request::{FORMAT, Priority};
 use super::work::Work;
 use gaitwright_learning::learn::Generation;
+
+/// How often a job is taken up without getting further before it fails: once, and three times again.
+pub const MOST_ATTEMPTS: u32 = 4;
 
 /// Where a job stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -75,6 +78,16 @@ pub struct Job {
     pub stage: Option<Stage>,
     /// Name and digest of the character.
     pub character: CharacterName,
+    /// Who posted it, as far as the service tells its clients apart.
+    #[serde(default)]
+    pub caller: String,
+    /// Which of the jobs that wait come first.
+    #[serde(default)]
+    pub priority: Priority,
+    /// How often it was taken up since it was posted, tried again or last got to a checkpoint, without having been put
+    /// back in order.
+    #[serde(default)]
+    pub attempts: u32,
     /// What it is for, and what came of it.
     #[serde(flatten)]
     pub work: Work,
@@ -130,13 +143,20 @@ pub struct Timings {
 
 impl Job {
     /// A job that waits for a worker.
-    pub fn queued(character: CharacterName, work: impl Into<Work>) -> Self {
+    pub fn queued(
+        character: CharacterName,
+        work: impl Into<Work>,
+        (caller, priority): (String, Priority),
+    ) -> Self {
         Self {
             format: FORMAT.to_owned(),
             id: Uuid::now_v7(),
             state: JobState::Queued,
             stage: None,
             character,
+            caller,
+            priority,
+            attempts: 0,
             work: work.into(),
             progress: Progress::default(),
             timings: Timings {
@@ -165,10 +185,42 @@ impl Job {
         self.timings.learning_seconds = Some(figures.elapsed);
     }
 
-    /// Puts a job that has ended back into the queue.
-    pub fn reopen(&mut self) {
+    /// Has a worker begin.
+    pub fn take_up(&mut self) {
+        self.state = JobState::Running;
+        self.attempts += 1;
+        self.timings.started = Some(Timestamp::now());
+    }
+
+    /// Takes note that it need not be begun from the same place again.
+    pub fn get_further(&mut self) {
+        self.attempts = 1;
+    }
+
+    /// Has it wait for a worker again, through no fault of its own.
+    pub fn put_back(&mut self) {
+        self.attempts = self.attempts.saturating_sub(1);
+        self.wait();
+    }
+
+    /// Has it wait again after an attempt that ended for `cause`, or fail if that has happened too often.
+    pub fn lose(&mut self, cause: &str) {
+        if self.attempts < MOST_ATTEMPTS {
+            self.wait();
+        } else {
+            self.fail(format!("{cause}, {} times in a row without getting further", self.attempts));
+        }
+    }
+
+    fn wait(&mut self) {
         self.state = JobState::Queued;
         self.stage = None;
+    }
+
+    /// Puts a job that has ended back into the queue.
+    pub fn reopen(&mut self) {
+        self.wait();
+        self.attempts = 0;
         self.error = None;
         self.timings.ended = None;
         if let Work::Learning(learned) = &mut self.work {
@@ -176,6 +228,18 @@ impl Job {
             learned.metrics = None;
             learned.motions.clear();
         }
+    }
+
+    /// Ends the job because somebody asked for it.
+    pub fn call_off(&mut self) {
+        self.error = None;
+        self.end(JobState::Cancelled);
+    }
+
+    /// Ends the job without what it was for.
+    pub fn fail(&mut self, reason: String) {
+        self.error = Some(reason);
+        self.end(JobState::Failed);
     }
 
     /// Ends the job.

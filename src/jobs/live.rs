@@ -1,10 +1,13 @@
-//! A running job as others see it: its curve as it grows, and the way to stop it.
+//! Running jobs as others see them: their curves as they grow, and the way to stop them.
 
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::watch;
+use uuid::Uuid;
 
+use super::store::Claim;
 use gaitwright_learning::learn::{Cancel, Generation};
 
 /// How far a running job is; what changes whenever there is something new to see.
@@ -17,16 +20,39 @@ pub struct Moment {
 }
 
 /// A running job, shared by its worker and whoever watches it.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Live {
+    claim: Claim,
     cancel: Cancel,
     /// Somebody asked for the end of the job, rather than for the end of the service.
     unwanted: AtomicBool,
+    /// The claim no longer holds.
+    lost: AtomicBool,
+    /// Set by the first of two: its worker, which has left the job, or its keeper, which has given up the worker.
+    parted: AtomicBool,
     curve: Mutex<Vec<Generation>>,
     moment: watch::Sender<Moment>,
 }
 
 impl Live {
+    /// A job that has just been taken up.
+    pub fn new(claim: Claim) -> Self {
+        Self {
+            claim,
+            cancel: Cancel::default(),
+            unwanted: AtomicBool::new(false),
+            lost: AtomicBool::new(false),
+            parted: AtomicBool::new(false),
+            curve: Mutex::default(),
+            moment: watch::Sender::default(),
+        }
+    }
+
+    /// Its worker's hold on it.
+    pub fn claim(&self) -> Claim {
+        self.claim
+    }
+
     /// The flag its learner polls.
     pub fn cancel(&self) -> &Cancel {
         &self.cancel
@@ -41,6 +67,27 @@ impl Live {
     /// Whether the job was stopped for good.
     pub fn is_abandoned(&self) -> bool {
         self.unwanted.load(Ordering::Relaxed)
+    }
+
+    /// Stops the worker because the job is no longer its own.
+    pub fn lose(&self) {
+        self.lost.store(true, Ordering::Relaxed);
+        self.cancel.cancel();
+    }
+
+    /// Whether the job is no longer its worker's own.
+    pub fn is_lost(&self) -> bool {
+        self.lost.load(Ordering::Relaxed)
+    }
+
+    /// Shows that its worker is there although the learner does not run.
+    pub fn show_life(&self) {
+        self.cancel.is_cancelled();
+    }
+
+    /// Ends the bond between the job and its worker, from either side; whether it was this call that did.
+    pub fn part(&self) -> bool {
+        !self.parted.swap(true, Ordering::AcqRel)
     }
 
     /// Starts from the curve of an earlier run of the same job.
@@ -76,5 +123,39 @@ impl Live {
     fn curve(&self) -> MutexGuard<'_, Vec<Generation>> {
         // A push cannot leave the curve half-made, so it is whole even if a holder panicked.
         self.curve.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The jobs that run in this process, by id.
+#[derive(Debug, Default)]
+pub struct Running(Mutex<BTreeMap<Uuid, Arc<Live>>>);
+
+impl Running {
+    /// Adds a job that has been taken up.
+    pub fn add(&self, live: &Arc<Live>) {
+        self.jobs().insert(live.claim.id, Arc::clone(live));
+    }
+
+    /// The job called `id`.
+    pub fn get(&self, id: Uuid) -> Option<Arc<Live>> {
+        self.jobs().get(&id).cloned()
+    }
+
+    /// All of them.
+    pub fn all(&self) -> Vec<Arc<Live>> {
+        self.jobs().values().cloned().collect()
+    }
+
+    /// Removes a job, unless it has been taken up again.
+    pub fn remove(&self, live: &Arc<Live>) {
+        let mut jobs = self.jobs();
+        if jobs.get(&live.claim.id).is_some_and(|known| Arc::ptr_eq(known, live)) {
+            jobs.remove(&live.claim.id);
+        }
+    }
+
+    fn jobs(&self) -> MutexGuard<'_, BTreeMap<Uuid, Arc<Live>>> {
+        // Whole after every change, even if a holder panicked.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,4 +1,4 @@
-//! A request that may arrive more than once and is to be carried out once.
+//! How a job comes into the queue: who posts it, and whether it may arrive more than once and is to be carried out once.
 
 use sha2::{Digest, Sha256};
 
@@ -10,6 +10,15 @@ const LONGEST: usize = 255;
 pub struct IdempotencyKey {
     pub(super) key: String,
     pub(super) digest: String,
+}
+
+/// How a job comes into the queue.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Posting {
+    /// Who posts it, as far as clients are told apart: callers take turns.
+    pub caller: String,
+    /// What it is known by if it comes again.
+    pub key: Option<IdempotencyKey>,
 }
 
 /// A key that cannot be used.
@@ -34,5 +43,13 @@ impl IdempotencyKey {
         }
         let digits: String = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
         Ok(Self { key: key.to_owned(), digest: format!("sha256:{digits}") })
+    }
+
+    /// The same key as it is `caller`'s: another caller may choose the same.
+    #[must_use]
+    pub fn of(self, caller: &str) -> Self {
+        // No key contains a space.
+        let key = if caller.is_empty() { self.key } else { format!("{caller} {}", self.key) };
+        Self { key, ..self }
     }
 }

@@ -6,12 +6,13 @@ use std::sync::Arc;
 use uuid::Uuid;
 
 use super::error::ServiceError;
+use super::figures;
 use super::job::{CharacterName, Job, JobState};
-use super::once::IdempotencyKey;
+use super::once::{IdempotencyKey, Posting};
 use super::order::Order;
-use super::request::{CharacterChoice, Settings};
+use super::request::{CharacterChoice, JobTerms};
 use super::service::{Jobs, uninterrupted};
-use super::store::StoreError;
+use super::store::{Amendment, StoreError, StoredJob};
 use super::study::StudyRequest;
 use gaitwright_physics::character::Source;
 use gaitwright_physics::fault::InputError;
@@ -39,8 +40,8 @@ impl Jobs {
     pub async fn submit(
         &self,
         character: CharacterChoice,
-        settings: Settings,
-        key: Option<IdempotencyKey>,
+        terms: JobTerms,
+        posting: Posting,
     ) -> Result<Job, ServiceError> {
         let (bytes, source, place) = match character {
             CharacterChoice::Urdf(text) => (text.into_bytes(), Some(Source::Urdf), "/character/urdf"),
@@ -55,24 +56,23 @@ impl Jobs {
                 (bytes, None, "")
             }
         };
-        self.submit_bytes(bytes, source, place, settings, key).await
+        self.submit_bytes((bytes, source, place), terms, posting).await
     }
 
-    /// Queues a job for the character in `bytes`; faults of a character document are named from
-    /// `place` on.
+    /// Queues a job for a character: its bytes, their form where it is known, and from where on faults of the document
+    /// are named.
     ///
     /// # Errors
     ///
     /// As [`Jobs::submit`].
     pub async fn submit_bytes(
         &self,
-        bytes: Vec<u8>,
-        source: Option<Source>,
-        place: &'static str,
-        settings: Settings,
-        key: Option<IdempotencyKey>,
+        (bytes, source, place): (Vec<u8>, Option<Source>, &'static str),
+        terms: JobTerms,
+        posting: Posting,
     ) -> Result<Job, ServiceError> {
         self.check_not_shutting_down()?;
+        let JobTerms { settings, priority } = terms;
         let bytes = Arc::new(bytes);
         let name = {
             let (bytes, settings) = (Arc::clone(&bytes), settings.clone());
@@ -83,7 +83,8 @@ impl Jobs {
             })
             .await?
         };
-        self.queue(Job::queued(name, settings), bytes, key).await
+        let Posting { caller, key } = posting;
+        self.queue(Job::queued(name, settings, (caller, priority)), bytes, key).await
     }
 
     /// Queues a study of what accuracy costs.
@@ -92,7 +93,7 @@ impl Jobs {
     ///
     /// [`ServiceError::Input`] with every fault of the request; [`ServiceError::Full`];
     /// [`ServiceError::ShuttingDown`].
-    pub async fn submit_study(&self, bytes: Vec<u8>) -> Result<Job, ServiceError> {
+    pub async fn submit_study(&self, bytes: Vec<u8>, posting: Posting) -> Result<Job, ServiceError> {
         self.check_not_shutting_down()?;
         let bytes = Arc::new(bytes);
         let (name, request) = {
@@ -105,7 +106,9 @@ impl Jobs {
             })
             .await?
         };
-        self.queue(Job::queued(name, request), bytes, None).await
+        let Posting { caller, key } = posting;
+        let whose = (caller, request.priority);
+        self.queue(Job::queued(name, request, whose), bytes, key).await
     }
 
     /// Puts a job that works on `input` into the queue.
@@ -117,25 +120,32 @@ impl Jobs {
     ) -> Result<Job, ServiceError> {
         let jobs = self.clone();
         uninterrupted(async move {
-            let _turn = jobs.shared().running.lock().await;
+            let _turn = jobs.shared().posting.lock().await;
             // The same request may have come twice at once.
             if let Some(key) = &key
                 && let Some(job) = jobs.posted(key).await?
             {
                 return Ok(job);
             }
-            jobs.check_queue().await?;
+            jobs.check_queue(&job.caller).await?;
             jobs.shared().store.insert(&job, &input, key.as_ref()).await?;
             jobs.shared().posted.notify_one();
-            metrics::counter!("gaitwright_jobs_posted_total").increment(1);
+            figures::posted();
+            tracing::info!(job_id = %job.id, character = job.character.name, "queued");
             Ok(job)
         })
         .await
     }
 
-    async fn check_queue(&self) -> Result<(), ServiceError> {
-        let waiting = self.shared().store.count(JobState::Queued).await?;
-        if waiting >= self.shared().queue { Err(ServiceError::Full(waiting)) } else { Ok(()) }
+    /// Whether another job of `caller` may wait.
+    async fn check_queue(&self, caller: &str) -> Result<(), ServiceError> {
+        let shared = self.shared();
+        let waiting = shared.store.count(JobState::Queued, None).await?;
+        if waiting >= shared.queue {
+            return Err(ServiceError::Full(waiting));
+        }
+        let own = shared.store.count(JobState::Queued, Some(caller)).await?;
+        if own >= shared.caller_queue { Err(ServiceError::FullForCaller(own)) } else { Ok(()) }
     }
 
     /// The job called `id`.
@@ -157,7 +167,7 @@ impl Jobs {
         state: Option<JobState>,
         after: Option<Uuid>,
         limit: u32,
-    ) -> Result<Vec<Job>, ServiceError> {
+    ) -> Result<Vec<StoredJob>, ServiceError> {
         Ok(self.shared().store.jobs(state, after, limit).await?)
     }
 
@@ -167,7 +177,7 @@ impl Jobs {
     ///
     /// When the store fails.
     pub async fn count(&self, state: JobState) -> Result<u64, ServiceError> {
-        Ok(self.shared().store.count(state).await?)
+        Ok(self.shared().store.count(state, None).await?)
     }
 
     /// Cancels a job that waits or runs, and gives it as it then is; the same again changes nothing. A running job
@@ -179,26 +189,24 @@ impl Jobs {
     pub async fn cancel(&self, id: Uuid) -> Result<Job, ServiceError> {
         let jobs = self.clone();
         uninterrupted(async move {
-            let running = jobs.shared().running.lock().await;
-            let mut job = jobs.job(id).await?;
-            match job.state {
+            let change = |job: &mut Job| match job.state {
                 JobState::Queued => {
-                    job.end(JobState::Cancelled);
-                    jobs.shared().store.update(&job, &[]).await?;
-                    jobs.shared().changes.send_replace(());
+                    job.call_off();
+                    Ok(Amendment::Record)
                 }
-                JobState::Running => {
-                    jobs.shared().store.abandon(id).await?;
-                    if let Some(live) = running.get(&id) {
-                        live.abandon();
-                    }
-                }
-                JobState::Cancelled => {}
+                JobState::Running => Ok(Amendment::Abandon),
+                JobState::Cancelled => Ok(Amendment::Nothing),
                 state @ (JobState::Succeeded | JobState::Failed) => {
                     let needs = "only a job that waits or runs can be cancelled";
-                    return Err(ServiceError::WrongState { id, state, needs });
+                    Err(ServiceError::WrongState { id, state, needs })
                 }
+            };
+            let job = jobs.amend(id, change).await?;
+            // A worker that has just begun, or is on another machine, learns of it from the store.
+            if let Some(live) = jobs.shared().running.get(id) {
+                live.abandon();
             }
+            jobs.shared().changes.send_replace(());
             Ok(job)
         })
         .await
@@ -214,20 +222,29 @@ impl Jobs {
         self.check_not_shutting_down()?;
         let jobs = self.clone();
         uninterrupted(async move {
-            let _turn = jobs.shared().running.lock().await;
-            let mut job = jobs.job(id).await?;
-            if !matches!(job.state, JobState::Failed | JobState::Cancelled) {
-                let needs = "only a job that failed or was cancelled can be tried again";
-                return Err(ServiceError::WrongState { id, state: job.state, needs });
-            }
-            jobs.check_queue().await?;
-            job.reopen();
-            jobs.shared().store.requeue(&job).await?;
+            let _turn = jobs.shared().posting.lock().await;
+            let job = jobs.job(id).await?;
+            check_retriable(&job)?;
+            jobs.check_queue(&job.caller).await?;
+            let change = |job: &mut Job| {
+                check_retriable(job)?;
+                job.reopen();
+                Ok(Amendment::Requeue)
+            };
+            let job = jobs.amend(id, change).await?;
             jobs.shared().posted.notify_one();
             jobs.shared().changes.send_replace(());
             Ok(job)
         })
         .await
+    }
+
+    async fn amend(
+        &self,
+        id: Uuid,
+        change: impl FnOnce(&mut Job) -> Result<Amendment, ServiceError>,
+    ) -> Result<Job, ServiceError> {
+        self.shared().store.amend(id, change).await?.ok_or_else(|| ServiceError::UnknownJob(id))
     }
 
     /// Deletes a job that has ended, with its files.
@@ -238,18 +255,32 @@ impl Jobs {
     pub async fn delete(&self, id: Uuid) -> Result<(), ServiceError> {
         let jobs = self.clone();
         uninterrupted(async move {
-            let _turn = jobs.shared().running.lock().await;
-            let state = jobs.job(id).await?.state;
-            if !state.is_final() {
-                let needs = "only a job that has ended can be deleted; cancel it first";
-                return Err(ServiceError::WrongState { id, state, needs });
+            let may = |job: &StoredJob| match job {
+                StoredJob::Readable(job) if !job.state.is_final() => {
+                    let needs = "only a job that has ended can be deleted; cancel it first";
+                    Err(ServiceError::WrongState { id, state: job.state, needs })
+                }
+                StoredJob::Readable(_) | StoredJob::Unreadable { .. } => Ok(()),
+            };
+            if !jobs.shared().store.delete(id, may).await? {
+                return Err(ServiceError::UnknownJob(id));
             }
-            jobs.shared().store.delete(id).await?;
-            match std::fs::remove_dir_all(jobs.folder(id)) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error.into()),
-                _ => Ok(()),
+            // Its deletion holds from here on: what cannot be removed now is at the next start.
+            if let Err(error) = std::fs::remove_dir_all(jobs.folder(id))
+                && error.kind() != io::ErrorKind::NotFound
+            {
+                tracing::warn!(%id, %error, "the files of a deleted job are left over");
             }
+            Ok(())
         })
         .await
     }
+}
+
+fn check_retriable(job: &Job) -> Result<(), ServiceError> {
+    if matches!(job.state, JobState::Failed | JobState::Cancelled) {
+        return Ok(());
+    }
+    let needs = "only a job that failed or was cancelled can be tried again";
+    Err(ServiceError::WrongState { id: job.id, state: job.state, needs })
 }

@@ -1,6 +1,9 @@
 //! What a client asks for: the job document as it is posted.
 
-use schemars::JsonSchema;
+use std::borrow::Cow;
+use std::ops::RangeInclusive;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
@@ -16,9 +19,54 @@ pub const FORMAT: &str = "gaitwright/job@1";
 pub struct JobRequest {
     /// The character.
     pub character: CharacterChoice,
-    /// What is wanted of it.
+    /// Everything else.
+    #[serde(flatten)]
+    pub terms: JobTerms,
+}
+
+/// A job as posted, but for its character, which comes from elsewhere.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+pub struct JobTerms {
+    /// What is wanted of the character.
     #[serde(flatten)]
     pub settings: Settings,
+    /// Which of the jobs that wait come first.
+    #[serde(default)]
+    pub priority: Priority,
+}
+
+/// Which of the jobs that wait come first: -10 to 10, the greatest first. Among equals callers take turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
+#[serde(try_from = "i64")]
+pub struct Priority(i64);
+
+impl JsonSchema for Priority {
+    fn schema_name() -> Cow<'static, str> {
+        "Priority".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "Which of the jobs that wait come first: the greatest. Among equals callers take turns",
+            "type": "integer", "minimum": PRIORITIES.start(), "maximum": PRIORITIES.end(),
+        })
+    }
+}
+
+/// Least and greatest priority.
+const PRIORITIES: RangeInclusive<i64> = -10..=10;
+
+/// A priority that there is not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("{0} does not lie between {least} and {most}", least = PRIORITIES.start(), most = PRIORITIES.end())]
+pub struct PriorityError(i64);
+
+impl TryFrom<i64> for Priority {
+    type Error = PriorityError;
+
+    fn try_from(number: i64) -> Result<Self, PriorityError> {
+        if PRIORITIES.contains(&number) { Ok(Self(number)) } else { Err(PriorityError(number)) }
+    }
 }
 
 /// Where a job's character comes from.
@@ -49,6 +97,9 @@ pub struct Settings {
     pub seed: u64,
 }
 
+/// The fields of a job document but for its character.
+const FIELDS: [&str; 7] = ["format", "scene", "task", "learning", "accuracy", "seed", "priority"];
+
 impl JobRequest {
     /// Reads a job document.
     ///
@@ -59,26 +110,32 @@ impl JobRequest {
     pub fn parse(bytes: &[u8]) -> Result<Self, InputError> {
         let mut parts = Parts::parse(bytes)?;
         let character = parts.require("character");
-        let settings = Settings::take(&mut parts);
-        let request = character.map(|character| Self { character, settings });
-        parts.end(request, &["format", "character", "scene", "task", "learning", "accuracy", "seed"])
+        let terms = JobTerms::take(&mut parts);
+        let request = character.map(|character| Self { character, terms });
+        parts.end(request, &[&["character"], &FIELDS[..]].concat())
     }
 }
 
-impl Settings {
-    /// Reads a job document without its character, which comes from elsewhere.
+impl JobTerms {
+    /// Reads a job document without its character.
     ///
     /// # Errors
     ///
     /// As [`JobRequest::parse`].
     pub fn parse(bytes: &[u8]) -> Result<Self, InputError> {
         let mut parts = Parts::parse(bytes)?;
-        let settings = Self::take(&mut parts);
-        parts.end(Some(settings), &["format", "scene", "task", "learning", "accuracy", "seed"])
+        let terms = Self::take(&mut parts);
+        parts.end(Some(terms), &FIELDS)
     }
 
     fn take(parts: &mut Parts) -> Self {
         parts.check_format(FORMAT);
+        Self { settings: Settings::take(parts), priority: parts.take("priority").unwrap_or_default() }
+    }
+}
+
+impl Settings {
+    fn take(parts: &mut Parts) -> Self {
         Self {
             scene: parts.take("scene").unwrap_or_default(),
             task: parts.take("task").unwrap_or_default(),

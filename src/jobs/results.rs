@@ -24,15 +24,15 @@ impl Jobs {
     ///
     /// When the store fails.
     pub async fn curve(&self, id: Uuid) -> Result<Vec<Generation>, ServiceError> {
-        match self.live(id).await {
+        match self.live(id) {
             Some(live) => Ok(live.curve_from(0)),
             None => Ok(self.shared().store.curve(id).await?),
         }
     }
 
     /// The job called `id` as it runs, when it does.
-    pub async fn live(&self, id: Uuid) -> Option<Arc<Live>> {
-        self.shared().running.lock().await.get(&id).cloned()
+    pub fn live(&self, id: Uuid) -> Option<Arc<Live>> {
+        self.shared().running.get(id)
     }
 
     /// Where an artefact of the job called `id` lies, whether or not it is there yet.

@@ -1,7 +1,6 @@
 //! The jobs of one data folder: opened, shared, watched over and closed. What clients may ask of them stands in the
 //! files `queue`, `results` and `characters`.
 
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -11,13 +10,13 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::{Mutex, Notify, Semaphore, watch};
 use tokio_util::sync::CancellationToken;
+use tracing::Instrument;
 use uuid::Uuid;
 
 use super::error::ServiceError;
 use super::files;
-use super::job::JobState;
-use super::live::Live;
-use super::store::Store;
+use super::live::Running;
+use super::store::{Reclaimed, Store};
 
 /// How long a short computation may wait for its turn.
 const TURN_TIMEOUT: Duration = Duration::from_secs(5);
@@ -37,6 +36,17 @@ pub struct ServiceOptions {
     pub workers: usize,
     /// Jobs that may wait.
     pub queue: u64,
+    /// Jobs of one caller that may wait; as many as of all where `None`.
+    pub caller_queue: Option<u64>,
+    /// How long a worker that shows no sign of life keeps its job.
+    pub lease: Duration,
+}
+
+impl ServiceOptions {
+    /// On the folder `data`, with one worker and the usual limits.
+    pub fn new(data: PathBuf) -> Self {
+        Self { data, workers: 1, queue: 64, caller_queue: None, lease: Duration::from_secs(60) }
+    }
 }
 
 /// The jobs of one data folder; clones share them.
@@ -51,15 +61,18 @@ pub(super) struct Shared {
     pub(super) workers: usize,
     /// When the data folder could be written last, as far as somebody has asked.
     proven: Mutex<Option<Instant>>,
-    /// How often a job has been put back because a file failed, by job.
-    pub(super) setbacks: Mutex<BTreeMap<Uuid, u32>>,
-    /// Workers that have begun and not ended.
+    /// Workers that have been started, and have neither ended nor been given up.
     pub(super) alive: AtomicUsize,
+    /// How long a worker that shows no sign of life keeps its job.
+    pub(super) lease: Duration,
     pub(super) store: Store,
     /// Jobs that may wait.
     pub(super) queue: u64,
-    /// Held by whoever moves a job from one state to another, so that no two do at once.
-    pub(super) running: Mutex<BTreeMap<Uuid, Arc<Live>>>,
+    /// Jobs of one caller that may wait.
+    pub(super) caller_queue: u64,
+    /// Held by whoever adds a job to those that wait: to count them and to add one is one step.
+    pub(super) posting: Mutex<()>,
+    pub(super) running: Running,
     /// Told of every new job.
     pub(super) posted: Notify,
     /// Told of every job that is taken up, put back or over.
@@ -88,25 +101,22 @@ impl Jobs {
             )
         })?;
         let store = Store::open(&options.data).await?;
-        for mut job in store.jobs(Some(JobState::Running), None, u32::MAX).await? {
-            if store.is_abandoned(job.id).await? {
-                job.end(JobState::Cancelled);
-            } else {
-                job.state = JobState::Queued;
-                job.stage = None;
-            }
-            store.update(&job, &[]).await?;
+        // Nobody else works on this folder: whoever did is gone.
+        for job in store.reclaim(Reclaimed::All, "the service ended while it was worked at").await? {
+            tracing::warn!(job_id = %job.id, attempts = job.attempts, state = job.state.name(), "found unfinished");
         }
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let shared = Shared {
             data: options.data,
             workers: options.workers.max(1),
             proven: Mutex::default(),
-            setbacks: Mutex::default(),
             alive: AtomicUsize::new(0),
+            lease: options.lease,
             store,
             queue: options.queue,
-            running: Mutex::default(),
+            caller_queue: options.caller_queue.unwrap_or(options.queue),
+            posting: Mutex::default(),
+            running: Running::default(),
             posted: Notify::new(),
             changes: watch::Sender::default(),
             shutdown,
@@ -123,6 +133,11 @@ impl Jobs {
     /// Told of every job that is taken up, put back or over.
     pub fn changes(&self) -> watch::Receiver<()> {
         self.shared.changes.subscribe()
+    }
+
+    /// Number of workers that are there.
+    pub fn workers(&self) -> usize {
+        self.shared.alive.load(Ordering::Relaxed)
     }
 
     /// Lets go of the store; nothing can be asked afterwards.
@@ -142,7 +157,7 @@ impl Jobs {
     /// When not, and why.
     pub async fn ready(&self) -> Result<(), ServiceError> {
         self.check_not_shutting_down()?;
-        let (alive, workers) = (self.shared.alive.load(Ordering::Relaxed), self.shared.workers);
+        let (alive, workers) = (self.workers(), self.shared.workers);
         if alive < workers {
             return Err(ServiceError::Unmanned { alive, workers });
         }
@@ -219,5 +234,5 @@ impl Shared {
 pub(super) async fn uninterrupted<T: Send + 'static>(
     work: impl Future<Output = Result<T, ServiceError>> + Send + 'static,
 ) -> Result<T, ServiceError> {
-    tokio::spawn(work).await?
+    tokio::spawn(work.in_current_span()).await?
 }

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::files::Artefact;
+use super::request::Priority;
 use super::run::RunError;
 use super::work::{StudyRecord, Work};
 use crate::export::front_diagram;
@@ -30,6 +31,9 @@ pub struct StudyRequest {
     /// Errors for which a setting is to be recommended, m: powers of ten from 1e-2 to 1e-6 where left out.
     #[serde(default = "usual_tolerances")]
     pub tolerances: Vec<f64>,
+    /// Which of the jobs that wait come first.
+    #[serde(default)]
+    pub priority: Priority,
 }
 
 fn usual_tolerances() -> Vec<f64> {
@@ -48,8 +52,9 @@ impl StudyRequest {
         parts.check_format(FORMAT);
         let scenario = parts.require("scenario");
         let tolerances = parts.take("tolerances").unwrap_or_else(usual_tolerances);
-        let request = scenario.map(|scenario| Self { scenario, tolerances });
-        let request = parts.end(request, &["format", "scenario", "tolerances"])?;
+        let priority = parts.take("priority").unwrap_or_default();
+        let request = scenario.map(|scenario| Self { scenario, tolerances, priority });
+        let request = parts.end(request, &["format", "scenario", "tolerances", "priority"])?;
         let faults = request.faults();
         if !faults.is_empty() {
             return Err(InputError::Impossible(faults));

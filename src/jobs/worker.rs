@@ -9,32 +9,26 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use jiff::Timestamp;
 use tokio::runtime::Handle;
+use uuid::Uuid;
 
 use super::error::ServiceError;
+use super::figures::{self, FailureCause};
 use super::files::{self, Artefact};
 use super::job::{Job, JobState, Stage};
 use super::live::Live;
 use super::order::Order;
-use super::repertoire::{MotionSummary, RepertoireEntry};
+use super::reporter::Reporter;
 use super::request::Settings;
-use super::run::{PreparedRun, RunError, RunOutcome, RunWatcher, Unsuccessful, run};
-use super::service::{Jobs, Shared};
+use super::run::{RunError, RunOutcome, RunWatcher, Unsuccessful, run};
+use super::service::Shared;
+use super::store::{Claimed, Holding};
 use super::study;
 use super::work::Work;
-use gaitwright_learning::accuracy;
-use gaitwright_learning::learn::{Generation, Learning, StopReason};
+use gaitwright_learning::learn::StopReason;
 use gaitwright_learning::training::TrainingCheckpoint;
-
-/// Shortest time between two writings of a running job's record and curve.
-const RECORD_EVERY: Duration = Duration::from_millis(500);
-
-/// Shortest time between two writings of a running job's checkpoint.
-const CHECKPOINT_EVERY: Duration = Duration::from_secs(2);
 
 /// How long a run that was called off may go on checking what it found.
 const CANCELLED_CHECK: Duration = Duration::from_millis(400);
@@ -42,59 +36,68 @@ const CANCELLED_CHECK: Duration = Duration::from_millis(400);
 /// How long a worker waits after the store failed before it asks again.
 const STORE_PAUSE: Duration = Duration::from_secs(1);
 
-/// How often a job is tried again after a file failed although files can be written.
-const SETBACKS: u32 = 3;
-
-/// Starts the workers of `jobs`. They end when the service shuts down; a job that runs then is
-/// queued again, with a checkpoint to go on from.
+/// Starts a worker that gives each of its jobs so many threads. It ends when the service shuts down; a job that runs
+/// then is queued again, with a checkpoint to go on from.
 ///
 /// # Errors
 ///
-/// When a thread cannot be started.
-pub fn start(jobs: &Jobs, runtime: &Handle) -> io::Result<Vec<JoinHandle<()>>> {
-    let shared = jobs.shared();
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let threads = (cores / shared.workers).max(1);
-    (0..shared.workers)
-        .map(|number| {
-            let (shared, runtime) = (Arc::clone(shared), runtime.clone());
-            std::thread::Builder::new().name(format!("job-worker-{number}")).spawn(move || {
-                let _present = Present::new(&shared);
-                Worker { shared: Arc::clone(&shared), runtime, threads }.work();
-            })
-        })
-        .collect()
-}
-
-/// Counts a worker among those that are alive, even if it panics.
-struct Present<'a> {
-    shared: &'a Shared,
-}
-
-impl<'a> Present<'a> {
-    fn new(shared: &'a Shared) -> Self {
-        shared.alive.fetch_add(1, Ordering::Relaxed);
-        Self { shared }
+/// When its thread cannot be started.
+pub(super) fn spawn(shared: &Arc<Shared>, runtime: &Handle, threads: usize) -> io::Result<()> {
+    let name = format!("{}/{}", std::process::id(), Uuid::now_v7());
+    let worker = Worker { shared: Arc::clone(shared), runtime: runtime.clone(), threads, name };
+    let thread = std::thread::Builder::new().name("job-worker".to_owned());
+    shared.alive.fetch_add(1, Ordering::Relaxed);
+    let started = thread.spawn(move || {
+        let mut present = Present { shared: Arc::clone(&worker.shared), given_up: false };
+        present.given_up = worker.work() == Left::GivenUp;
+    });
+    if started.is_err() {
+        shared.alive.fetch_sub(1, Ordering::Relaxed);
     }
+    started.map(drop)
 }
 
-impl Drop for Present<'_> {
+/// Counts a worker out when it ends, even by a panic; one that was given up has been counted out.
+struct Present {
+    shared: Arc<Shared>,
+    given_up: bool,
+}
+
+impl Drop for Present {
     fn drop(&mut self) {
-        self.shared.alive.fetch_sub(1, Ordering::Relaxed);
+        if !self.given_up {
+            self.shared.alive.fetch_sub(1, Ordering::Relaxed);
+        }
     }
+}
+
+/// Why a worker has ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Left {
+    /// The service shuts down.
+    AtTheEnd,
+    /// It showed no sign of life for too long, and another has its place.
+    GivenUp,
 }
 
 struct Worker {
     shared: Arc<Shared>,
     runtime: Handle,
     threads: usize,
+    /// What the store knows it by.
+    name: String,
 }
 
 impl Worker {
-    fn work(&self) {
+    fn work(&self) -> Left {
         while !self.shared.shutdown.is_cancelled() {
             match self.runtime.block_on(self.take()) {
-                Ok(Some((job, live))) => self.serve(job, &live),
+                Ok(Some((job, live))) => {
+                    self.serve(job, &live);
+                    if !live.part() {
+                        return Left::GivenUp;
+                    }
+                }
                 Ok(None) => self.runtime.block_on(self.wait()),
                 Err(error) => {
                     tracing::error!(%error, "no job could be taken from the queue");
@@ -104,6 +107,7 @@ impl Worker {
         }
         // The next worker that waits for a job is to see the end as well.
         self.shared.posted.notify_one();
+        Left::AtTheEnd
     }
 
     /// Waits before the store is asked again; whether the service goes on.
@@ -112,9 +116,10 @@ impl Worker {
     }
 
     /// Waits until the data folder can be written, or for the end.
-    async fn recover(&self) {
+    async fn recover(&self, live: &Live) {
         while let Err(error) = self.shared.probe().await {
             tracing::error!(%error, "the data folder cannot be written");
+            live.show_life();
             if !self.pause().await {
                 return;
             }
@@ -129,15 +134,21 @@ impl Worker {
         }
     }
 
-    /// Takes the job that has waited longest.
+    /// Takes the job whose turn it is.
     async fn take(&self) -> Result<Option<(Job, Arc<Live>)>, ServiceError> {
-        let mut running = self.shared.running.lock().await;
-        let Some(mut job) = self.shared.store.next().await? else { return Ok(None) };
-        job.state = JobState::Running;
-        job.timings.started = Some(Timestamp::now());
-        self.shared.store.update(&job, &[]).await?;
-        let live = Arc::new(Live::default());
-        running.insert(job.id, Arc::clone(&live));
+        let lease = self.shared.lease;
+        let Some(Claimed { claim, job }) = self.shared.store.claim(&self.name, lease).await? else {
+            return Ok(None);
+        };
+        if job.attempts == 1 && job.progress.generations == 0 {
+            figures::taken_up_first(&job);
+        }
+        let live = Arc::new(Live::new(claim));
+        self.shared.running.add(&live);
+        // Somebody may have asked for its end before it could be found among those that run.
+        if self.shared.store.renew(claim, lease).await.is_ok_and(|holding| holding == Holding::Unwanted) {
+            live.abandon();
+        }
         self.shared.changes.send_replace(());
         // Whoever waits beside this worker looks for the job after this one.
         self.shared.posted.notify_one();
@@ -146,9 +157,9 @@ impl Worker {
 
     /// Works at a job until it ends, or the service does.
     fn serve(&self, mut job: Job, live: &Arc<Live>) {
-        let span = tracing::info_span!("job", id = %job.id);
+        let span = tracing::info_span!("job", job_id = %job.id);
         let _entered = span.enter();
-        tracing::info!(character = job.character.name, "started");
+        tracing::info!(character = job.character.name, attempt = job.attempts, "started");
         let stopper = {
             let (live, shutdown) = (Arc::clone(live), self.shared.shutdown.clone());
             self.runtime.spawn(async move {
@@ -164,72 +175,72 @@ impl Worker {
             Work::Accuracy(_) => self.study(&mut job, live),
         }));
         stopper.abort();
-        let failed = match result {
-            Ok(Ok(())) => None,
-            // What a full disk has broken is no fault of the job.
-            Ok(Err(error)) if error.is_about_storage() && self.runtime.block_on(self.may_pass(&job)) => {
-                tracing::error!(%error, "the job is put back until the data folder can be written");
-                put_back(&mut job);
-                None
+        let whole = matches!(result, Ok(Ok(())));
+        // Why it has failed, if it has.
+        let cause = match result {
+            Ok(Ok(())) => FailureCause::NoMotion,
+            Ok(Err(error)) if error.is_about_storage() => {
+                self.set_back(&mut job, live, &error);
+                FailureCause::Storage
             }
-            Ok(Err(error)) => Some(error.to_string()),
-            Err(panic) => Some(format!("the program broke off: {}", message(&*panic))),
+            Ok(Err(error)) => {
+                job.fail(error.to_string());
+                FailureCause::Run
+            }
+            Err(panic) => {
+                job.fail(format!("the program broke off: {}", message(&*panic)));
+                FailureCause::Panic
+            }
         };
-        if let Some(reason) = failed {
-            fail(&mut job, reason);
+        if !whole && job.state == JobState::Failed && !live.is_lost() {
             self.withdraw(&job);
         }
         self.runtime.block_on(self.settle(&mut job, live));
-        tracing::info!(state = job.state.name(), error = job.error, "left");
-        if job.state.is_final() {
-            metrics::counter!("gaitwright_jobs_ended_total", "state" => job.state.name()).increment(1);
+        if live.is_lost() {
+            tracing::warn!("the job has passed to another worker");
+        } else {
+            tracing::info!(state = job.state.name(), error = job.error, "left");
+            if job.state.is_final() {
+                figures::ended(&job, cause);
+            }
         }
         live.finish();
         self.shared.changes.send_replace(());
     }
 
-    /// Records where a job stands that is no longer worked at, as soon as the store can be written. At the end of
-    /// the service it may stay unrecorded: the job counts as running then, and is taken up again at the next start.
-    async fn settle(&self, job: &mut Job, live: &Live) {
-        self.recover().await;
-        loop {
-            let mut running = self.shared.running.lock().await;
-            // The request to cancel was accepted, and holds however far the job was.
-            if live.is_abandoned() && job.state != JobState::Cancelled {
-                job.error = None;
-                job.end(JobState::Cancelled);
-            }
-            let recorded = self.shared.store.update(job, &[]).await;
-            let Err(error) = recorded else {
-                running.remove(&job.id);
-                if job.state.is_final() {
-                    self.shared.setbacks.lock().await.remove(&job.id);
-                }
-                return;
-            };
-            tracing::error!(%error, "the end of the job could not be recorded");
-            drop(running);
-            if !self.pause().await {
-                self.shared.running.lock().await.remove(&job.id);
-                return;
-            }
+    /// Has a job wait again for which the store or a file has failed. While nothing can be written that is no fault of
+    /// the job; otherwise it counts as an attempt.
+    fn set_back(&self, job: &mut Job, live: &Live, error: &RunError) {
+        tracing::error!(%error, "the job is put back");
+        if self.runtime.block_on(self.shared.probe()).is_err() {
+            job.put_back();
+        } else {
+            job.lose(&error.to_string());
         }
+        live.show_life();
+        self.runtime.block_on(self.pause());
     }
 
-    /// Whether a failure of the store or of a file is worth another try: as long as nothing can be written, and a
-    /// few times after that, for it may have passed in the meantime. Waits a while if so.
-    async fn may_pass(&self, job: &Job) -> bool {
-        if self.shared.probe().await.is_ok() {
-            let mut setbacks = self.shared.setbacks.lock().await;
-            let number = setbacks.entry(job.id).or_default();
-            *number += 1;
-            if *number > SETBACKS {
-                setbacks.remove(&job.id);
-                return false;
+    /// Records where a job stands that is no longer worked at, as soon as the store can be written. At the end of
+    /// the service it may stay unrecorded: the job counts as running then, and is taken up again at the next start.
+    async fn settle(&self, job: &mut Job, live: &Arc<Live>) {
+        if !live.is_lost() {
+            self.recover(live).await;
+        }
+        while !live.is_lost() {
+            live.show_life();
+            match self.shared.store.settle(live.claim(), job).await {
+                Ok(true) => break,
+                Ok(false) => live.lose(),
+                Err(error) => {
+                    tracing::error!(%error, "the end of the job could not be recorded");
+                    if !self.pause().await {
+                        break;
+                    }
+                }
             }
         }
-        self.pause().await;
-        true
+        self.shared.running.remove(live);
     }
 
     /// Learns what a job wants, on from its checkpoint.
@@ -237,15 +248,16 @@ impl Worker {
         let folder = self.folder(job)?;
         let checkpoint = read_checkpoint(&folder);
         // Generations after the checkpoint are gone through again.
-        self.runtime.block_on(self.shared.store.forget_curve(job.id))?;
-        if let Some(checkpoint) = &checkpoint {
-            self.runtime.block_on(self.shared.store.update(job, &checkpoint.curve()))?;
-            live.preload(checkpoint.curve());
+        let curve = checkpoint.as_ref().map(TrainingCheckpoint::curve).unwrap_or_default();
+        if !self.runtime.block_on(self.shared.store.record_afresh(live.claim(), job, &curve))? {
+            live.lose();
+            return Ok(());
         }
+        live.preload(curve);
         let bytes = self.runtime.block_on(self.shared.store.job_input(job.id))?;
         let order = Order::read(&bytes, None, "", settings)?;
         let cancel = live.cancel().clone();
-        let mut reporter = Reporter::new(self, job, live, folder.clone());
+        let mut reporter = Reporter::new((&self.shared.store, &self.runtime), job, live, folder.clone());
         let outcome =
             run(&order, self.threads, &folder, (&cancel, CANCELLED_CHECK), checkpoint, &mut reporter);
         reporter.flush();
@@ -262,7 +274,7 @@ impl Worker {
     fn study(&self, job: &mut Job, live: &Live) -> Result<(), RunError> {
         let folder = self.folder(job)?;
         let bytes = self.runtime.block_on(self.shared.store.job_input(job.id))?;
-        let mut reporter = Reporter::new(self, job, live, folder.clone());
+        let mut reporter = Reporter::new((&self.shared.store, &self.runtime), job, live, folder.clone());
         reporter.stage(Stage::Studying);
         match study::run(&bytes, &folder, &mut reporter)? {
             Some(studied) => {
@@ -289,111 +301,6 @@ impl Worker {
     }
 }
 
-/// Passes on what happens in a run: at once to those who watch, at a bounded rate to the disk.
-struct Reporter<'a> {
-    worker: &'a Worker,
-    job: &'a mut Job,
-    live: &'a Live,
-    folder: PathBuf,
-    /// Points of the curve that are not in the store yet.
-    unwritten: Vec<Generation>,
-    recorded: Instant,
-    /// The newest checkpoint, unless it is on the disk.
-    checkpoint: Option<TrainingCheckpoint>,
-    kept: Instant,
-}
-
-impl<'a> Reporter<'a> {
-    fn new(worker: &'a Worker, job: &'a mut Job, live: &'a Live, folder: PathBuf) -> Self {
-        let now = Instant::now();
-        Self { worker, job, live, folder, unwritten: Vec::new(), recorded: now, checkpoint: None, kept: now }
-    }
-
-    fn record(&mut self) {
-        let written =
-            self.worker.runtime.block_on(self.worker.shared.store.update(self.job, &self.unwritten));
-        match written {
-            Ok(()) => self.unwritten.clear(),
-            // They stay unwritten, and are tried again with the next.
-            Err(error) => tracing::error!(%error, "progress could not be recorded"),
-        }
-        self.recorded = Instant::now();
-    }
-
-    fn keep(&mut self) {
-        let Some(checkpoint) = self.checkpoint.take() else { return };
-        let written = serde_json::to_vec(&checkpoint)
-            .map_err(io::Error::from)
-            .and_then(|bytes| Artefact::Checkpoint.publish(&self.folder, &bytes));
-        if let Err(error) = written {
-            tracing::error!(%error, "the checkpoint could not be written");
-        }
-        self.kept = Instant::now();
-    }
-
-    /// Writes what has not been written yet.
-    fn flush(&mut self) {
-        // The curve first: a checkpoint is never ahead of it.
-        self.record();
-        self.keep();
-    }
-}
-
-impl RunWatcher for Reporter<'_> {
-    fn stage(&mut self, stage: Stage) {
-        self.job.stage = Some(stage);
-        self.record();
-    }
-
-    fn prepared(&mut self, prepared: &PreparedRun) {
-        if let Work::Learning(learned) = &mut self.job.work {
-            learned.settings.learning = Learning::from(&prepared.setup.parameters);
-            learned.settings.accuracy = prepared.setup.accuracy.into();
-            learned.accuracy_choice = prepared.accuracy_choice.clone();
-            learned.effects = prepared.plan.decisions.clone();
-        }
-        self.job.timings.standing_seconds = Some(prepared.standing_seconds);
-    }
-
-    fn generation(&mut self, figures: &Generation) {
-        self.job.advance(figures);
-        self.unwritten.push(figures.clone());
-        self.live.push(figures.clone());
-        metrics::counter!("gaitwright_generations_total").increment(1);
-        if self.recorded.elapsed() >= RECORD_EVERY {
-            self.record();
-        }
-    }
-
-    fn learned(&mut self, entry: &RepertoireEntry) {
-        if let Work::Learning(learned) = &mut self.job.work {
-            learned.motions.retain(|known| known.number < entry.number);
-            learned.motions.push(MotionSummary::from(entry));
-        }
-        self.record();
-    }
-
-    fn checkpoint(&mut self, checkpoint: &TrainingCheckpoint) {
-        self.checkpoint = Some(checkpoint.clone());
-        if self.kept.elapsed() >= CHECKPOINT_EVERY {
-            self.flush();
-        }
-    }
-}
-
-impl accuracy::StudyObserver for Reporter<'_> {
-    fn progress(&mut self, done: usize, all: usize, _: &str) {
-        self.job.progress.fraction = done as f64 / all.max(1) as f64;
-        if self.recorded.elapsed() >= RECORD_EVERY {
-            self.record();
-        }
-    }
-
-    fn stop(&self) -> bool {
-        self.live.cancel().is_cancelled()
-    }
-}
-
 /// Writes what came of a job that learns into its record.
 fn conclude(job: &mut Job, live: &Live, outcome: RunOutcome) {
     let cancelled = outcome.ended == StopReason::Cancelled;
@@ -405,7 +312,7 @@ fn conclude(job: &mut Job, live: &Live, outcome: RunOutcome) {
     match outcome.motion {
         _ if cancelled => call_off(job, live),
         Ok(_) => job.end(JobState::Succeeded),
-        Err(reason) => fail(job, reason.to_string()),
+        Err(reason) => job.fail(reason.to_string()),
     }
 }
 
@@ -414,14 +321,8 @@ fn call_off(job: &mut Job, live: &Live) {
     if live.is_abandoned() {
         job.end(JobState::Cancelled);
     } else {
-        put_back(job);
+        job.put_back();
     }
-}
-
-/// Has a job wait for a worker again.
-fn put_back(job: &mut Job) {
-    job.state = JobState::Queued;
-    job.stage = None;
 }
 
 /// The checkpoint in a job's folder, when there is one that can be read.
@@ -430,11 +331,6 @@ fn read_checkpoint(folder: &Path) -> Option<TrainingCheckpoint> {
     serde_json::from_slice(&bytes)
         .inspect_err(|error| tracing::warn!(%error, "the checkpoint cannot be read; the job starts afresh"))
         .ok()
-}
-
-fn fail(job: &mut Job, reason: String) {
-    job.error = Some(reason);
-    job.end(JobState::Failed);
 }
 
 /// The message of a panic.

@@ -8,6 +8,7 @@ mod exports;
 mod gait;
 mod guide;
 mod http;
+mod jobs;
 mod motion;
 mod playback;
 mod readers;

@@ -91,6 +91,8 @@ settings! {
     /// How many of them may be of one caller; half where there may be several callers, otherwise all
     caller_queue: u64, (long, env = "GAITWRIGHT_CALLER_QUEUE")
         = if several_callers(listen, &tokens) { queue.div_ceil(2) } else { queue };
+    /// Time after which a job is taken from a worker that shows no sign of life, s
+    lease: f64, (long, env = "GAITWRIGHT_LEASE", value_name = "SECONDS") = 60.0;
     /// How the log is written to standard error
     log_format: LogFormat, (long, env = "GAITWRIGHT_LOG_FORMAT") = LogFormat::Text;
     /// What is logged: levels by module, as the crate tracing-subscriber reads them
@@ -117,6 +119,10 @@ impl ServiceSettings {
             if number.get() > Semaphore::MAX_PERMITS {
                 faults.push(Fault::new(name, format!("must be at most {}", Semaphore::MAX_PERMITS)));
             }
+        }
+        // A worker must be able to show itself in time.
+        if !(0.1..=86_400.0).contains(&self.lease) {
+            faults.push(Fault::new("lease", "must lie between 0.1 and 86400"));
         }
         faults
     }

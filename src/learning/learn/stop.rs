@@ -9,17 +9,33 @@ use serde::{Deserialize, Serialize};
 
 /// Asks a learner to stop; it does so within a second. Clones share one state.
 #[derive(Debug, Clone, Default)]
-pub struct Cancel(Arc<AtomicBool>);
+pub struct Cancel(Arc<CancelState>);
+
+#[derive(Debug, Default)]
+struct CancelState {
+    cancelled: AtomicBool,
+    /// Somebody has looked since the last [`Cancel::take_looked`].
+    looked: AtomicBool,
+}
 
 impl Cancel {
     /// Asks the learner to stop, from any thread.
     pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.0.cancelled.store(true, Ordering::Relaxed);
     }
 
     /// Whether the learner has been asked to stop.
     pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        // Looked at all the time by all threads: written only when it changes, it stays in every core's cache.
+        if !self.0.looked.load(Ordering::Relaxed) {
+            self.0.looked.store(true, Ordering::Relaxed);
+        }
+        self.0.cancelled.load(Ordering::Relaxed)
+    }
+
+    /// Whether anybody has asked [`Cancel::is_cancelled`] since this was asked last: a learner that does not is stuck.
+    pub fn take_looked(&self) -> bool {
+        self.0.looked.swap(false, Ordering::Relaxed)
     }
 }
 

@@ -173,8 +173,7 @@ fn an_answer_that_nobody_takes_is_given_up() {
 #[test]
 fn heads_have_an_end() {
     let service = Service::start();
-    let head =
-        format!("GET /healthz HTTP/1.1\r\nhost: localhost\r\nx-long: {}\r\n\r\n", "x".repeat(1 << 20));
+    let head = format!("GET /healthz HTTP/1.1\r\nhost: localhost\r\nx-long: {}\r\n\r\n", "x".repeat(1 << 20));
     let mut stream = say(&service, "");
     // The service may close before it has read all.
     let _ = stream.write_all(head.as_bytes());

@@ -82,3 +82,35 @@ fn a_digest_stands_for_its_token() {
     service.curl("/v1/jobs", &["-H", &format!("authorization: Bearer {digest}")]).problem(401);
     service.curl("/v1/jobs", &["-H", BERT]).problem(401);
 }
+
+#[test]
+fn the_queue_is_shared_out() {
+    let service = service(&["--queue", "3", "--caller-queue", "2"]);
+    let post = |header: &str, key: &str| {
+        let job = json!({ "character": { "urdf": PADDLER }, "learning": { "generations": 100_000 }, "priority": 1 });
+        let (key, body) = (format!("idempotency-key: {key}"), job.to_string());
+        let arguments = ["-H", header, "-H", &key, "-H", "content-type: application/json", "-d", &body];
+        service.curl("/v1/jobs", &arguments)
+    };
+    let running = post(ANNA, "first");
+    assert_eq!(running.status, 202, "{}", running.text());
+    assert_eq!(running.json()["priority"], 1);
+    let look = |path: &str| service.curl(path, &["-H", ANNA]).json();
+    let path = &running.headers["location"];
+    let since = std::time::Instant::now();
+    while look(path)["state"] != "running" {
+        assert!(since.elapsed().as_secs() < 180);
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    for key in ["second", "third"] {
+        assert_eq!(post(ANNA, key).status, 202);
+    }
+    assert_refused_for_now(&post(ANNA, "fourth"));
+    assert_eq!(&post(ANNA, "first").headers["location"], path, "the same job takes no place");
+    // The same key of another caller is another key.
+    let other = post(BERT, "first");
+    assert_eq!(other.status, 202, "{}", other.text());
+    assert_ne!(&other.headers["location"], path);
+    assert_eq!(look(&other.headers["location"])["caller"], "token bert");
+    assert_refused_for_now(&post(BERT, "second"));
+}

@@ -16,7 +16,7 @@ fn cores() -> usize {
 #[tokio::test]
 async fn a_computation_that_nobody_waits_for_makes_room() {
     let data = TempDir::new().unwrap();
-    let options = ServiceOptions { data: data.path().to_owned(), workers: 1, queue: 1 };
+    let options = ServiceOptions::new(data.path().to_owned());
     let jobs = Jobs::open(options, CancellationToken::new()).await.unwrap();
     let endless = |jobs: Jobs| async move {
         let wait = |given_up: &dyn Fn() -> bool| {
