@@ -13,7 +13,7 @@ use super::app::App;
 use super::caller::Caller;
 use super::extract::{Upload, UrlPath, UrlQuery};
 use super::problem::ProblemDetails;
-use super::responses::{JobId, NoSuchJob, NotCancelled, NotDeleted, NotQueued, NotRetried, UnreadableQuery};
+use super::responses::{JobId, NoSuchJob, NotCancelled, NotDeleted, NotQueued, NotRetried};
 use crate::jobs::{
     IdempotencyKey, Job, JobRequest, JobState, JobTerms, Posting, ServiceError, StoredJob, Work,
 };
@@ -232,8 +232,7 @@ fn accepted(job: Job) -> Response {
         ("state" = Option<String>, Query,
             description = "Only jobs in this state: queued, running, succeeded, failed, cancelled")),
     responses(
-        (status = 200, description = "A page of jobs", body = ref("#/components/schemas/Jobs")),
-        UnreadableQuery))]
+        (status = 200, description = "A page of jobs", body = ref("#/components/schemas/Jobs"))))]
 pub(super) async fn list(
     State(app): State<App>,
     UrlQuery(selection): UrlQuery<Selection>,

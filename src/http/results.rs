@@ -49,6 +49,7 @@ const CHUNK: usize = 64 << 10;
             content_type = "application/octet-stream", body = Vec<u8>),
         (status = 206, description = "A range of a finished recording",
             content_type = "application/octet-stream", body = Vec<u8>),
+        (status = 304, description = "The recording has not changed since the time given"),
         NoRecording))]
 pub(super) async fn recording(
     State(app): State<App>,
@@ -207,6 +208,7 @@ pub(super) async fn front(
 
 /// Whether results are wanted before their job has ended.
 #[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Choice {
     #[serde(default)]
     pub(super) preliminary: bool,

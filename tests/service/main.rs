@@ -4,6 +4,7 @@ mod accuracy;
 mod cli;
 #[path = "../common/mod.rs"]
 mod common;
+mod damage;
 mod exports;
 mod gait;
 mod guide;

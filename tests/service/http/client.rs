@@ -327,6 +327,12 @@ impl Receiver {
         Self { child, received }
     }
 
+    /// Leaves before the end.
+    pub fn leave(mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+
     /// Everything received until the service ends the answer.
     pub fn finish(mut self) -> Vec<u8> {
         self.child.stdout.take().unwrap().read_to_end(&mut self.received).unwrap();

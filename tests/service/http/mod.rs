@@ -4,6 +4,7 @@ mod access;
 mod callers;
 mod characters;
 mod client;
+mod damaged;
 mod ends;
 mod exports;
 mod faults;
