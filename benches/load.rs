@@ -156,7 +156,11 @@ async fn main() {
         let index = (share * times.len().saturating_sub(1) as f64).round() as usize;
         times.get(index).map_or(f64::NAN, |time| 1e3 * time)
     };
-    println!("GET /v1/jobs/{{id}}: {} answers, {} failures", times.len(), seen.failed.load(Ordering::Relaxed));
+    println!(
+        "GET /v1/jobs/{{id}}: {} answers, {} failures",
+        times.len(),
+        seen.failed.load(Ordering::Relaxed)
+    );
     println!(
         "time, ms: median {:.1}, 90 % {:.1}, 99 % {:.1}, 99.9 % {:.1}, longest {:.1}",
         quantile(0.5),

@@ -54,6 +54,7 @@ impl ServeCommand {
             queue: settings.queue,
             caller_queue: Some(settings.caller_queue),
             lease: Duration::from_secs_f64(settings.lease),
+            job_memory: settings.job_memory.saturating_mul(1 << 20),
             ..ServiceOptions::new(settings.data)
         };
         let runtime = Runtime::new().context("the runtime cannot be started")?;

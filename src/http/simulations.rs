@@ -16,6 +16,7 @@ use super::app::App;
 use super::extract::JsonBody;
 use super::problem::ProblemDetails;
 use super::responses::NotSimulated;
+use crate::jobs::Jobs;
 use gaitwright_learning::accuracy::{self, StudyError};
 use gaitwright_learning::scenario::{Line, NoFiles, PreparedScenario, Scenario};
 use gaitwright_physics::fault::InputError;
@@ -46,7 +47,8 @@ pub(super) async fn simulate(
 ) -> Result<Response, ProblemDetails> {
     let permit = Arc::clone(&app.simulations).try_acquire_owned();
     let permit = permit.map_err(|_| ProblemDetails::busy("as many simulations run as may run at once"))?;
-    let prepared = app.jobs.compute(move |given_up| Ok(prepare(&body, given_up)?)).await?;
+    let jobs = app.jobs.clone();
+    let prepared = app.jobs.compute(move |given_up| Ok(prepare(&jobs, &body, given_up)?)).await?;
     let (sender, receiver) = mpsc::channel(BUFFERED_LINES);
     let (shutdown, runtime) = (app.jobs.shutdown().clone(), Handle::current());
     tokio::task::spawn_blocking(move || {
@@ -59,8 +61,9 @@ pub(super) async fn simulate(
     Ok(([(CONTENT_TYPE, "application/jsonl")], lines).into_response())
 }
 
-fn prepare(body: &[u8], given_up: &dyn Fn() -> bool) -> Result<PreparedScenario, InputError> {
+fn prepare(jobs: &Jobs, body: &[u8], given_up: &dyn Fn() -> bool) -> Result<PreparedScenario, InputError> {
     let scenario = Scenario::parse(body)?;
+    jobs.check_memory(&scenario)?;
     let prepared = accuracy::prepare_until(&scenario, &NoFiles, given_up).map_err(|error| match error {
         StudyError::Input(error) => error,
         error => InputError::impossible("/accuracy/tolerance", error.to_string()),

@@ -6,10 +6,11 @@ use uuid::Uuid;
 
 use super::check::{Findings, check_until};
 use super::error::ServiceError;
+use super::memory::MemoryEstimate;
 use super::order::read_character;
 use super::service::Jobs;
 use gaitwright_physics::character::{Options, Source};
-use gaitwright_physics::scene::Scene;
+use gaitwright_physics::scene::{AskedAccuracy, Scene};
 
 impl Jobs {
     /// Keeps a character for later jobs, and gives its id and what was found in it.
@@ -25,9 +26,11 @@ impl Jobs {
         self.check_not_shutting_down()?;
         let bytes = Arc::new(bytes);
         let findings = {
-            let bytes = Arc::clone(&bytes);
+            let (bytes, budget) = (Arc::clone(&bytes), self.shared().job_memory);
             self.compute(move |given_up| {
                 let reading = read_character(&bytes, source, Options::default())?;
+                let (character, scene) = (&reading.character, Scene::default());
+                MemoryEstimate::of_simulation(character, &scene, &AskedAccuracy::default()).check(budget)?;
                 let findings = check_until(&reading, &Scene::default(), given_up);
                 if given_up() { Err(ServiceError::GivenUp) } else { Ok(findings) }
             })

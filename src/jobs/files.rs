@@ -1,10 +1,21 @@
 //! Where a job's files lie, and how they come to be there whole.
 
+use std::collections::BTreeSet;
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 use uuid::Uuid;
+
+/// Folder of the jobs' folders.
+const JOBS: &str = "jobs";
+
+/// How the names of files begin that have no lasting name yet.
+const UNFINISHED: &str = ".unfinished";
+
+/// How the names of files begin that are written to see whether files can be.
+const PROBE: &str = ".probe";
 
 /// What a job leaves behind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,7 +74,11 @@ impl Shelf {
     ///
     /// When it cannot be written.
     pub fn publish(self, folder: &Path, name: &str, contents: &[u8]) -> io::Result<()> {
-        std::fs::create_dir_all(folder.join(self.name()))?;
+        let shelf = folder.join(self.name());
+        if !shelf.is_dir() {
+            std::fs::create_dir_all(&shelf)?;
+            sync(folder)?;
+        }
         write_whole(&self.path(folder, name), contents)
     }
 
@@ -161,25 +176,135 @@ pub fn withdraw(folder: &Path) -> io::Result<()> {
 
 /// The folder of the job called `id` under the folder `data`.
 pub fn folder(data: &Path, id: Uuid) -> PathBuf {
-    data.join("jobs").join(id.to_string())
+    data.join(JOBS).join(id.to_string())
 }
 
 /// Writes a file that appears whole or not at all.
 fn write_whole(path: &Path, contents: &[u8]) -> io::Result<()> {
-    let mut unfinished = unfinished(path.parent().unwrap_or(Path::new(".")))?;
-    unfinished.write_all(contents)?;
-    unfinished.as_file().sync_all()?;
-    unfinished.persist(path)?;
+    let mut unfinished = Unfinished::new(path.parent().unwrap_or(Path::new(".")))?;
+    unfinished.file.write_all(contents)?;
+    unfinished.appear(path)
+}
+
+/// A file without a lasting name yet, readable by others as far as the user's mask allows. It goes when it is dropped.
+#[derive(Debug)]
+pub(super) struct Unfinished {
+    file: NamedTempFile,
+}
+
+impl Unfinished {
+    /// An empty one in `folder`.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be made.
+    pub(super) fn new(folder: &Path) -> io::Result<Self> {
+        let mut builder = tempfile::Builder::new();
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        Ok(Self { file: builder.prefix(UNFINISHED).tempfile_in(folder)? })
+    }
+
+    /// Where it is.
+    pub(super) fn path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// Gives it its lasting name, in place of a file that has that name. It stays there, with what is in it by now,
+    /// even if the power fails.
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be written or named.
+    pub(super) fn appear(self, path: &Path) -> io::Result<()> {
+        self.file.as_file().sync_all()?;
+        self.file.persist(path)?;
+        sync(path.parent().unwrap_or(Path::new(".")))
+    }
+}
+
+/// Has what was written into a file, or the names in a folder, last.
+///
+/// # Errors
+///
+/// When it cannot be opened or written.
+pub(super) fn sync(path: &Path) -> io::Result<()> {
+    File::open(path)?.sync_all()
+}
+
+/// The folder of the job called `id` under the folder `data`, made if it is not there.
+///
+/// # Errors
+///
+/// When it cannot be made.
+pub(super) fn make_folder(data: &Path, id: Uuid) -> io::Result<PathBuf> {
+    let folder = folder(data, id);
+    if !folder.is_dir() {
+        std::fs::create_dir_all(&folder)?;
+        sync(&data.join(JOBS))?;
+    }
+    Ok(folder)
+}
+
+/// A file that is written to see whether files can be. It goes when it is dropped.
+///
+/// # Errors
+///
+/// When it cannot be made.
+pub(super) fn probe(data: &Path) -> io::Result<NamedTempFile> {
+    tempfile::Builder::new().prefix(PROBE).tempfile_in(data.join(JOBS))
+}
+
+/// Removes what processes that were killed have left under the folder `data`: files without a lasting name, and the
+/// folders of jobs that are not among `known`. What cannot be removed stays, and is told in the log.
+///
+/// # Errors
+///
+/// When the folder cannot be read.
+pub(super) fn sweep(data: &Path, known: &BTreeSet<Uuid>) -> io::Result<()> {
+    for entry in std::fs::read_dir(data.join(JOBS))? {
+        let path = entry?.path();
+        let id = path.file_name().and_then(|name| name.to_str()).and_then(|name| Uuid::parse_str(name).ok());
+        match id {
+            Some(id) if !known.contains(&id) => swept(&path, std::fs::remove_dir_all(&path)),
+            Some(_) => {
+                sweep_folder(&path)?;
+                Shelf::ALL.into_iter().try_for_each(|shelf| sweep_folder(&path.join(shelf.name())))?;
+            }
+            None if is_leftover(&path) => swept(&path, std::fs::remove_file(&path)),
+            None => {}
+        }
+    }
     Ok(())
 }
 
-/// A file without a lasting name yet, readable by others as far as the user's mask allows.
-fn unfinished(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
+fn sweep_folder(folder: &Path) -> io::Result<()> {
+    let entries = match std::fs::read_dir(folder) {
+        Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
+            return Ok(());
+        }
+        entries => entries?,
+    };
+    for entry in entries {
+        let path = entry?.path();
+        if is_leftover(&path) {
+            swept(&path, std::fs::remove_file(&path));
+        }
     }
-    builder.prefix(".unfinished").tempfile_in(folder)
+    Ok(())
+}
+
+fn is_leftover(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    name.starts_with(UNFINISHED) || name.starts_with(PROBE)
+}
+
+fn swept(path: &Path, outcome: io::Result<()>) {
+    match outcome {
+        Ok(()) => tracing::info!(path = %path.display(), "removed what was left over"),
+        Err(error) => tracing::warn!(path = %path.display(), %error, "what was left over stays"),
+    }
 }

@@ -225,6 +225,7 @@ impl Job {
         self.timings.ended = None;
         if let Work::Learning(learned) = &mut self.work {
             learned.ended_by = None;
+            learned.outcome = None;
             learned.metrics = None;
             learned.motions.clear();
         }

@@ -50,10 +50,8 @@ impl Keeper {
 
     /// Starts as many workers as are missing.
     fn fill(&self) -> io::Result<()> {
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let threads = (cores / self.shared.workers).max(1);
         while self.shared.alive.load(Ordering::Relaxed) < self.shared.workers {
-            worker::spawn(&self.shared, &self.runtime, threads)?;
+            worker::spawn(&self.shared, &self.runtime)?;
         }
         Ok(())
     }

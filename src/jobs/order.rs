@@ -4,6 +4,7 @@
 //! or queued, and once more when a worker takes it from the store, which keeps bytes. Everything after that shares the
 //! order. The command line reads a file, whose meshes lie beside it, and makes its order from that.
 
+use super::memory::MemoryEstimate;
 use super::request::Settings;
 use gaitwright_physics::character::{self, JointKind, Link, Options, Reading, Source};
 use gaitwright_physics::fault::{Fault, InputError};
@@ -53,6 +54,11 @@ impl Order {
             faults.push(Fault::new("/character", "the character has no joint that could move"));
         }
         if faults.is_empty() { Ok(Self { reading, settings }) } else { Err(InputError::Impossible(faults)) }
+    }
+
+    /// How much memory it may come to need on so many threads.
+    pub fn memory(&self, threads: usize) -> MemoryEstimate {
+        MemoryEstimate::of_learning(&self.reading.character, &self.settings, threads)
     }
 }
 

@@ -76,8 +76,10 @@ impl Jobs {
         let bytes = Arc::new(bytes);
         let name = {
             let (bytes, settings) = (Arc::clone(&bytes), settings.clone());
+            let (threads, budget) = (self.shared().threads(), self.shared().job_memory);
             self.compute(move |_| {
                 let order = Order::read(&bytes, source, place, settings)?;
+                order.memory(threads).check(budget)?;
                 let character = &order.reading.character;
                 Ok(CharacterName { name: character.name.clone(), digest: character.digest.clone() })
             })
@@ -97,9 +99,9 @@ impl Jobs {
         self.check_not_shutting_down()?;
         let bytes = Arc::new(bytes);
         let (name, request) = {
-            let bytes = Arc::clone(&bytes);
+            let (bytes, budget) = (Arc::clone(&bytes), self.shared().job_memory);
             self.compute(move |_| {
-                let (request, setup) = StudyRequest::parse(&bytes)?;
+                let (request, setup) = StudyRequest::parse(&bytes, budget)?;
                 let character = &setup.model.character;
                 let name = CharacterName { name: character.name.clone(), digest: character.digest.clone() };
                 Ok((name, request))

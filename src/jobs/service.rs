@@ -17,6 +17,9 @@ use super::error::ServiceError;
 use super::files;
 use super::live::Running;
 use super::store::{Reclaimed, Store};
+use super::study;
+use gaitwright_learning::scenario::Scenario;
+use gaitwright_physics::fault::InputError;
 
 /// How long a short computation may wait for its turn.
 const TURN_TIMEOUT: Duration = Duration::from_secs(5);
@@ -40,12 +43,21 @@ pub struct ServiceOptions {
     pub caller_queue: Option<u64>,
     /// How long a worker that shows no sign of life keeps its job.
     pub lease: Duration,
+    /// Memory that a job may come to need, bytes.
+    pub job_memory: u64,
 }
 
 impl ServiceOptions {
     /// On the folder `data`, with one worker and the usual limits.
     pub fn new(data: PathBuf) -> Self {
-        Self { data, workers: 1, queue: 64, caller_queue: None, lease: Duration::from_secs(60) }
+        Self {
+            data,
+            workers: 1,
+            queue: 64,
+            caller_queue: None,
+            lease: Duration::from_secs(60),
+            job_memory: 1 << 30,
+        }
     }
 }
 
@@ -65,6 +77,8 @@ pub(super) struct Shared {
     pub(super) alive: AtomicUsize,
     /// How long a worker that shows no sign of life keeps its job.
     pub(super) lease: Duration,
+    /// Memory that a job may come to need, bytes.
+    pub(super) job_memory: u64,
     pub(super) store: Store,
     /// Jobs that may wait.
     pub(super) queue: u64,
@@ -105,6 +119,7 @@ impl Jobs {
         for job in store.reclaim(Reclaimed::All, "the service ended while it was worked at").await? {
             tracing::warn!(job_id = %job.id, attempts = job.attempts, state = job.state.name(), "found unfinished");
         }
+        files::sweep(&options.data, &store.ids().await?)?;
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let shared = Shared {
             data: options.data,
@@ -112,6 +127,7 @@ impl Jobs {
             proven: Mutex::default(),
             alive: AtomicUsize::new(0),
             lease: options.lease,
+            job_memory: options.job_memory,
             store,
             queue: options.queue,
             caller_queue: options.caller_queue.unwrap_or(options.queue),
@@ -138,6 +154,15 @@ impl Jobs {
     /// Number of workers that are there.
     pub fn workers(&self) -> usize {
         self.shared.alive.load(Ordering::Relaxed)
+    }
+
+    /// Whether the character of `scenario` may be simulated with the memory that there is for a job.
+    ///
+    /// # Errors
+    ///
+    /// Every fault of the character; [`InputError::Impossible`] with the figures of one that is too large.
+    pub fn check_memory(&self, scenario: &Scenario) -> Result<(), InputError> {
+        study::check_memory(scenario, self.shared.job_memory)
     }
 
     /// Lets go of the store; nothing can be asked afterwards.
@@ -211,6 +236,12 @@ impl Jobs {
 }
 
 impl Shared {
+    /// Threads of a worker: the workers share the cores.
+    pub(super) fn threads(&self) -> usize {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        (cores / self.workers).max(1)
+    }
+
     /// Whether store and files can be written, by writing to both.
     ///
     /// # Errors
@@ -218,10 +249,9 @@ impl Shared {
     /// When one of them cannot.
     pub(super) async fn probe(&self) -> Result<(), ServiceError> {
         self.store.probe().await?;
-        let folder = self.data.join("jobs");
+        let data = self.data.clone();
         tokio::task::spawn_blocking(move || {
-            // Removed when it is dropped.
-            let mut file = tempfile::Builder::new().prefix(".probe").tempfile_in(folder)?;
+            let mut file = files::probe(&data)?;
             file.write_all(&vec![0; PROBE_SIZE])?;
             file.as_file().sync_all()
         })

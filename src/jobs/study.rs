@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::files::Artefact;
+use super::memory::MemoryEstimate;
 use super::request::Priority;
 use super::run::RunError;
 use super::work::{StudyRecord, Work};
@@ -41,13 +42,13 @@ fn usual_tolerances() -> Vec<f64> {
 }
 
 impl StudyRequest {
-    /// Reads a request and everything in it.
+    /// Reads a request and everything in it, for a job that may come to need `budget` bytes.
     ///
     /// # Errors
     ///
     /// [`InputError::Malformed`] when `bytes` is not JSON, otherwise [`InputError::Impossible`] with
     /// every fault of the scenario, its character and its motion.
-    pub fn parse(bytes: &[u8]) -> Result<(Self, ScenarioSetup), InputError> {
+    pub fn parse(bytes: &[u8], budget: u64) -> Result<(Self, ScenarioSetup), InputError> {
         let mut parts = Parts::parse(bytes)?;
         parts.check_format(FORMAT);
         let scenario = parts.require("scenario");
@@ -59,6 +60,7 @@ impl StudyRequest {
         if !faults.is_empty() {
             return Err(InputError::Impossible(faults));
         }
+        check_memory(&request.scenario, budget).map_err(|error| error.under("/scenario"))?;
         let setup = request.scenario.set_up(&NoFiles).map_err(|error| error.under("/scenario"))?;
         Ok((request, setup))
     }
@@ -89,17 +91,28 @@ impl From<StudyRequest> for Work {
     }
 }
 
-/// Studies the request in `bytes` and leaves table and diagram in `folder`; `None` when the watcher ends it.
+/// Whether the character of `scenario` may be simulated with `budget` bytes.
+///
+/// # Errors
+///
+/// Every fault of the character; [`InputError::Impossible`] with the figures of one that is too large.
+pub(super) fn check_memory(scenario: &Scenario, budget: u64) -> Result<(), InputError> {
+    let reading = scenario.read_character(&NoFiles).map_err(|error| error.under("/character"))?;
+    MemoryEstimate::of_simulation(&reading.character, &scenario.scene, &scenario.accuracy).check(budget)
+}
+
+/// Studies the request in `bytes`, which may come to need `budget` bytes, and leaves table and diagram in `folder`;
+/// `None` when the watcher ends it.
 ///
 /// # Errors
 ///
 /// When the scenario turns out impossible, or a file cannot be written.
 pub(super) fn run(
-    bytes: &[u8],
+    (bytes, budget): (&[u8], u64),
     folder: &Path,
     watcher: &mut dyn StudyObserver,
 ) -> Result<Option<StudyRecord>, RunError> {
-    let (request, setup) = StudyRequest::parse(bytes)?;
+    let (request, setup) = StudyRequest::parse(bytes, budget)?;
     let name = setup.model.character.name.clone();
     let studied = study(&name, &setup, &Pieces::default(), &Sweep::default(), watcher);
     let Some(table) = studied? else { return Ok(None) };

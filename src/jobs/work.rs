@@ -43,8 +43,37 @@ pub struct LearningRecord {
     pub effects: BTreeMap<Effect, Decision>,
     /// Why the learning stopped.
     pub ended_by: Option<StopReason>,
+    /// What the motion found is worth; known once the job has ended.
+    #[serde(default)]
+    pub outcome: Option<MotionOutcome>,
     /// Figures of the motion found, from the continuous check.
     pub metrics: Option<Metrics>,
+}
+
+/// What the motion of a job is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum MotionOutcome {
+    /// It is valid, and natural by every measure.
+    Natural,
+    /// It is valid, but not natural; `naturalness` in its metrics says by which measures.
+    NotNatural,
+    /// It cannot be relied on: it did not last to the end of its check, or steps of the check are unsolved.
+    NotValid,
+    /// There is none.
+    NoMotion,
+}
+
+impl MotionOutcome {
+    /// What a motion with these figures is worth.
+    pub fn of(metrics: Option<&Metrics>) -> Self {
+        match metrics {
+            None => Self::NoMotion,
+            Some(metrics) if !metrics.validity.valid => Self::NotValid,
+            Some(metrics) if !metrics.natural => Self::NotNatural,
+            Some(_) => Self::Natural,
+        }
+    }
 }
 
 /// A job that studies what accuracy costs: what is wanted, and what came of it.
@@ -81,6 +110,7 @@ impl From<Settings> for Work {
             cache_hit_rate: None,
             effects: BTreeMap::new(),
             ended_by: None,
+            outcome: None,
             metrics: None,
         }))
     }

@@ -6,7 +6,7 @@
 use std::any::Any;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -26,7 +26,7 @@ use super::run::{RunError, RunOutcome, RunWatcher, Unsuccessful, run};
 use super::service::Shared;
 use super::store::{Claimed, Holding};
 use super::study;
-use super::work::Work;
+use super::work::{MotionOutcome, Work};
 use gaitwright_learning::learn::StopReason;
 use gaitwright_learning::training::TrainingCheckpoint;
 
@@ -36,15 +36,15 @@ const CANCELLED_CHECK: Duration = Duration::from_millis(400);
 /// How long a worker waits after the store failed before it asks again.
 const STORE_PAUSE: Duration = Duration::from_secs(1);
 
-/// Starts a worker that gives each of its jobs so many threads. It ends when the service shuts down; a job that runs
+/// Starts a worker. It ends when the service shuts down; a job that runs
 /// then is queued again, with a checkpoint to go on from.
 ///
 /// # Errors
 ///
 /// When its thread cannot be started.
-pub(super) fn spawn(shared: &Arc<Shared>, runtime: &Handle, threads: usize) -> io::Result<()> {
+pub(super) fn spawn(shared: &Arc<Shared>, runtime: &Handle) -> io::Result<()> {
     let name = format!("{}/{}", std::process::id(), Uuid::now_v7());
-    let worker = Worker { shared: Arc::clone(shared), runtime: runtime.clone(), threads, name };
+    let worker = Worker { shared: Arc::clone(shared), runtime: runtime.clone(), name };
     let thread = std::thread::Builder::new().name("job-worker".to_owned());
     shared.alive.fetch_add(1, Ordering::Relaxed);
     let started = thread.spawn(move || {
@@ -83,7 +83,6 @@ enum Left {
 struct Worker {
     shared: Arc<Shared>,
     runtime: Handle,
-    threads: usize,
     /// What the store knows it by.
     name: String,
 }
@@ -245,7 +244,7 @@ impl Worker {
 
     /// Learns what a job wants, on from its checkpoint.
     fn learn(&self, job: &mut Job, live: &Live, settings: Settings) -> Result<(), RunError> {
-        let folder = self.folder(job)?;
+        let folder = files::make_folder(&self.shared.data, job.id)?;
         let checkpoint = read_checkpoint(&folder);
         // Generations after the checkpoint are gone through again.
         let curve = checkpoint.as_ref().map(TrainingCheckpoint::curve).unwrap_or_default();
@@ -256,10 +255,12 @@ impl Worker {
         live.preload(curve);
         let bytes = self.runtime.block_on(self.shared.store.job_input(job.id))?;
         let order = Order::read(&bytes, None, "", settings)?;
+        let threads = self.shared.threads();
+        // The budget may have been another when the job was posted.
+        order.memory(threads).check(self.shared.job_memory)?;
         let cancel = live.cancel().clone();
         let mut reporter = Reporter::new((&self.shared.store, &self.runtime), job, live, folder.clone());
-        let outcome =
-            run(&order, self.threads, &folder, (&cancel, CANCELLED_CHECK), checkpoint, &mut reporter);
+        let outcome = run(&order, threads, &folder, (&cancel, CANCELLED_CHECK), checkpoint, &mut reporter);
         reporter.flush();
         let outcome = outcome?;
         let not_begun = outcome.motion == Err(Unsuccessful::NotBegun);
@@ -272,11 +273,11 @@ impl Worker {
 
     /// Does the study that a job wants, from its beginning.
     fn study(&self, job: &mut Job, live: &Live) -> Result<(), RunError> {
-        let folder = self.folder(job)?;
+        let folder = files::make_folder(&self.shared.data, job.id)?;
         let bytes = self.runtime.block_on(self.shared.store.job_input(job.id))?;
         let mut reporter = Reporter::new((&self.shared.store, &self.runtime), job, live, folder.clone());
         reporter.stage(Stage::Studying);
-        match study::run(&bytes, &folder, &mut reporter)? {
+        match study::run((&bytes, self.shared.job_memory), &folder, &mut reporter)? {
             Some(studied) => {
                 job.work = Work::Accuracy(Box::new(studied));
                 job.end(JobState::Succeeded);
@@ -292,13 +293,6 @@ impl Worker {
             tracing::error!(%error, "the results of an earlier run could not be removed");
         }
     }
-
-    /// The folder of a job's files.
-    fn folder(&self, job: &Job) -> io::Result<PathBuf> {
-        let folder = files::folder(&self.shared.data, job.id);
-        std::fs::create_dir_all(&folder)?;
-        Ok(folder)
-    }
 }
 
 /// Writes what came of a job that learns into its record.
@@ -308,6 +302,7 @@ fn conclude(job: &mut Job, live: &Live, outcome: RunOutcome) {
     if let Work::Learning(learned) = &mut job.work {
         learned.ended_by = (!cancelled || live.is_abandoned()).then_some(outcome.ended);
         learned.metrics = outcome.motion.as_ref().ok().cloned();
+        learned.outcome = Some(MotionOutcome::of(learned.metrics.as_ref()));
     }
     match outcome.motion {
         _ if cancelled => call_off(job, live),

@@ -9,8 +9,28 @@ use crate::common;
 
 /// What damage puts into a document.
 const PIECES: [&str; 22] = [
-    "0", "-1", "1e308", "-1e308", "1e-308", "NaN", "inf", "1e999", "null", "true", "\"", "[", "{}",
-    "<link/>", "</robot>", "&amp;", "\u{fffd}", "\0", "\r\n--", "PK\u{1}\u{2}", "18446744073709551616", "<!DOCTYPE a>",
+    "0",
+    "-1",
+    "1e308",
+    "-1e308",
+    "1e-308",
+    "NaN",
+    "inf",
+    "1e999",
+    "null",
+    "true",
+    "\"",
+    "[",
+    "{}",
+    "<link/>",
+    "</robot>",
+    "&amp;",
+    "\u{fffd}",
+    "\0",
+    "\r\n--",
+    "PK\u{1}\u{2}",
+    "18446744073709551616",
+    "<!DOCTYPE a>",
 ];
 
 /// Numbers of copies to be damaged, each the seed of its damage: `copies` of them, as many as the variable CASES says, or

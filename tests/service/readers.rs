@@ -29,7 +29,11 @@ fn documents() -> Vec<(String, Vec<u8>)> {
 }
 
 /// Reads the copies that `copy` makes, one after the other until there is no more time for them.
-fn read_copies(name: &str, numbers: impl Iterator<Item = u64>, copy: impl Fn(&mut ChaCha8Rng) -> Vec<u8> + Sync) {
+fn read_copies(
+    name: &str,
+    numbers: impl Iterator<Item = u64>,
+    copy: impl Fn(&mut ChaCha8Rng) -> Vec<u8> + Sync,
+) {
     let mut numbers = numbers.peekable();
     let mut read = 0;
     while numbers.peek().is_some() {

@@ -91,6 +91,8 @@ settings! {
     /// How many of them may be of one caller; half where there may be several callers, otherwise all
     caller_queue: u64, (long, env = "GAITWRIGHT_CALLER_QUEUE")
         = if several_callers(listen, &tokens) { queue.div_ceil(2) } else { queue };
+    /// Memory that a job may come to need, MiB; a job that asks for more is refused
+    job_memory: u64, (long, env = "GAITWRIGHT_JOB_MEMORY", value_name = "MIB") = 1024;
     /// Time after which a job is taken from a worker that shows no sign of life, s
     lease: f64, (long, env = "GAITWRIGHT_LEASE", value_name = "SECONDS") = 60.0;
     /// How the log is written to standard error

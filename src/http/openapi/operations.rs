@@ -42,7 +42,8 @@ fn complete_bodies(operation: &mut Map<String, Value>, path: &str) {
         }
     }
     for (_, answer) in operation.get_mut("responses").and_then(Value::as_object_mut).into_iter().flatten() {
-        for (kind, content) in answer.get_mut("content").and_then(Value::as_object_mut).into_iter().flatten() {
+        for (kind, content) in answer.get_mut("content").and_then(Value::as_object_mut).into_iter().flatten()
+        {
             describe_bytes(kind, content);
         }
     }
@@ -96,7 +97,11 @@ fn complete_answers(operation: &mut Map<String, Value>, (method, path): (&str, &
         ("421", true, "The service is not called so"),
         ("429", !probe, "Too many requests of this caller"),
         ("500", true, "The request could not be answered; the log says why"),
-        ("503", path.starts_with("/v1/") || path == "/metrics", "The data folder cannot be read or written at present"),
+        (
+            "503",
+            path.starts_with("/v1/") || path == "/metrics",
+            "The data folder cannot be read or written at present",
+        ),
     ];
     let Some(responses) = operation.get_mut("responses").and_then(Value::as_object_mut) else { return };
     for (status, possible, when) in answers {
@@ -117,7 +122,8 @@ fn complete_answers(operation: &mut Map<String, Value>, (method, path): (&str, &
             } else {
                 json!({ "type": "string" })
             };
-            answer["headers"] = json!({ name: { "description": description, "required": true, "schema": schema } });
+            answer["headers"] =
+                json!({ name: { "description": description, "required": true, "schema": schema } });
         }
     }
 }
@@ -141,14 +147,17 @@ fn link(paths: &mut Map<String, Value>) {
             })
             .collect();
         for (path, status) in answers {
-            if let Some(answer) = paths.get_mut(*path).and_then(|path| path.pointer_mut(&format!("/post/responses/{status}"))) {
+            if let Some(answer) =
+                paths.get_mut(*path).and_then(|path| path.pointer_mut(&format!("/post/responses/{status}")))
+            {
                 answer["links"] = Value::Object(links.clone());
             }
         }
     }
     let use_character = json!({ "submit_job": { "operationId": "submit_job",
         "requestBody": { "character": { "id": "$response.body#/id" }, "learning": { "generations": 1 } } } });
-    if let Some(kept) = paths.get_mut("/v1/characters").and_then(|path| path.pointer_mut("/post/responses/201/links"))
+    if let Some(kept) =
+        paths.get_mut("/v1/characters").and_then(|path| path.pointer_mut("/post/responses/201/links"))
         && let (Value::Object(links), Value::Object(more)) = (kept, use_character)
     {
         links.extend(more);

@@ -92,7 +92,9 @@ pub fn run(
     watcher: &mut dyn RunWatcher,
 ) -> Result<RunOutcome, RunError> {
     watcher.stage(Stage::Standing);
-    let Some(prepared) = PreparedRun::new(order, threads, cancel)? else {
+    // A run that is called off by now leaves what an earlier one has left.
+    let prepared = PreparedRun::new(order, threads, cancel)?.filter(|_| !cancel.is_cancelled());
+    let Some(prepared) = prepared else {
         let motion = Err(Unsuccessful::NotBegun);
         return Ok(RunOutcome { ended: StopReason::Cancelled, motion, checking_seconds: 0.0 });
     };
@@ -112,6 +114,7 @@ pub fn run(
     Artefact::Report.publish(folder, &json(&report)?)?;
     recording.job(&describe(order, &prepared, Some(&report)))?;
     recording.finish()?;
+    files::sync(&Artefact::Recording.path(folder))?;
     let checking_seconds = start.elapsed().as_secs_f64();
     Ok(RunOutcome { ended: trained.ended, motion: shelved.outcome(), checking_seconds })
 }

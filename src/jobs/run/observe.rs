@@ -12,7 +12,7 @@ use super::prepared::PreparedRun;
 use super::shelve::Shelved;
 use super::watcher::RunWatcher;
 use crate::export::{Recording, RecordingSubject};
-use crate::jobs::files::Artefact;
+use crate::jobs::files::{Artefact, Unfinished};
 use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
 use gaitwright_learning::learn::{Generation, Learning};
@@ -61,8 +61,11 @@ impl<'a> Recorder<'a> {
             joints: &prepared.setup.model.joint_names,
             scene: &prepared.setup.scene,
         };
-        let mut recording = Recording::create(&Artefact::Recording.path(folder), subject)?;
+        // Whoever follows the recording of an earlier run keeps that file, whole as far as it goes.
+        let place = Unfinished::new(folder)?;
+        let mut recording = Recording::create(place.path(), subject)?;
         recording.job(&describe(order, prepared, None))?;
+        place.appear(&Artefact::Recording.path(folder))?;
         let (folder, shelved) = (folder.to_owned(), Shelved::default());
         let mut recorder =
             Self { recording, order, prepared, folder, limit, watcher, shelved, failure: None };

@@ -127,14 +127,15 @@ impl MotionCheck<'_> {
         StepPlan::compile(self.scene, self.accuracy, Some(self.gains), self.model)
     }
 
-    /// Time between two samples, s: short, and such that the loop's start and end are sampled where
-    /// they lie on whole steps.
+    /// Time between two samples, s: short, and such that the loop's start and end are sampled where they lie on whole
+    /// steps, unless that would take many more samples than are needed.
     fn sample_every(&self) -> f64 {
         let step = self.accuracy.step;
         let steps = |seconds: f64| (seconds / step).round() as usize;
         let common = gcd(steps(self.player.lead()), steps(self.player.period()));
         let fine = (FINE / step).max(1.0) as usize;
-        let stride = (1..=fine).rev().find(|stride| common.is_multiple_of(*stride)).unwrap_or(1);
+        let least = (fine / 8).max(1);
+        let stride = (least..=fine).rev().find(|stride| common.is_multiple_of(*stride)).unwrap_or(fine);
         stride as f64 * step
     }
 }

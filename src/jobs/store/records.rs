@@ -1,5 +1,7 @@
 //! Jobs as their clients see them: posted, shown, changed, deleted.
 
+use std::collections::BTreeSet;
+
 use sqlx::Row;
 use sqlx::sqlite::{SqliteConnection, SqliteRow};
 use uuid::Uuid;
@@ -124,6 +126,16 @@ impl Store {
         rows.iter().map(stored).collect()
     }
 
+    /// The ids of all jobs.
+    ///
+    /// # Errors
+    ///
+    /// When the database refuses.
+    pub async fn ids(&self) -> Result<BTreeSet<Uuid>, StoreError> {
+        let rows = sqlx::query("SELECT id FROM jobs").fetch_all(&self.readers).await?;
+        rows.iter().map(id).collect()
+    }
+
     /// Number of jobs in a state: of `caller`, or of everybody.
     ///
     /// # Errors
@@ -235,8 +247,7 @@ async fn find(connection: &mut SqliteConnection, id: Uuid) -> Result<Option<Stor
 ///
 /// When the row is not one of that table.
 pub(super) fn stored(row: &SqliteRow) -> Result<StoredJob, StoreError> {
-    let id: &str = row.try_get("id")?;
-    let id = Uuid::parse_str(id).map_err(|error| sqlx::Error::Decode(error.into()))?;
+    let id = id(row)?;
     let record: &str = row.try_get("record")?;
     Ok(match serde_json::from_str::<Job>(record) {
         Ok(job) if job.format != FORMAT => {
@@ -246,6 +257,11 @@ pub(super) fn stored(row: &SqliteRow) -> Result<StoredJob, StoreError> {
         Ok(job) => StoredJob::Readable(Box::new(job)),
         Err(error) => StoredJob::Unreadable { id, reason: error.to_string() },
     })
+}
+
+fn id(row: &SqliteRow) -> Result<Uuid, StoreError> {
+    let id: &str = row.try_get("id")?;
+    Uuid::parse_str(id).map_err(|error| sqlx::Error::Decode(error.into()).into())
 }
 
 fn readable(row: &SqliteRow) -> Result<Job, StoreError> {

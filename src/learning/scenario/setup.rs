@@ -98,7 +98,11 @@ impl Scenario {
         Ok(ScenarioSetup { model, scene, gains, start, script, duration })
     }
 
-    fn read_character(&self, files: &impl Files) -> Result<Reading, InputError> {
+    /// Reads the character.
+    ///
+    /// # Errors
+    /// Every fault of the document, or a file that cannot be read.
+    pub fn read_character(&self, files: &impl Files) -> Result<Reading, InputError> {
         match &self.character {
             CharacterSource::Path(path) => files.character(path),
             CharacterSource::Inline(InlineCharacter::Urdf(text)) => {

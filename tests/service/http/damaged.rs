@@ -26,7 +26,8 @@ struct Request {
 fn form(parts: &[(&str, &[u8])]) -> (String, Vec<u8>) {
     let mut body = Vec::new();
     for (name, contents) in parts {
-        let head = format!("--edge\r\ncontent-disposition: form-data; name=\"{name}\"; filename=\"{name}\"\r\n\r\n");
+        let head =
+            format!("--edge\r\ncontent-disposition: form-data; name=\"{name}\"; filename=\"{name}\"\r\n\r\n");
         body.extend(head.bytes().chain(contents.iter().copied()).chain(*b"\r\n"));
     }
     body.extend(b"--edge--\r\n");
@@ -104,11 +105,17 @@ fn damaged_requests_get_a_clear_answer() {
         damage(&mut rng, &mut body);
         let damaged = Request { path: sound.path, media_type: sound.media_type.clone(), body };
         let of = || format!("case {case}, {} {}", damaged.path, damaged.media_type);
-        let (status, media_type, body) = send(&service, &damaged).unwrap_or_else(|| panic!("{}: no answer", of()));
+        let (status, media_type, body) =
+            send(&service, &damaged).unwrap_or_else(|| panic!("{}: no answer", of()));
         if [200, 201].contains(&status) {
             continue;
         }
-        assert!([400, 413, 415, 422, 429].contains(&status), "{}: {status} {}", of(), String::from_utf8_lossy(&body));
+        assert!(
+            [400, 413, 415, 422, 429].contains(&status),
+            "{}: {status} {}",
+            of(),
+            String::from_utf8_lossy(&body)
+        );
         assert_eq!(media_type, "application/problem+json", "{}", of());
         let problem: Value = serde_json::from_slice(&body).unwrap();
         assert!(!problem["detail"].as_str().unwrap().is_empty(), "{}: {problem}", of());
