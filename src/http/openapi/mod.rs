@@ -125,6 +125,11 @@ fn schemas() -> Map<String, Value> {
     let forms = json!({
         "AnyObject": { "type": "object" },
         "CharacterDocument": { "type": "object", "description": "See /v1/schemas/character" },
+        "Event": { "type": "object", "required": ["event", "data"], "description": "One event of a stream", "properties": {
+            "event": { "enum": ["state", "generation", "end"] },
+            "data": { "type": "string", "contentMediaType": "application/json",
+                "description": "The job, or the figures of a generation" },
+            "id": { "type": "string", "description": "The number of the generation" } } },
         "CharacterForm": { "type": "object", "required": ["character"], "properties": { "character": file } },
         "JobForm": { "type": "object", "required": ["character"], "properties": {
             "character": file,

@@ -34,7 +34,10 @@ fn refine_parameters(operation: &mut Map<String, Value>, schemas: &Map<String, V
 
 /// Describes bytes as such, and gives an example of every body that is sent.
 fn complete_bodies(operation: &mut Map<String, Value>, path: &str) {
-    let sent = operation.get_mut("requestBody").map(|body| &mut body["content"]);
+    let sent = operation.get_mut("requestBody").map(|body| {
+        body["required"] = json!(true);
+        &mut body["content"]
+    });
     for (kind, content) in sent.and_then(Value::as_object_mut).into_iter().flatten() {
         describe_bytes(kind, content);
         if let Some(example) = example(path, kind) {
@@ -50,6 +53,9 @@ fn complete_bodies(operation: &mut Map<String, Value>, path: &str) {
 }
 
 fn describe_bytes(kind: &str, content: &mut Value) {
+    if kind == "text/event-stream" {
+        content["schema"] = json!({ "$ref": "#/components/schemas/Event" });
+    }
     if content["schema"]["type"] == "array" {
         content["schema"] = json!({ "type": "string", "format": "binary", "contentMediaType": kind });
     }
