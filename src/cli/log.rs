@@ -36,6 +36,7 @@ pub fn start(filter: &str, format: LogFormat) -> Result<(), ParseError> {
             // The ids of request and job stand beside the message, whatever spans they come from.
             let objects = json_subscriber::layer()
                 .with_writer(stderr)
+                .log_internal_errors(false)
                 .with_current_span(false)
                 .with_span_list(false)
                 .flatten_span_list_on_top_level(true)

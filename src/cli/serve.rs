@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use gaitwright::http::{self, AccessPolicy, HttpOptions, Tokens, Unprotected};
-use gaitwright::jobs::{Jobs, ServiceOptions, start};
+use gaitwright::jobs::{Jobs, RetentionOptions, ServiceOptions, start};
 use gaitwright_physics::fault::InputError;
 use tokio::net::TcpListener;
 use tokio::runtime::{Handle, Runtime};
@@ -55,6 +55,12 @@ impl ServeCommand {
             caller_queue: Some(settings.caller_queue),
             lease: Duration::from_secs_f64(settings.lease),
             job_memory: settings.job_memory.saturating_mul(1 << 20),
+            retention: RetentionOptions {
+                jobs: settings.keep_jobs,
+                recordings: settings.keep_recordings,
+                characters: settings.keep_characters,
+                notice: Duration::from_secs(settings.keep_notice),
+            },
             ..ServiceOptions::new(settings.data)
         };
         let runtime = Runtime::new().context("the runtime cannot be started")?;

@@ -5,15 +5,16 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::http::header::LOCATION;
 use axum::response::{IntoResponse, Response};
+use jiff::Timestamp;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
 use super::app::App;
-use super::extract::{Upload, UrlPath};
+use super::extract::{Upload, UrlPath, UrlQuery, page_limit};
 use super::problem::ProblemDetails;
-use super::responses::{NoSuchCharacter, NotKept};
-use crate::jobs::Findings;
+use super::responses::{CharacterNotDeleted, NoSuchCharacter, NotKept};
+use crate::jobs::{Expiry, Findings, StoredCharacter};
 use gaitwright_physics::character::{Source, schema};
 use gaitwright_physics::fault::{Fault, InputError};
 
@@ -55,6 +56,89 @@ pub(super) async fn add(State(app): State<App>, upload: Upload) -> Result<Respon
     let location = format!("/v1/characters/{id}");
     let body = CharacterBody { id, findings };
     Ok((StatusCode::CREATED, [(LOCATION, location)], Json(body)).into_response())
+}
+
+/// A character in a list.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "CharacterSummary")]
+struct SummaryBody {
+    /// Serves in jobs as `{"id": …}`.
+    #[schemars(with = "String")]
+    id: Uuid,
+    /// Its name; `null` where what was found in it cannot be read by this version.
+    name: Option<String>,
+    /// `sha256:…` of its document.
+    digest: String,
+    /// Size of its document, bytes.
+    bytes: u64,
+    /// When it was posted, or a job with it, the last time.
+    #[schemars(with = "String")]
+    used: Timestamp,
+    /// When it goes; `null` while it is kept without a limit.
+    expires: Option<Expiry>,
+}
+
+impl From<StoredCharacter> for SummaryBody {
+    fn from(character: StoredCharacter) -> Self {
+        let StoredCharacter { id, digest, name, bytes, used, expires } = character;
+        Self { id, name, digest, bytes, used, expires }
+    }
+}
+
+/// A page of characters.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[schemars(rename = "Characters")]
+pub(super) struct CharactersBody {
+    /// `gaitwright/characters@1`.
+    format: &'static str,
+    /// The newest first.
+    characters: Vec<SummaryBody>,
+    /// Where the next page is; `null` on the last.
+    next: Option<String>,
+}
+
+/// Which characters to list.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Selection {
+    limit: Option<u32>,
+    after: Option<Uuid>,
+}
+
+/// Lists characters, the newest first.
+#[utoipa::path(
+    get, path = "/v1/characters", operation_id = "list_characters", tag = "characters",
+    params(
+        ("limit" = Option<u32>, Query, description = "Characters of a page, 1 to 200; 20 if left out"),
+        ("after" = Option<String>, Query, description = "Only characters older than the one with this id")),
+    responses(
+        (status = 200, description = "A page of characters", body = ref("#/components/schemas/Characters"))))]
+pub(super) async fn list(
+    State(app): State<App>,
+    UrlQuery(selection): UrlQuery<Selection>,
+) -> Result<Json<CharactersBody>, ProblemDetails> {
+    let limit = page_limit(selection.limit)?;
+    // One more than asked for shows whether there is a next page.
+    let mut characters = app.jobs.characters(selection.after, limit + 1).await?;
+    let more = characters.len() > limit as usize;
+    characters.truncate(limit as usize);
+    let next = characters.last().filter(|_| more);
+    let next = next.map(|last| format!("/v1/characters?limit={limit}&after={}", last.id));
+    let characters = characters.into_iter().map(SummaryBody::from).collect();
+    Ok(Json(CharactersBody { format: "gaitwright/characters@1", characters, next }))
+}
+
+/// Deletes a character; jobs that have ended keep what they were posted with.
+#[utoipa::path(
+    delete, path = "/v1/characters/{id}", operation_id = "delete_character", tag = "characters",
+    params(("id" = String, Path, description = "The character's id")),
+    responses((status = 204, description = "The character is deleted"), CharacterNotDeleted))]
+pub(super) async fn delete(
+    State(app): State<App>,
+    UrlPath(id): UrlPath<Uuid>,
+) -> Result<StatusCode, ProblemDetails> {
+    app.jobs.delete_character(id).await?;
+    Ok(StatusCode::NO_CONTENT)
 }
 
 /// What was understood of a character.

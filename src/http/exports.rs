@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use axum::extract::State;
-use axum::http::header::CONTENT_TYPE;
-use axum::response::{IntoResponse, Response};
+use axum::http::HeaderMap;
+use axum::response::Response;
 use serde::Deserialize;
 use uuid::Uuid;
 
 use super::app::App;
+use super::conditional::{tag, tagged};
 use super::extract::{UrlPath, UrlQuery};
 use super::problem::ProblemDetails;
 use super::responses::{JobId, NotExported};
@@ -46,8 +47,9 @@ pub(super) async fn glb(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
     UrlQuery(wanted): UrlQuery<Wanted>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
-    exported(&app, id, ExportFormat::Glb, &wanted).await
+    exported(&app, id, ExportFormat::Glb, (&wanted, &headers)).await
 }
 
 /// One cycle of the motion as BVH.
@@ -63,8 +65,9 @@ pub(super) async fn bvh(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
     UrlQuery(wanted): UrlQuery<Wanted>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
-    exported(&app, id, ExportFormat::Bvh, &wanted).await
+    exported(&app, id, ExportFormat::Bvh, (&wanted, &headers)).await
 }
 
 /// The motion as comma-separated values, a row a frame.
@@ -80,18 +83,19 @@ pub(super) async fn csv(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
     UrlQuery(wanted): UrlQuery<Wanted>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
-    exported(&app, id, ExportFormat::Csv, &wanted).await
+    exported(&app, id, ExportFormat::Csv, (&wanted, &headers)).await
 }
 
 async fn exported(
     app: &App,
     id: Uuid,
     format: ExportFormat,
-    wanted: &Wanted,
+    asked: (&Wanted, &HeaderMap),
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
-    converted(app, &job, app.jobs.artefact(id, Artefact::Motion), format, wanted).await
+    converted(app, &job, app.jobs.artefact(id, Artefact::Motion), format, asked).await
 }
 
 /// The motion document at `path`, in another format.
@@ -100,11 +104,11 @@ pub(super) async fn converted(
     job: &Job,
     path: PathBuf,
     format: ExportFormat,
-    wanted: &Wanted,
+    (wanted, headers): (&Wanted, &HeaderMap),
 ) -> Result<Response, ProblemDetails> {
     let options = ExportOptions { fps: wanted.fps.unwrap_or(DEFAULT_FPS), in_place: wanted.in_place };
     match app.jobs.exported(job.id, path, format, options).await? {
-        Some(file) => Ok(([(CONTENT_TYPE, format.media_type())], file).into_response()),
+        Some(file) => Ok(tagged(headers, format.media_type(), &tag(&[&file]), file)),
         None => Err(not_ready(job, &format!("motion.{}", format.name()))),
     }
 }

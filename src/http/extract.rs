@@ -2,6 +2,7 @@
 
 use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Multipart, Request};
+use axum::http::StatusCode;
 
 use super::problem::{ProblemDetails, media_type};
 use gaitwright_physics::character::Source;
@@ -16,6 +17,25 @@ pub(super) struct UrlPath<T>(pub(super) T);
 #[derive(Debug, FromRequestParts)]
 #[from_request(via(axum::extract::Query), rejection(ProblemDetails))]
 pub(super) struct UrlQuery<T>(pub(super) T);
+
+/// Things on a page unless the client asks for another number.
+const PAGE: u32 = 20;
+
+/// Most things on a page.
+const LONGEST_PAGE: u32 = 200;
+
+/// How many things a page of a list has.
+///
+/// # Errors
+/// 400 for a number that a page cannot have.
+pub(super) fn page_limit(wanted: Option<u32>) -> Result<u32, ProblemDetails> {
+    let limit = wanted.unwrap_or(PAGE);
+    if (1..=LONGEST_PAGE).contains(&limit) {
+        return Ok(limit);
+    }
+    let detail = format!("limit: must lie between 1 and {LONGEST_PAGE}");
+    Err(ProblemDetails::new(StatusCode::BAD_REQUEST, detail))
+}
 
 /// A body that brings a character, by its media type.
 #[derive(Debug)]

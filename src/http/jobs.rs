@@ -11,18 +11,12 @@ use uuid::Uuid;
 
 use super::app::App;
 use super::caller::Caller;
-use super::extract::{Upload, UrlPath, UrlQuery};
+use super::extract::{Upload, UrlPath, UrlQuery, page_limit};
 use super::problem::ProblemDetails;
 use super::responses::{JobId, NoSuchJob, NotCancelled, NotDeleted, NotQueued, NotRetried};
 use crate::jobs::{
     IdempotencyKey, Job, JobRequest, JobState, JobTerms, Posting, ServiceError, StoredJob, Work,
 };
-
-/// Jobs of a page unless the client asks for another number.
-const PAGE: u32 = 20;
-
-/// Most jobs of a page.
-const LONGEST_PAGE: u32 = 200;
 
 /// A job as shown.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -237,20 +231,13 @@ pub(super) async fn list(
     State(app): State<App>,
     UrlQuery(selection): UrlQuery<Selection>,
 ) -> Result<Json<JobsBody>, ProblemDetails> {
-    let limit = selection.limit.unwrap_or(PAGE);
-    if !(1..=LONGEST_PAGE).contains(&limit) {
-        let detail = format!("limit: must lie between 1 and {LONGEST_PAGE}");
-        return Err(ProblemDetails::new(StatusCode::BAD_REQUEST, detail));
-    }
+    let limit = page_limit(selection.limit)?;
     // One more than asked for shows whether there is a next page.
     let mut jobs = app.jobs.list(selection.state, selection.after, limit + 1).await?;
     let more = jobs.len() > limit as usize;
     jobs.truncate(limit as usize);
     let next = jobs.last().filter(|_| more).map(|last| {
-        let last = match last {
-            StoredJob::Readable(job) => job.id,
-            StoredJob::Unreadable { id, .. } => *id,
-        };
+        let last = last.id();
         let state = selection.state.map(|state| format!("&state={}", state.name())).unwrap_or_default();
         format!("/v1/jobs?limit={limit}&after={last}{state}")
     });

@@ -6,6 +6,7 @@ mod accuracy;
 mod app;
 mod caller;
 mod characters;
+mod conditional;
 mod events;
 mod exports;
 mod extract;
@@ -42,6 +43,7 @@ use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 use tokio_util::task::AbortOnDropHandle;
 use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::CompressionLayer;
 use tower_http::csrf::CsrfLayer;
 use tower_http::request_id::{MakeRequestUuid, PropagateRequestIdLayer, SetRequestIdLayer};
 use tower_http::timeout::{TimeoutBody, TimeoutLayer};
@@ -148,8 +150,8 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(results::report))
         .routes(routes!(results::table))
         .routes(routes!(results::front))
-        .routes(routes!(characters::add))
-        .routes(routes!(characters::show))
+        .routes(routes!(characters::add, characters::list))
+        .routes(routes!(characters::show, characters::delete))
         .routes(routes!(characters::character_schema))
         .routes(routes!(simulations::simulate))
         .routes(routes!(accuracy::submit))
@@ -162,6 +164,7 @@ fn routes() -> OpenApiRouter<App> {
 /// What every request and every answer goes through, the innermost first.
 fn layered(routes: Router<App>, gate: Arc<Gate>) -> Router<App> {
     routes
+        .layer(CompressionLayer::new().compress_when(conditional::is_text))
         .layer(DefaultBodyLimit::max(MAX_BODY))
         .layer(map_request(bound_body))
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, TIMEOUT))

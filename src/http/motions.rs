@@ -1,7 +1,7 @@
 //! The motions of a job's repertoire, one by one.
 
 use axum::extract::State;
-use axum::http::StatusCode;
+use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use serde::Deserialize;
 use uuid::Uuid;
@@ -43,6 +43,7 @@ pub(super) async fn motion(
     State(app): State<App>,
     UrlPath((id, name)): UrlPath<(Uuid, String)>,
     UrlQuery(query): UrlQuery<Query>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
     let choice = Choice { preliminary: query.preliminary };
@@ -58,10 +59,10 @@ pub(super) async fn motion(
     let file = file(&app, &job, number).await?;
     let path = app.jobs.shelved(id, Shelf::Motions, &file);
     match format {
-        None => served(&job, &choice, path, (&file, "application/json")).await,
+        None => served(&job, (&choice, &headers), path, (&file, "application/json")).await,
         Some(format) => {
             let wanted = Wanted::new(query.fps, query.in_place);
-            converted(&app, &job, path, format, &wanted).await
+            converted(&app, &job, path, format, (&wanted, &headers)).await
         }
     }
 }
@@ -77,12 +78,13 @@ pub(super) async fn gait(
     State(app): State<App>,
     UrlPath((id, number)): UrlPath<(Uuid, String)>,
     UrlQuery(choice): UrlQuery<Choice>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
     check_ended(&job, &choice, &format!("gait of motion {number}"))?;
     let file = file(&app, &job, &number).await?;
     let path = app.jobs.shelved(id, Shelf::Gaits, &file);
-    served(&job, &choice, path, (&file, "application/json")).await
+    served(&job, (&choice, &headers), path, (&file, "application/json")).await
 }
 
 /// The forms that are served.

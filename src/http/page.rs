@@ -1,16 +1,22 @@
 //! The page for people, and the viewer of recordings, both served from the program itself.
 
+use std::io::Write;
 use std::sync::LazyLock;
 
 use axum::Router;
-use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, ETAG, IF_NONE_MATCH};
+use axum::http::header::{
+    ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderValue,
+    VARY,
+};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use re_web_viewer_server::WebViewerData;
-use sha2::{Digest, Sha256};
 
 use super::app::App;
+use super::conditional::{tag, tagged};
 use super::problem::ProblemDetails;
 use crate::jobs::ServiceError;
 
@@ -38,17 +44,32 @@ const VIEWER_START: Asset = Asset {
 const POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; \
     style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; frame-ancestors 'self'";
 
-/// The viewer's files, and a tag for each by its contents.
+/// A large file compressed, and a tag of its contents.
+struct LargeFile {
+    compressed: Vec<u8>,
+    tag: String,
+}
+
+impl LargeFile {
+    fn new(contents: &[u8]) -> std::io::Result<Self> {
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(contents)?;
+        let compressed = encoder.finish()?;
+        Ok(Self { compressed, tag: tag(&[contents]) })
+    }
+}
+
+/// The viewer's files.
 struct Viewer {
     data: WebViewerData,
-    script_tag: String,
-    program_tag: String,
+    script: LargeFile,
+    program: LargeFile,
 }
 
 static VIEWER: LazyLock<Result<Viewer, String>> = LazyLock::new(|| {
     let data = WebViewerData::load(None).map_err(|error| error.to_string())?;
-    let (script_tag, program_tag) = (tag(data.viewer_js()), tag(data.viewer_wasm()));
-    Ok(Viewer { data, script_tag, program_tag })
+    let file = |contents: &[u8]| LargeFile::new(contents).map_err(|error| error.to_string());
+    Ok(Viewer { script: file(data.viewer_js())?, program: file(data.viewer_wasm())?, data })
 });
 
 /// The page at `/` and the viewer at `/viewer/`.
@@ -74,36 +95,36 @@ impl IntoResponse for Asset {
 
 async fn viewer_script(headers: HeaderMap) -> Result<Response, ProblemDetails> {
     let viewer = viewer().await?;
-    Ok(tagged(&headers, "text/javascript", &viewer.script_tag, viewer.data.viewer_js()))
+    Ok(large(&headers, "text/javascript", (viewer.data.viewer_js(), &viewer.script)))
 }
 
 async fn viewer_program(headers: HeaderMap) -> Result<Response, ProblemDetails> {
     let viewer = viewer().await?;
-    Ok(tagged(&headers, "application/wasm", &viewer.program_tag, viewer.data.viewer_wasm()))
+    Ok(large(&headers, "application/wasm", (viewer.data.viewer_wasm(), &viewer.program)))
 }
 
 async fn viewer() -> Result<&'static Viewer, ProblemDetails> {
-    // The tags of some 40 MB are computed the first time.
+    // Some 40 MB are compressed the first time.
     let loaded = tokio::task::spawn_blocking(|| VIEWER.as_ref()).await.map_err(ServiceError::from)?;
     loaded.map_err(|error| ProblemDetails::not_found(format!("the viewer is not in this program: {error}")))
 }
 
-/// A large file that a browser may keep as long as its tag stays the same.
-fn tagged(
+/// A large file of the viewer, compressed for those who can read that.
+fn large(
     headers: &HeaderMap,
     media_type: &'static str,
-    tag: &'static str,
-    contents: &'static [u8],
+    (contents, file): (&'static [u8], &'static LargeFile),
 ) -> Response {
-    let kept = [(ETAG, tag), (CACHE_CONTROL, "no-cache")];
-    if headers.get(IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == tag.as_bytes()) {
-        return (StatusCode::NOT_MODIFIED, kept).into_response();
+    let accepted = headers.get_all(ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());
+    let gzip = accepted.flat_map(|value| value.split(',')).any(|coding| {
+        let (name, weight) = coding.split_once(';').unwrap_or((coding, ""));
+        name.trim().eq_ignore_ascii_case("gzip") && !["q=0", "q=0.0"].contains(&weight.trim())
+    });
+    let contents = if gzip { file.compressed.as_slice() } else { contents };
+    let mut response = tagged(headers, media_type, &file.tag, contents);
+    if gzip && response.status() == StatusCode::OK {
+        response.headers_mut().insert(CONTENT_ENCODING, HeaderValue::from_static("gzip"));
     }
-    (kept, [(CONTENT_TYPE, media_type)], contents).into_response()
-}
-
-fn tag(contents: &[u8]) -> String {
-    let digest = Sha256::digest(contents);
-    let digits: String = digest.iter().take(16).map(|byte| format!("{byte:02x}")).collect();
-    format!("\"{digits}\"")
+    response.headers_mut().insert(VARY, HeaderValue::from_static("accept-encoding"));
+    response
 }

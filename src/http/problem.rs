@@ -209,7 +209,9 @@ impl From<ServiceError> for ProblemDetails {
             ServiceError::Full(_) | ServiceError::FullForCaller(_) | ServiceError::Busy => {
                 Self::busy(error.to_string())
             }
-            ServiceError::WrongState { .. } => Self::conflict(error.to_string()),
+            ServiceError::WrongState { .. } | ServiceError::CharacterNeeded { .. } => {
+                Self::conflict(error.to_string())
+            }
             ServiceError::KeyReused => Self::new(StatusCode::UNPROCESSABLE_ENTITY, error.to_string()),
             ServiceError::GivenUp => Self::new(StatusCode::REQUEST_TIMEOUT, error.to_string()),
             ServiceError::ShuttingDown => {

@@ -44,6 +44,12 @@ problems! {
     }
     /// The id names no character.
     NoSuchCharacter { "404": "No such character" }
+    /// The character cannot be deleted.
+    CharacterNotDeleted {
+        "404": "No such character",
+        "409": "A job that has not ended needs it",
+        "503": "Unable to write at present"
+    }
     /// The id names no job.
     NoSuchJob { "404": "No such job", "409": "The job's record cannot be read" }
     /// The job cannot be cancelled.
@@ -82,6 +88,7 @@ problems! {
     NoRecording {
         "404": "No such job",
         "409": "The job has recorded nothing",
+        "410": "The recording was removed",
         "412": "The recording has changed since the time given",
         "416": "The range lies beyond the end",
         "429": "This caller follows as many streams as one may at once",

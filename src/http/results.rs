@@ -9,7 +9,7 @@ use axum::Json;
 use axum::body::{Body, Bytes};
 use axum::extract::{Request, State};
 use axum::http::header::{ACCEPT_RANGES, CACHE_CONTROL, CONTENT_TYPE};
-use axum::http::{HeaderMap, HeaderValue, Method};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -23,6 +23,7 @@ use uuid::Uuid;
 use super::accept::prefers_csv;
 use super::app::App;
 use super::caller::Caller;
+use super::conditional::{tag, tagged};
 use super::extract::{UrlPath, UrlQuery};
 use super::limits::Place;
 use super::problem::ProblemDetails;
@@ -49,7 +50,6 @@ const CHUNK: usize = 64 << 10;
             content_type = "application/octet-stream", body = Vec<u8>),
         (status = 206, description = "A range of a finished recording",
             content_type = "application/octet-stream", body = Vec<u8>),
-        (status = 304, description = "The recording has not changed since the time given"),
         NoRecording))]
 pub(super) async fn recording(
     State(app): State<App>,
@@ -64,6 +64,11 @@ pub(super) async fn recording(
     {
         let place = app.stream(caller)?;
         return Ok(growing(&request, path, live, app.jobs.shutdown().clone(), place));
+    }
+    if let Some(removed) = job.storage.recording_removed {
+        let detail =
+            format!("the recording was removed at {removed}, by the service's limits on what it keeps");
+        return Err(ProblemDetails::new(StatusCode::GONE, detail));
     }
     if !tokio::fs::try_exists(&path).await.unwrap_or(false) {
         return Err(not_ready(&job, "recording"));
@@ -84,8 +89,9 @@ pub(super) async fn motion(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
     UrlQuery(choice): UrlQuery<Choice>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
-    published(&app, id, &choice, Artefact::Motion, "application/json").await
+    published(&app, id, (&choice, &headers), Artefact::Motion, "application/json").await
 }
 
 /// Every motion that was learned, in figures.
@@ -99,8 +105,9 @@ pub(super) async fn motions(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
     UrlQuery(choice): UrlQuery<Choice>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
-    published(&app, id, &choice, Artefact::Motions, "application/json").await
+    published(&app, id, (&choice, &headers), Artefact::Motions, "application/json").await
 }
 
 /// The gait report.
@@ -114,8 +121,9 @@ pub(super) async fn gait(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
     UrlQuery(choice): UrlQuery<Choice>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
-    published(&app, id, &choice, Artefact::Gait, "application/json").await
+    published(&app, id, (&choice, &headers), Artefact::Gait, "application/json").await
 }
 
 /// The gait diagram.
@@ -129,8 +137,9 @@ pub(super) async fn diagram(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
     UrlQuery(choice): UrlQuery<Choice>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
-    published(&app, id, &choice, Artefact::Diagram, "image/svg+xml").await
+    published(&app, id, (&choice, &headers), Artefact::Diagram, "image/svg+xml").await
 }
 
 /// Everything about a job and what came of it.
@@ -144,8 +153,9 @@ pub(super) async fn report(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
     UrlQuery(choice): UrlQuery<Choice>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
-    published(&app, id, &choice, Artefact::Report, "application/json").await
+    published(&app, id, (&choice, &headers), Artefact::Report, "application/json").await
 }
 
 /// The learning curve so far.
@@ -185,9 +195,9 @@ pub(super) async fn table(
     headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     if prefers_csv(&headers) {
-        published(&app, id, &choice, Artefact::TableCsv, "text/csv; charset=utf-8").await
+        published(&app, id, (&choice, &headers), Artefact::TableCsv, "text/csv; charset=utf-8").await
     } else {
-        published(&app, id, &choice, Artefact::Table, "application/json").await
+        published(&app, id, (&choice, &headers), Artefact::Table, "application/json").await
     }
 }
 
@@ -202,8 +212,9 @@ pub(super) async fn front(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
     UrlQuery(choice): UrlQuery<Choice>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
-    published(&app, id, &choice, Artefact::Front, "image/svg+xml").await
+    published(&app, id, (&choice, &headers), Artefact::Front, "image/svg+xml").await
 }
 
 /// Whether results are wanted before their job has ended.
@@ -219,12 +230,12 @@ pub(super) struct Choice {
 async fn published(
     app: &App,
     id: Uuid,
-    choice: &Choice,
+    asked: (&Choice, &HeaderMap),
     artefact: Artefact,
     media_type: &'static str,
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
-    served(&job, choice, app.jobs.artefact(id, artefact), (artefact.file_name(), media_type)).await
+    served(&job, asked, app.jobs.artefact(id, artefact), (artefact.file_name(), media_type)).await
 }
 
 /// Whether the results of `job` are to be given: once it has ended, or where preliminary ones will do.
@@ -238,7 +249,7 @@ pub(super) fn check_ended(job: &Job, choice: &Choice, name: &str) -> Result<(), 
 /// The file at `path`, as [`published`] gives it.
 pub(super) async fn served(
     job: &Job,
-    choice: &Choice,
+    (choice, headers): (&Choice, &HeaderMap),
     path: PathBuf,
     (name, media_type): (&str, &'static str),
 ) -> Result<Response, ProblemDetails> {
@@ -252,7 +263,7 @@ pub(super) async fn served(
         Err(error) => return Err(crate::jobs::ServiceError::from(error).into()),
     };
     if ended {
-        return Ok(([(CONTENT_TYPE, media_type)], contents).into_response());
+        return Ok(tagged(headers, media_type, &tag(&[&contents]), contents));
     }
     let contents = if media_type == "application/json" { marked(contents) } else { contents };
     Ok(([(CONTENT_TYPE, media_type), (CACHE_CONTROL, "no-store")], contents).into_response())

@@ -8,7 +8,8 @@ use super::check::{Findings, check_until};
 use super::error::ServiceError;
 use super::memory::MemoryEstimate;
 use super::order::read_character;
-use super::service::Jobs;
+use super::service::{Jobs, uninterrupted};
+use super::store::{CharacterDeletion, StoredCharacter};
 use gaitwright_physics::character::{Options, Source};
 use gaitwright_physics::scene::{AskedAccuracy, Scene};
 
@@ -47,5 +48,35 @@ impl Jobs {
     /// [`ServiceError::UnknownCharacter`].
     pub async fn findings(&self, id: Uuid) -> Result<Findings, ServiceError> {
         self.shared().store.findings(id).await?.ok_or_else(|| ServiceError::UnknownCharacter(id))
+    }
+
+    /// At most `limit` characters, the newest first: those older than `after`.
+    ///
+    /// # Errors
+    ///
+    /// When the store fails.
+    pub async fn characters(
+        &self,
+        after: Option<Uuid>,
+        limit: u32,
+    ) -> Result<Vec<StoredCharacter>, ServiceError> {
+        Ok(self.shared().store.characters(after, limit).await?)
+    }
+
+    /// Deletes a character. Jobs that have ended keep what they were posted with.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::UnknownCharacter`]; [`ServiceError::CharacterNeeded`].
+    pub async fn delete_character(&self, id: Uuid) -> Result<(), ServiceError> {
+        let jobs = self.clone();
+        uninterrupted(async move {
+            match jobs.shared().store.delete_character(id).await? {
+                CharacterDeletion::Deleted => Ok(()),
+                CharacterDeletion::Unknown => Err(ServiceError::UnknownCharacter(id)),
+                CharacterDeletion::Needed(job) => Err(ServiceError::CharacterNeeded { id, job }),
+            }
+        })
+        .await
     }
 }

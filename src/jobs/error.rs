@@ -20,6 +20,14 @@ pub enum ServiceError {
     /// There is no character of this id.
     #[error("there is no character {0}")]
     UnknownCharacter(Uuid),
+    /// A job that has not ended was posted with the character.
+    #[error("the character {id} is needed by the job {job}, which has not ended")]
+    CharacterNeeded {
+        /// The character.
+        id: Uuid,
+        /// The job.
+        job: Uuid,
+    },
     /// The job is not in a state for what was asked.
     #[error("the job {id} is {}; {needs}", state.name())]
     WrongState {

@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 use uuid::Uuid;
 
+use super::job::JobStorage;
+
 /// Folder of the jobs' folders.
 const JOBS: &str = "jobs";
 
@@ -256,6 +258,35 @@ pub(super) fn make_folder(data: &Path, id: Uuid) -> io::Result<PathBuf> {
 /// When it cannot be made.
 pub(super) fn probe(data: &Path) -> io::Result<NamedTempFile> {
     tempfile::Builder::new().prefix(PROBE).tempfile_in(data.join(JOBS))
+}
+
+/// What the files in a job's folder take up, as far as that can be read.
+pub(super) fn storage(folder: &Path) -> JobStorage {
+    let recording = std::fs::metadata(Artefact::Recording.path(folder));
+    JobStorage {
+        bytes: size(folder).unwrap_or_default(),
+        recording_bytes: recording.map_or(0, |about| about.len()),
+        ..JobStorage::default()
+    }
+}
+
+/// Size of all files under `folder`, bytes; 0 where there is none.
+///
+/// # Errors
+///
+/// When it cannot be read.
+fn size(folder: &Path) -> io::Result<u64> {
+    let entries = match std::fs::read_dir(folder) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(0),
+        entries => entries?,
+    };
+    let mut bytes = 0;
+    for entry in entries {
+        let entry = entry?;
+        let about = entry.metadata()?;
+        bytes += if about.is_dir() { size(&entry.path())? } else { about.len() };
+    }
+    Ok(bytes)
 }
 
 /// Removes what processes that were killed have left under the folder `data`: files without a lasting name, and the

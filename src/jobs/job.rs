@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
 use super::request::{FORMAT, Priority};
+use super::retention::Expiry;
 use super::work::Work;
 use gaitwright_learning::learn::Generation;
 
@@ -97,6 +98,26 @@ pub struct Job {
     pub timings: Timings,
     /// Why the job failed.
     pub error: Option<String>,
+    /// What it takes up, and until when.
+    #[serde(default)]
+    pub storage: JobStorage,
+}
+
+/// What a job that has ended takes up, and until when it is kept.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct JobStorage {
+    /// Size of all its files, bytes.
+    pub bytes: u64,
+    /// Size of its recording, bytes.
+    pub recording_bytes: u64,
+    /// When the job goes with all its files; `null` while it is kept without a limit.
+    pub expires: Option<Expiry>,
+    /// When its recording goes; `null` while that is kept as long as the job.
+    pub recording_expires: Option<Expiry>,
+    /// When its recording went.
+    #[schemars(with = "Option<String>")]
+    pub recording_removed: Option<Timestamp>,
 }
 
 /// Which character a job is about.
@@ -168,6 +189,7 @@ impl Job {
                 checking_seconds: None,
             },
             error: None,
+            storage: JobStorage::default(),
         }
     }
 
@@ -222,6 +244,7 @@ impl Job {
         self.wait();
         self.attempts = 0;
         self.error = None;
+        self.storage = JobStorage::default();
         self.timings.ended = None;
         if let Work::Learning(learned) = &mut self.work {
             learned.ended_by = None;

@@ -8,6 +8,7 @@ use std::time::Duration;
 use tokio::runtime::Handle;
 
 use super::figures::{self, FailureCause};
+use super::housekeeping::keep_house;
 use super::live::Live;
 use super::service::{Jobs, Shared};
 use super::store::{Holding, Reclaimed};
@@ -19,7 +20,7 @@ const LONGEST_INTERVAL: Duration = Duration::from_secs(5);
 /// Shortest time between two looks at the workers.
 const SHORTEST_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Starts the workers of `jobs` and looks after them until the service shuts down. The workers end then too.
+/// Starts the workers of `jobs`, looks after them and keeps house until the service shuts down. The workers end then too.
 ///
 /// # Errors
 ///
@@ -28,6 +29,7 @@ pub fn start(jobs: &Jobs, runtime: &Handle) -> io::Result<()> {
     let keeper = Keeper { shared: Arc::clone(jobs.shared()), runtime: runtime.clone() };
     keeper.fill()?;
     runtime.spawn(async move { keeper.keep().await });
+    runtime.spawn(keep_house(jobs.clone()));
     Ok(())
 }
 

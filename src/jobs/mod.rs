@@ -8,6 +8,7 @@ mod check;
 mod error;
 mod figures;
 mod files;
+mod housekeeping;
 mod job;
 mod keeper;
 mod live;
@@ -19,6 +20,7 @@ mod repertoire;
 mod reporter;
 mod request;
 mod results;
+mod retention;
 mod run;
 mod service;
 mod store;
@@ -30,7 +32,7 @@ pub use check::{Findings, JointFinding, ShapeFinding, Standing, check};
 pub use error::ServiceError;
 pub use figures::{COUNTERS, HISTOGRAMS, Histogram};
 pub use files::{Artefact, Shelf};
-pub use job::{CharacterName, Job, JobState, MOST_ATTEMPTS, Progress, Stage, Timings};
+pub use job::{CharacterName, Job, JobState, JobStorage, MOST_ATTEMPTS, Progress, Stage, Timings};
 pub use keeper::start;
 pub use live::{Live, Moment};
 pub use memory::{MemoryEstimate, MemoryShare};
@@ -38,10 +40,13 @@ pub use once::{IdempotencyKey, IdempotencyKeyError, Posting};
 pub use order::{Order, read_character};
 pub use repertoire::{MotionSummary, Repertoire, RepertoireEntry, RepertoireFormat};
 pub use request::{CharacterChoice, JobRequest, JobTerms, Priority, PriorityError, Settings};
+pub use retention::{Expiry, KeptThing, Retention, RetentionError, RetentionOptions, Upkeep};
 pub use run::{
     PreparedRun, ReplayError, RunError, RunOutcome, RunWatcher, TrainingReport, Unsuccessful, replay, run,
 };
 pub use service::{Jobs, ServiceOptions};
-pub use store::{Amendment, Claim, Claimed, Holding, Reclaimed, Store, StoreError, StoredJob};
+pub use store::{
+    Amendment, Claim, Claimed, Holding, Reclaimed, Store, StoreError, StoredCharacter, StoredJob,
+};
 pub use study::StudyRequest;
 pub use work::{LearningRecord, MotionOutcome, StudyRecord, Work};

@@ -53,6 +53,7 @@ impl Jobs {
                 let bytes = self.shared().store.character(id).await?.ok_or_else(|| {
                     InputError::impossible("/character/id", format!("there is no character {id}"))
                 })?;
+                self.shared().store.use_character(id).await?;
                 (bytes, None, "")
             }
         };

@@ -16,6 +16,7 @@ use uuid::Uuid;
 use super::error::ServiceError;
 use super::files;
 use super::live::Running;
+use super::retention::RetentionOptions;
 use super::store::{Reclaimed, Store};
 use super::study;
 use gaitwright_learning::scenario::Scenario;
@@ -45,6 +46,8 @@ pub struct ServiceOptions {
     pub lease: Duration,
     /// Memory that a job may come to need, bytes.
     pub job_memory: u64,
+    /// How much is kept of everything.
+    pub retention: RetentionOptions,
 }
 
 impl ServiceOptions {
@@ -57,6 +60,7 @@ impl ServiceOptions {
             caller_queue: None,
             lease: Duration::from_secs(60),
             job_memory: 1 << 30,
+            retention: RetentionOptions::default(),
         }
     }
 }
@@ -79,6 +83,8 @@ pub(super) struct Shared {
     pub(super) lease: Duration,
     /// Memory that a job may come to need, bytes.
     pub(super) job_memory: u64,
+    /// How much is kept of everything.
+    pub(super) retention: RetentionOptions,
     pub(super) store: Store,
     /// Jobs that may wait.
     pub(super) queue: u64,
@@ -128,6 +134,7 @@ impl Jobs {
             alive: AtomicUsize::new(0),
             lease: options.lease,
             job_memory: options.job_memory,
+            retention: options.retention,
             store,
             queue: options.queue,
             caller_queue: options.caller_queue.unwrap_or(options.queue),

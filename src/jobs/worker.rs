@@ -228,6 +228,7 @@ impl Worker {
         }
         while !live.is_lost() {
             live.show_life();
+            job.storage = files::storage(&files::folder(&self.shared.data, job.id));
             match self.shared.store.settle(live.claim(), job).await {
                 Ok(true) => break,
                 Ok(false) => live.lose(),

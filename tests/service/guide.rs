@@ -89,7 +89,9 @@ fn run(script: &str) -> Output {
     fs::create_dir(&examples).unwrap();
     for entry in fs::read_dir(repository().join("examples")).unwrap() {
         let path = entry.unwrap().path();
-        fs::copy(&path, examples.join(path.file_name().unwrap())).unwrap();
+        if path.is_file() {
+            fs::copy(&path, examples.join(path.file_name().unwrap())).unwrap();
+        }
     }
     let programs = folder.path().join("bin");
     fs::create_dir(&programs).unwrap();

@@ -10,6 +10,7 @@ use std::num::{NonZeroU16, NonZeroUsize};
 use std::path::PathBuf;
 
 use gaitwright::http::Tokens;
+use gaitwright::jobs::Retention;
 use gaitwright_physics::fault::Fault;
 use serde::{Deserialize, Serialize};
 use tokio::sync::Semaphore;
@@ -95,6 +96,16 @@ settings! {
     job_memory: u64, (long, env = "GAITWRIGHT_JOB_MEMORY", value_name = "MIB") = 1024;
     /// Time after which a job is taken from a worker that shows no sign of life, s
     lease: f64, (long, env = "GAITWRIGHT_LEASE", value_name = "SECONDS") = 60.0;
+    /// Jobs that have ended are kept within these limits, such as `30d,1000,20GB`: age, number, size of all together
+    keep_jobs: Retention, (long, env = "GAITWRIGHT_KEEP_JOBS", value_name = "LIMITS") = Retention::default();
+    /// Recordings of jobs that have ended are kept within these limits
+    keep_recordings: Retention, (long, env = "GAITWRIGHT_KEEP_RECORDINGS", value_name = "LIMITS")
+        = Retention::default();
+    /// Characters are kept within these limits; their age counts from their last use
+    keep_characters: Retention, (long, env = "GAITWRIGHT_KEEP_CHARACTERS", value_name = "LIMITS")
+        = Retention::default();
+    /// Time before it goes for which each thing says so at least, s
+    keep_notice: u64, (long, env = "GAITWRIGHT_KEEP_NOTICE", value_name = "SECONDS") = 3600;
     /// How the log is written to standard error
     log_format: LogFormat, (long, env = "GAITWRIGHT_LOG_FORMAT") = LogFormat::Text;
     /// What is logged: levels by module, as the crate tracing-subscriber reads them

@@ -116,6 +116,7 @@ fn schemas() -> Map<String, Value> {
     add::<Repertoire>(&mut generator);
     add::<TrainingReport>(&mut generator);
     add::<characters::CharacterBody>(&mut generator);
+    add::<characters::CharactersBody>(&mut generator);
     add::<Scenario>(&mut generator);
     add::<Line>(&mut generator);
     add::<problem::ProblemDetails>(&mut generator);

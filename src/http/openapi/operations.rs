@@ -109,7 +109,14 @@ fn complete_answers(operation: &mut Map<String, Value>, (method, path): (&str, &
             "The data folder cannot be read or written at present",
         ),
     ];
+    let kept = method == "get" && path.starts_with("/v1/jobs/{id}/") && !path.ends_with("/events");
     let Some(responses) = operation.get_mut("responses").and_then(Value::as_object_mut) else { return };
+    if kept {
+        responses.insert(
+            "304".to_owned(),
+            json!({ "description": "The client has it already, as its headers say" }),
+        );
+    }
     for (status, possible, when) in answers {
         if possible && !responses.contains_key(status) {
             let schema = json!({ "$ref": "#/components/schemas/Problem" });

@@ -1,10 +1,41 @@
 //! Characters kept for later jobs.
 
+use jiff::Timestamp;
 use sqlx::Row;
+use sqlx::sqlite::SqliteRow;
 use uuid::Uuid;
 
-use super::connection::{Store, StoreError, document, read};
+use super::connection::{Store, StoreError, document, id, read};
 use crate::jobs::check::Findings;
+use crate::jobs::retention::Expiry;
+
+/// A character in the database.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StoredCharacter {
+    /// The character.
+    pub id: Uuid,
+    /// `sha256:…` of its bytes.
+    pub digest: String,
+    /// Its name; `None` where what was found in it cannot be read by this version.
+    pub name: Option<String>,
+    /// Size of its document, bytes.
+    pub bytes: u64,
+    /// When it was posted, or a job with it, the last time.
+    pub used: Timestamp,
+    /// When it goes.
+    pub expires: Option<Expiry>,
+}
+
+/// What came of a wish to delete a character.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CharacterDeletion {
+    /// It is gone.
+    Deleted,
+    /// There is none of this id.
+    Unknown,
+    /// This job, which has not ended, needs it.
+    Needed(Uuid),
+}
 
 impl Store {
     /// Keeps a character and what was found in it, and gives its id; the same bytes keep their id.
@@ -15,18 +46,100 @@ impl Store {
     pub async fn keep_character(&self, findings: &Findings, bytes: &[u8]) -> Result<Uuid, StoreError> {
         let mut writing = self.begin().await?;
         let row = sqlx::query(
-            "INSERT INTO characters (id, digest, findings, bytes) VALUES (?, ?, ?, ?)
-             ON CONFLICT (digest) DO UPDATE SET findings = excluded.findings RETURNING id",
+            "INSERT INTO characters (id, digest, findings, bytes, used) VALUES (?, ?, ?, ?, ?)
+             ON CONFLICT (digest) DO UPDATE
+             SET findings = excluded.findings, used = excluded.used, expiry = NULL RETURNING id",
         )
         .bind(Uuid::now_v7().to_string())
         .bind(&findings.digest)
         .bind(document(findings)?)
         .bind(bytes)
+        .bind(Timestamp::now().as_millisecond())
         .fetch_one(&mut writing.connection)
         .await?;
         writing.commit().await?;
-        let id: String = row.try_get("id")?;
-        Uuid::parse_str(&id).map_err(|error| StoreError::Database(sqlx::Error::Decode(error.into())))
+        id(&row)
+    }
+
+    /// At most `limit` characters, the newest first: those older than `after`.
+    ///
+    /// # Errors
+    ///
+    /// When the database refuses.
+    pub async fn characters(
+        &self,
+        after: Option<Uuid>,
+        limit: u32,
+    ) -> Result<Vec<StoredCharacter>, StoreError> {
+        let rows = sqlx::query(
+            "SELECT id, digest, length(bytes) AS size, used, expiry,
+                CASE WHEN json_valid(findings) THEN json_extract(findings, '$.name') END AS name
+             FROM characters WHERE ?1 IS NULL OR id < ?1 ORDER BY id DESC LIMIT ?2",
+        )
+        .bind(after.map(|id| id.to_string()))
+        .bind(limit)
+        .fetch_all(&self.readers)
+        .await?;
+        rows.iter().map(stored).collect()
+    }
+
+    /// Notes that a character is used.
+    ///
+    /// # Errors
+    ///
+    /// When the database refuses.
+    pub async fn use_character(&self, id: Uuid) -> Result<(), StoreError> {
+        let mut writing = self.begin().await?;
+        sqlx::query("UPDATE characters SET used = ?, expiry = NULL WHERE id = ?")
+            .bind(Timestamp::now().as_millisecond())
+            .bind(id.to_string())
+            .execute(&mut writing.connection)
+            .await?;
+        writing.commit().await
+    }
+
+    /// Has a character say when it goes, or that it stays.
+    ///
+    /// # Errors
+    ///
+    /// When the database refuses.
+    pub async fn tell_character(&self, id: Uuid, expires: Option<&Expiry>) -> Result<(), StoreError> {
+        let expiry = expires.map(document).transpose()?;
+        let mut writing = self.begin().await?;
+        sqlx::query("UPDATE characters SET expiry = ? WHERE id = ?")
+            .bind(expiry)
+            .bind(id.to_string())
+            .execute(&mut writing.connection)
+            .await?;
+        writing.commit().await
+    }
+
+    /// Deletes a character, unless a job that has not ended needs it.
+    ///
+    /// # Errors
+    ///
+    /// When the database refuses.
+    pub async fn delete_character(&self, character: Uuid) -> Result<CharacterDeletion, StoreError> {
+        let mut writing = self.begin().await?;
+        let needed = sqlx::query(
+            "SELECT jobs.id FROM characters JOIN jobs
+                ON json_extract(jobs.record, '$.character.digest') = characters.digest
+             WHERE characters.id = ? AND jobs.state IN ('queued', 'running') LIMIT 1",
+        )
+        .bind(character.to_string())
+        .fetch_optional(&mut writing.connection)
+        .await?;
+        if let Some(row) = needed {
+            writing.leave().await?;
+            return Ok(CharacterDeletion::Needed(id(&row)?));
+        }
+        let deleted = sqlx::query("DELETE FROM characters WHERE id = ?")
+            .bind(character.to_string())
+            .execute(&mut writing.connection)
+            .await?
+            .rows_affected();
+        writing.commit().await?;
+        Ok(if deleted == 0 { CharacterDeletion::Unknown } else { CharacterDeletion::Deleted })
     }
 
     /// What was found in the character called `id`.
@@ -54,4 +167,18 @@ impl Store {
             .await?;
         Ok(row.map(|row| row.try_get("bytes")).transpose()?)
     }
+}
+
+fn stored(row: &SqliteRow) -> Result<StoredCharacter, StoreError> {
+    let (size, used): (i64, i64) = (row.try_get("size")?, row.try_get("used")?);
+    let expiry: Option<&str> = row.try_get("expiry")?;
+    Ok(StoredCharacter {
+        id: id(row)?,
+        digest: row.try_get("digest")?,
+        name: row.try_get("name")?,
+        bytes: size.unsigned_abs(),
+        used: Timestamp::from_millisecond(used).unwrap_or_default(),
+        // What cannot be read is told anew.
+        expires: expiry.and_then(|expiry| read(expiry).ok()),
+    })
 }

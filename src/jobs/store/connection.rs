@@ -13,10 +13,10 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sqlx::migrate::Migrator;
 use sqlx::sqlite::{
-    SqliteConnectOptions, SqliteConnection, SqliteJournalMode, SqlitePool, SqlitePoolOptions,
+    SqliteConnectOptions, SqliteConnection, SqliteJournalMode, SqlitePool, SqlitePoolOptions, SqliteRow,
     SqliteSynchronous,
 };
-use sqlx::{ConnectOptions, Connection};
+use sqlx::{ConnectOptions, Connection, Row};
 use tokio::sync::{Mutex, MutexGuard};
 use uuid::Uuid;
 
@@ -174,4 +174,10 @@ pub(super) fn document<T: Serialize>(value: &T) -> Result<String, StoreError> {
 
 pub(super) fn read<T: DeserializeOwned>(text: &str) -> Result<T, StoreError> {
     Ok(serde_json::from_str(text)?)
+}
+
+/// The id in a row.
+pub(super) fn id(row: &SqliteRow) -> Result<Uuid, StoreError> {
+    let id: &str = row.try_get("id")?;
+    Uuid::parse_str(id).map_err(|error| sqlx::Error::Decode(error.into()).into())
 }

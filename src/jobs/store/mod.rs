@@ -19,6 +19,7 @@ mod connection;
 mod curves;
 mod records;
 
+pub use characters::{CharacterDeletion, StoredCharacter};
 pub use claims::{Claim, Claimed, Holding, Reclaimed};
 pub use connection::{Store, StoreError};
 pub use records::{Amendment, StoredJob};

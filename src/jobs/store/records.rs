@@ -6,7 +6,7 @@ use sqlx::Row;
 use sqlx::sqlite::{SqliteConnection, SqliteRow};
 use uuid::Uuid;
 
-use super::connection::{Store, StoreError, document};
+use super::connection::{Store, StoreError, document, id};
 use crate::jobs::job::{Job, JobState};
 use crate::jobs::once::IdempotencyKey;
 use crate::jobs::request::FORMAT;
@@ -23,6 +23,16 @@ pub enum StoredJob {
         /// What is wrong with its record.
         reason: String,
     },
+}
+
+impl StoredJob {
+    /// The job.
+    pub fn id(&self) -> Uuid {
+        match self {
+            Self::Readable(job) => job.id,
+            Self::Unreadable { id, .. } => *id,
+        }
+    }
 }
 
 /// What is done to a job that was looked at.
@@ -257,11 +267,6 @@ pub(super) fn stored(row: &SqliteRow) -> Result<StoredJob, StoreError> {
         Ok(job) => StoredJob::Readable(Box::new(job)),
         Err(error) => StoredJob::Unreadable { id, reason: error.to_string() },
     })
-}
-
-fn id(row: &SqliteRow) -> Result<Uuid, StoreError> {
-    let id: &str = row.try_get("id")?;
-    Uuid::parse_str(id).map_err(|error| sqlx::Error::Decode(error.into()).into())
 }
 
 fn readable(row: &SqliteRow) -> Result<Job, StoreError> {

@@ -81,6 +81,13 @@ impl Service {
         assert!(set.expect("this test needs the program prlimit, which was not found").success());
     }
 
+    /// A service whose writes to files fail when the test says so.
+    pub fn with_failing_writes(data: &Path, arguments: &[&str], writes: &FailingWrites) -> Self {
+        let mut program = program();
+        program.env("LD_PRELOAD", &writes.library).env("FAILING_WRITES", &writes.control);
+        Self::spawn(program, data, arguments, &[])
+    }
+
     fn spawn(mut program: Command, data: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Self {
         let listen: &[&str] =
             if arguments.contains(&"--listen") { &[] } else { &["--listen", "127.0.0.1:0"] };
@@ -239,6 +246,53 @@ fn address(line: &str) -> Option<String> {
     }
     let event: Value = serde_json::from_str(line).ok()?;
     (event["message"] == "listening").then(|| format!("http://{}", event["address"].as_str().unwrap()))
+}
+
+/// Has the writes of a service fail from a certain one on; see `preload/failing_writes.rs`.
+pub struct FailingWrites {
+    library: PathBuf,
+    control: PathBuf,
+    _folder: TempDir,
+}
+
+impl FailingWrites {
+    /// Compiles what is loaded before the C library. All writes succeed at first.
+    pub fn new() -> Self {
+        let folder = TempDir::new().unwrap();
+        let library = folder.path().join("libfailing_writes.so");
+        let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/service/http/preload/failing_writes.rs");
+        let compiled = Command::new("rustc")
+            .args(["--edition", "2024", "-O", "--crate-type", "cdylib", "-o"])
+            .arg(&library)
+            .arg(source)
+            .status();
+        assert!(compiled.expect("this test needs the program rustc, which was not found").success());
+        let control = folder.path().join("control");
+        std::fs::write(&control, [[0xff; 8], [0; 8]].concat()).unwrap();
+        Self { library, control, _folder: folder }
+    }
+
+    /// Lets so many further writes succeed, and fails all after them; none fails for `None`.
+    pub fn allow(&self, writes: Option<i64>) {
+        use std::os::unix::fs::FileExt;
+        let file = std::fs::File::options().write(true).open(&self.control).unwrap();
+        file.write_all_at(&writes.unwrap_or(-1).to_ne_bytes(), 0).unwrap();
+    }
+
+    /// Whether a write has failed, or the next will.
+    pub fn failing(&self) -> bool {
+        self.numbers()[0] == 0
+    }
+
+    /// How many writes there have been.
+    pub fn count(&self) -> i64 {
+        self.numbers()[1]
+    }
+
+    fn numbers(&self) -> [i64; 2] {
+        let bytes = std::fs::read(&self.control).unwrap();
+        [0, 8].map(|start| i64::from_ne_bytes(bytes[start..start + 8].try_into().unwrap()))
+    }
 }
 
 /// The program under test.

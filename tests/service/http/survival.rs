@@ -1,14 +1,12 @@
 //! Jobs outlive the process that works at them.
 
 use std::collections::BTreeMap;
-use std::io::Cursor;
 
-use re_sdk::external::re_log_encoding::DecoderApp;
-use re_sdk::log::{Chunk, LogMsg};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use super::client::Service;
+use super::whole;
 
 /// The curve without the time that it took.
 fn figures(service: &Service, path: &str) -> Vec<Value> {
@@ -21,15 +19,7 @@ fn figures(service: &Service, path: &str) -> Vec<Value> {
 
 /// How many rows the recording of a job holds of every entity.
 fn rows(service: &Service, path: &str) -> BTreeMap<String, usize> {
-    let bytes = service.curl(&format!("{path}/recording.rrd"), &[]).body;
-    let mut rows = BTreeMap::new();
-    for message in DecoderApp::decode_lazy(Cursor::new(bytes)).map(Result::unwrap) {
-        if let LogMsg::ArrowMsg(_, arrow) = message {
-            let chunk = Chunk::from_arrow_msg(&arrow).unwrap();
-            *rows.entry(chunk.entity_path().to_string()).or_default() += chunk.num_rows();
-        }
-    }
-    rows
+    whole::rows(&service.curl(&format!("{path}/recording.rrd"), &[]).body)
 }
 
 /// Curve, motion and rows of the recording of the job as it comes out undisturbed.

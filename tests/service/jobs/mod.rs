@@ -2,6 +2,7 @@
 
 mod claims;
 mod records;
+mod retention;
 mod turns;
 
 use gaitwright::jobs::{CharacterName, Job, Priority, Settings, Store};

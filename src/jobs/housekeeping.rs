@@ -1,0 +1,201 @@
+//! Housekeeping: what is kept too long, too often or too large goes, and says so before.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use jiff::Timestamp;
+use uuid::Uuid;
+
+use super::error::ServiceError;
+use super::files::{self, Artefact};
+use super::job::Job;
+use super::retention::{Expiry, KeptThing, Upkeep};
+use super::service::Jobs;
+use super::store::{Amendment, StoredJob};
+
+/// Longest time between two rounds.
+const LONGEST_PAUSE: Duration = Duration::from_secs(60);
+
+/// Shortest time between two rounds, however much happens.
+const SHORTEST_PAUSE: Duration = Duration::from_secs(1);
+
+/// Things read at once.
+const PAGE: u32 = 500;
+
+/// Keeps house until the service shuts down.
+pub(super) async fn keep_house(jobs: Jobs) {
+    let mut changes = jobs.changes();
+    let limits = jobs.shared().retention;
+    if ![limits.jobs, limits.recordings, limits.characters].iter().any(|limits| limits.is_limited()) {
+        return;
+    }
+    loop {
+        changes.borrow_and_update();
+        if let Err(error) = jobs.tidy(Timestamp::now()).await {
+            tracing::error!(%error, "housekeeping broke off");
+        }
+        tokio::select! {
+            () = jobs.shutdown().cancelled() => return,
+            () = tokio::time::sleep(SHORTEST_PAUSE) => {}
+        }
+        tokio::select! {
+            () = jobs.shutdown().cancelled() => return,
+            _ = changes.changed() => {}
+            () = tokio::time::sleep(LONGEST_PAUSE) => {}
+        }
+    }
+}
+
+impl Jobs {
+    /// Goes through everything that is kept, once.
+    ///
+    /// # Errors
+    ///
+    /// When the store fails. What was done by then stays done.
+    pub async fn tidy(&self, now: Timestamp) -> Result<(), ServiceError> {
+        let limits = self.shared().retention;
+        if limits.jobs.is_limited() || limits.recordings.is_limited() {
+            self.tidy_jobs(now).await?;
+        }
+        if limits.characters.is_limited() {
+            self.tidy_characters(now).await?;
+        }
+        Ok(())
+    }
+
+    async fn tidy_jobs(&self, now: Timestamp) -> Result<(), ServiceError> {
+        let limits = self.shared().retention;
+        let mut ended = BTreeMap::new();
+        let mut after = None;
+        loop {
+            let page = self.list(None, after, PAGE).await?;
+            let Some(last) = page.last() else { break };
+            after = Some(last.id());
+            for job in page {
+                if let StoredJob::Readable(job) = job
+                    && job.state.is_final()
+                {
+                    ended.insert(job.id, self.measured(*job));
+                }
+            }
+        }
+        let thing = |job: &Job, bytes: u64, told: &Option<Expiry>| KeptThing {
+            id: job.id,
+            since: job.timings.ended.unwrap_or(job.timings.created),
+            bytes,
+            told: told.clone(),
+        };
+        let all = ended.values().map(|job| thing(job, job.storage.bytes, &job.storage.expires));
+        for upkeep in limits.jobs.plan(all.collect(), limits.notice, now) {
+            match upkeep {
+                Upkeep::Remove(id) => {
+                    tracing::info!(%id, "removed, as it was told");
+                    gone(self.delete(id).await)?;
+                    ended.remove(&id);
+                }
+                Upkeep::Tell(id, expiry) => {
+                    self.tell(&mut ended, id, |job| job.storage.expires = expiry).await?;
+                }
+            }
+        }
+        let recorded = ended.values().filter(|job| job.storage.recording_bytes > 0);
+        let recordings =
+            recorded.map(|job| thing(job, job.storage.recording_bytes, &job.storage.recording_expires));
+        for upkeep in limits.recordings.plan(recordings.collect(), limits.notice, now) {
+            match upkeep {
+                Upkeep::Remove(id) => {
+                    tracing::info!(%id, "its recording is removed, as it was told");
+                    // The record first: a job never has less than it says.
+                    self.tell(&mut ended, id, |job| {
+                        let storage = &mut job.storage;
+                        storage.bytes = storage.bytes.saturating_sub(storage.recording_bytes);
+                        storage.recording_bytes = 0;
+                        storage.recording_expires = None;
+                        storage.recording_removed = Some(now);
+                    })
+                    .await?;
+                    Artefact::Recording.remove(&self.folder(id))?;
+                }
+                Upkeep::Tell(id, expiry) => {
+                    self.tell(&mut ended, id, |job| job.storage.recording_expires = expiry).await?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    async fn tidy_characters(&self, now: Timestamp) -> Result<(), ServiceError> {
+        let limits = self.shared().retention;
+        let mut things = Vec::new();
+        let mut after = None;
+        loop {
+            let page = self.characters(after, PAGE).await?;
+            let Some(last) = page.last() else { break };
+            after = Some(last.id);
+            things.extend(page.into_iter().map(|character| KeptThing {
+                id: character.id,
+                since: character.used,
+                bytes: character.bytes,
+                told: character.expires,
+            }));
+        }
+        for upkeep in limits.characters.plan(things, limits.notice, now) {
+            match upkeep {
+                Upkeep::Remove(id) => match self.delete_character(id).await {
+                    // It goes in a later round.
+                    Err(ServiceError::CharacterNeeded { .. }) => {}
+                    other => {
+                        tracing::info!(%id, "the character is removed, as it was told");
+                        gone(other)?;
+                    }
+                },
+                Upkeep::Tell(id, expiry) => {
+                    self.shared().store.tell_character(id, expiry.as_ref()).await?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes a change of the record of a job that has ended, unless it has been tried again in the meantime.
+    async fn tell(
+        &self,
+        ended: &mut BTreeMap<Uuid, Job>,
+        id: Uuid,
+        change: impl FnOnce(&mut Job),
+    ) -> Result<(), ServiceError> {
+        let change = |job: &mut Job| {
+            if !job.state.is_final() {
+                return Ok::<_, ServiceError>(Amendment::Nothing);
+            }
+            *job = self.measured(job.clone());
+            change(job);
+            Ok(Amendment::Record)
+        };
+        match self.shared().store.amend(id, change).await? {
+            Some(job) if job.state.is_final() => ended.insert(id, job),
+            _ => ended.remove(&id),
+        };
+        Ok(())
+    }
+
+    /// A job with the size of its files, which older versions have not noted.
+    fn measured(&self, mut job: Job) -> Job {
+        if job.storage.bytes == 0 {
+            let measured = files::storage(&self.folder(job.id));
+            job.storage.bytes = measured.bytes;
+            job.storage.recording_bytes = measured.recording_bytes;
+        }
+        job
+    }
+}
+
+/// Takes what somebody else has deleted in the meantime as deleted.
+fn gone(outcome: Result<(), ServiceError>) -> Result<(), ServiceError> {
+    match outcome {
+        Err(
+            ServiceError::UnknownJob(_) | ServiceError::UnknownCharacter(_) | ServiceError::WrongState { .. },
+        ) => Ok(()),
+        other => other,
+    }
+}
