@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use axum::extract::State;
-use axum::http::HeaderMap;
+use axum::http::{HeaderMap, StatusCode};
 use axum::response::IntoResponse;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use serde::Serialize;
@@ -42,8 +42,8 @@ pub(super) async fn events(
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, ProblemDetails> {
     app.jobs.job(id).await?;
+    let last = last_event(&headers)?;
     let place = app.stream(caller)?;
-    let last = headers.get("last-event-id").and_then(|value| value.to_str().ok()?.parse::<u32>().ok());
     let (sender, receiver) = mpsc::channel(16);
     let events = EventSender {
         jobs: app.jobs,
@@ -55,6 +55,14 @@ pub(super) async fn events(
     };
     tokio::spawn(events.run());
     Ok(Sse::new(ReceiverStream::new(receiver)).keep_alive(KeepAlive::default()))
+}
+
+/// The generation that the client has had last, where it says so.
+fn last_event(headers: &HeaderMap) -> Result<Option<u32>, ProblemDetails> {
+    let Some(id) = headers.get("last-event-id") else { return Ok(None) };
+    let number = id.to_str().ok().and_then(|id| id.parse().ok());
+    let detail = "Last-Event-ID: must be the number of a generation";
+    number.map(Some).ok_or_else(|| ProblemDetails::new(StatusCode::BAD_REQUEST, detail))
 }
 
 /// The stream has ended: its reader has left, or the end of the job has been sent.

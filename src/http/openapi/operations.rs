@@ -91,10 +91,11 @@ fn example(path: &str, kind: &str) -> Option<Value> {
 fn complete_answers(operation: &mut Map<String, Value>, (method, path): (&str, &str), token: bool) {
     let probe = PROBES.contains(&path);
     let body = operation.contains_key("requestBody");
-    let queries = operation.get("parameters").and_then(Value::as_array).into_iter().flatten();
-    let query = queries.into_iter().any(|parameter| parameter["in"] == "query");
+    let mut parameters = operation.get("parameters").and_then(Value::as_array).into_iter().flatten();
+    // A path that cannot be read leads nowhere, which is 404.
+    let read = parameters.any(|parameter| parameter["in"] != "path");
     let answers = [
-        ("400", body || query, "The request cannot be read"),
+        ("400", body || read, "The request cannot be read"),
         ("401", token && !probe, "The request brings no token, or a wrong one"),
         ("403", matches!(method, "post" | "delete"), "The request comes from a page of another site"),
         ("408", true, "The request, or the answer, took too long"),

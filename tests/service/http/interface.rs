@@ -87,11 +87,10 @@ fn the_service_keeps_to_the_bounds_that_it_describes() {
         for (name, property) in schemas[schema]["properties"].as_object().unwrap() {
             for value in beyond(property) {
                 let pointer = format!("{place}/{name}");
-                let document = pointer
+                let mut document = pointer
                     .rsplit('/')
                     .filter(|part| !part.is_empty())
                     .fold(value, |inner, part| json!({ part: inner }));
-                let mut document = document;
                 document["character"] = json!({ "urdf": PADDLER });
                 let problem = service.post_json("/v1/jobs", &document).problem(422);
                 let errors = problem["errors"].as_array().unwrap();
