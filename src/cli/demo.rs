@@ -16,7 +16,8 @@ use tokio::io::AsyncWriteExt;
 use tokio::runtime::Runtime;
 
 use super::failure::CommandError;
-use super::serve::{CONNECTIONS, STREAMS, Service, access, interrupted, token};
+use super::serve::{Service, access, interrupted};
+use super::settings::{CONNECTIONS, STREAMS, token, tokens};
 use gaitwright::http::{HttpOptions, Unprotected};
 
 /// The character of the demonstration.
@@ -48,8 +49,13 @@ impl DemoCommand {
         self.check().map_err(CommandError::input("the command line"))?;
         let listen = self.listen.unwrap_or_else(|| (Ipv4Addr::LOCALHOST, 0).into());
         let token = token()?;
-        let access = access(listen, token.as_deref(), Unprotected::Refuse, Vec::new())?;
-        let offer = HttpOptions { access, connections: CONNECTIONS, streams: STREAMS };
+        let offer = HttpOptions {
+            access: access(listen, tokens()?, Unprotected::Refuse, Vec::new())?,
+            request_rate: None,
+            connections: CONNECTIONS.get(),
+            streams: STREAMS.get(),
+            caller_streams: STREAMS.get(),
+        };
         let runtime = Runtime::new().context("the runtime cannot be started")?;
         let done = runtime.block_on(async {
             let options = ServiceOptions::new(self.out.clone());

@@ -7,18 +7,19 @@ mod export;
 mod failure;
 mod gait;
 mod input;
+mod log;
 mod schema;
 mod serve;
+mod settings;
 mod simulate;
 mod train;
 
-use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use tracing_subscriber::EnvFilter;
 
 use failure::CommandError;
+use log::LogFormat;
 
 /// Learns physically valid motion for any articulated character, and serves it over HTTP.
 ///
@@ -56,18 +57,14 @@ enum Command {
 /// Runs the command line's command.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    // A service logs what it does; the other commands print their own messages.
-    let default =
-        if matches!(arguments.command, Command::Serve(_)) { "warn,gaitwright=info" } else { "warn" };
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
-    let ansi = std::io::stderr().is_terminal();
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_ansi(ansi)
-        .with_writer(std::io::stderr)
-        // Telling of a log that cannot be written, in the log that cannot be written, would end the program.
-        .log_internal_errors(false)
-        .init();
+    // The service logs as its settings say; the other commands print their own messages.
+    if !matches!(arguments.command, Command::Serve(_)) {
+        let filter = std::env::var("RUST_LOG").unwrap_or_default();
+        // What cannot be read may be meant for another program.
+        if log::start(&filter, LogFormat::Text).is_err() {
+            let _ = log::start("warn", LogFormat::Text);
+        }
+    }
     let done = match arguments.command {
         Command::Demo(demo) => demo.run(),
         Command::Serve(serve) => serve.run(),

@@ -1,6 +1,6 @@
-//! Who may come in: by which name the service is called, and with which token.
+//! Who may come in: by which name the service is called, with which token, and how often.
 
-use std::net::{IpAddr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 
 use axum::extract::{Request, State};
@@ -11,10 +11,11 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use sha2::{Digest, Sha256};
-use subtle::ConstantTimeEq;
 
+use super::caller::{Caller, Peer};
+use super::limits::RequestRate;
 use super::problem::ProblemDetails;
+use super::token::{TokenDigest, Tokens};
 
 /// Longest request id that a client may choose, bytes.
 const LONGEST_REQUEST_ID: usize = 128;
@@ -29,8 +30,8 @@ const CHALLENGES: [&str; 2] =
 /// Where the service listens, and who may come in there.
 #[derive(Debug, Clone)]
 pub struct AccessPolicy {
-    /// Digest of the token that every request has to bring; of equal length whatever the token is.
-    token: Option<[u8; 32]>,
+    /// Of which every request has to bring one, unless there are none.
+    tokens: Tokens,
     /// The address that is listened on.
     listen: IpAddr,
     /// Further names of the service, in lower case.
@@ -41,12 +42,9 @@ pub struct AccessPolicy {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AccessPolicyError {
-    /// The token is empty.
-    #[error("the token GAITWRIGHT_TOKEN is empty")]
-    EmptyToken,
     /// Others reach the address, and nothing keeps them out.
     #[error(
-        "others reach {0}: set a token in the environment variable GAITWRIGHT_TOKEN, \
+        "others reach {0}: set a token in the environment variable GAITWRIGHT_TOKEN, or several in the settings, \
          or pass --insecure to let in everybody"
     )]
     Unprotected(SocketAddr),
@@ -67,22 +65,23 @@ impl AccessPolicy {
     ///
     /// # Errors
     ///
-    /// When the token is empty, or there is none where others reach the address.
+    /// When there is no token where others reach the address.
     pub fn new(
         listen: SocketAddr,
-        token: Option<&str>,
+        tokens: Tokens,
         unprotected: Unprotected,
         hosts: Vec<String>,
     ) -> Result<Self, AccessPolicyError> {
-        match token {
-            Some("") => return Err(AccessPolicyError::EmptyToken),
-            None if !listen.ip().is_loopback() && unprotected == Unprotected::Refuse => {
-                return Err(AccessPolicyError::Unprotected(listen));
-            }
-            _ => {}
+        if tokens.is_empty() && !listen.ip().is_loopback() && unprotected == Unprotected::Refuse {
+            return Err(AccessPolicyError::Unprotected(listen));
         }
         let hosts = hosts.into_iter().map(|host| host.to_ascii_lowercase()).collect();
-        Ok(Self { token: token.map(|token| digest(token.as_bytes())), listen: listen.ip(), hosts })
+        Ok(Self { tokens, listen: listen.ip(), hosts })
+    }
+
+    /// Whether a request has to bring a token.
+    pub(super) fn asks_for_token(&self) -> bool {
+        !self.tokens.is_empty()
     }
 
     /// Whether the service is called by one of its names. A page of another site whose name was made to lead here
@@ -98,12 +97,13 @@ impl AccessPolicy {
         }
     }
 
-    /// Whether the request brings the token, where there is one.
-    fn admits(&self, headers: &HeaderMap) -> bool {
-        let Some(token) = &self.token else { return true };
-        let Some(given) = headers.get(AUTHORIZATION).and_then(given_token) else { return false };
-        // Neither the place of the first difference nor the length shows in the time that this takes.
-        digest(&given).ct_eq(token).into()
+    /// Who sends a request from `peer`; `None` where it has to bring a token and does not.
+    fn caller(&self, headers: &HeaderMap, peer: IpAddr) -> Option<Caller> {
+        if self.tokens.is_empty() {
+            return Some(Caller::at(peer));
+        }
+        let given = TokenDigest::of(&headers.get(AUTHORIZATION).and_then(given_token)?);
+        self.tokens.name(&given).map(Caller::Token)
     }
 }
 
@@ -122,28 +122,58 @@ fn given_token(header: &HeaderValue) -> Option<Vec<u8>> {
     Some(pair[colon + 1..].to_vec())
 }
 
-fn digest(token: &[u8]) -> [u8; 32] {
-    Sha256::digest(token).into()
+/// What a request is checked against.
+#[derive(Debug)]
+pub(super) struct Gate {
+    /// Who may come in.
+    pub(super) policy: AccessPolicy,
+    /// How often; as often as they like where there is none.
+    pub(super) rate: Option<RequestRate>,
 }
 
-/// Turns away whoever calls the service by a name that is not its own, or comes without its token.
-pub(super) async fn check(State(policy): State<Arc<AccessPolicy>>, request: Request, next: Next) -> Response {
+impl Gate {
+    /// Counts a request.
+    ///
+    /// # Errors
+    ///
+    /// The answer, when it is one too many.
+    fn count(&self, caller: &Caller) -> Result<(), ProblemDetails> {
+        let Some(Err(wait)) = self.rate.as_ref().map(|rate| rate.count(caller)) else { return Ok(()) };
+        let seconds = u32::try_from(wait.as_secs()).unwrap_or(u32::MAX).saturating_add(1);
+        let detail = "too many requests from this caller; see the setting request_rate";
+        Err(ProblemDetails::new(StatusCode::TOO_MANY_REQUESTS, detail).retry_after(seconds))
+    }
+}
+
+/// Turns away whoever calls the service by a name that is not its own, comes without its token, or comes too often.
+pub(super) async fn check(State(gate): State<Arc<Gate>>, mut request: Request, next: Next) -> Response {
     let mut hosts = request.headers().get_all(HOST).iter();
     let host = hosts.next().and_then(|host| host.to_str().ok());
-    let known = host.is_some_and(|host| policy.knows(host)) && hosts.next().is_none();
+    let known = host.is_some_and(|host| gate.policy.knows(host)) && hosts.next().is_none();
     if !known {
         let host = host.unwrap_or_default();
-        let detail = format!("this service is not called {host:?}; see its option --allow-host");
+        let detail = format!("this service is not called {host:?}; see its setting allow_host");
         return ProblemDetails::new(StatusCode::MISDIRECTED_REQUEST, detail).into_response();
     }
-    if !OPEN.contains(&request.uri().path()) && !policy.admits(request.headers()) {
+    if OPEN.contains(&request.uri().path()) {
+        return next.run(request).await;
+    }
+    let peer = request.extensions().get::<Peer>().map_or(Ipv4Addr::UNSPECIFIED.into(), |peer| peer.0);
+    let caller = gate.policy.caller(request.headers(), peer);
+    // Whoever tries tokens is counted as well, by the address.
+    if let Err(problem) = gate.count(caller.as_ref().unwrap_or(&Caller::at(peer))) {
+        return problem.into_response();
+    }
+    let Some(caller) = caller else {
         let detail = "the request brings no token, or a wrong one";
         let mut response = ProblemDetails::new(StatusCode::UNAUTHORIZED, detail).into_response();
         for challenge in CHALLENGES {
             response.headers_mut().append(WWW_AUTHENTICATE, HeaderValue::from_static(challenge));
         }
         return response;
-    }
+    };
+    tracing::Span::current().record("caller", tracing::field::display(&caller));
+    request.extensions_mut().insert(caller);
     next.run(request).await
 }
 

@@ -7,6 +7,7 @@ use axum::http::header::LOCATION;
 use axum::response::{IntoResponse, Response};
 
 use super::app::App;
+use super::caller::Caller;
 use super::extract::JsonBody;
 use super::jobs::JobBody;
 use super::problem::ProblemDetails;
@@ -27,8 +28,10 @@ use crate::jobs::Posting;
         NotQueued))]
 pub(super) async fn submit(
     State(app): State<App>,
+    caller: Caller,
     JsonBody(body): JsonBody,
 ) -> Result<Response, ProblemDetails> {
-    let body = JobBody::from(app.jobs.submit_study(body.into(), Posting::default()).await?);
+    let posting = Posting { caller: caller.to_string(), key: None };
+    let body = JobBody::from(app.jobs.submit_study(body.into(), posting).await?);
     Ok((StatusCode::ACCEPTED, [(LOCATION, body.place().to_owned())], Json(body)).into_response())
 }

@@ -3,8 +3,10 @@
 use std::sync::Arc;
 
 use metrics_exporter_prometheus::PrometheusHandle;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::sync::Semaphore;
 
+use super::caller::Caller;
+use super::limits::{NoPlace, Place, Places};
 use super::problem::ProblemDetails;
 use crate::jobs::Jobs;
 
@@ -14,17 +16,21 @@ pub(super) struct App {
     pub(super) jobs: Jobs,
     /// Simulations that may still be started.
     pub(super) simulations: Arc<Semaphore>,
-    /// Events and growing recordings that may still be followed.
-    pub(super) streams: Arc<Semaphore>,
+    /// Places of those who follow events and growing recordings.
+    pub(super) streams: Arc<Places>,
     pub(super) figures: PrometheusHandle,
     /// The description of the interface.
     pub(super) openapi: Arc<serde_json::Value>,
 }
 
 impl App {
-    /// A place among those who follow something, for as long as it is kept.
-    pub(super) fn stream(&self) -> Result<OwnedSemaphorePermit, ProblemDetails> {
-        let place = Arc::clone(&self.streams).try_acquire_owned();
-        place.map_err(|_| ProblemDetails::crowded("as many streams are followed as may be at once"))
+    /// A place for `caller` among those who follow something, for as long as it is kept.
+    pub(super) fn stream(&self, caller: Caller) -> Result<Place, ProblemDetails> {
+        self.streams.take(caller).map_err(|why| match why {
+            NoPlace::ForCaller => {
+                ProblemDetails::busy("this caller follows as many streams as one may at once")
+            }
+            NoPlace::ForAnyone => ProblemDetails::crowded("as many streams are followed as may be at once"),
+        })
     }
 }

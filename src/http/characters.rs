@@ -13,7 +13,7 @@ use uuid::Uuid;
 use super::app::App;
 use super::extract::{Upload, UrlPath, UrlQuery, page_limit};
 use super::problem::ProblemDetails;
-use super::responses::{CharacterNotDeleted, JobId, NoCharacter, NoSuchCharacter, NotKept, UnreadableQuery};
+use super::responses::{CharacterNotDeleted, JobId, NoCharacter, NoSuchCharacter, NotKept};
 use crate::export::ExportFormat;
 use crate::jobs::{Expiry, Findings, StoredCharacter};
 use gaitwright_physics::character::{Source, schema};
@@ -113,8 +113,7 @@ pub(super) struct Selection {
         ("limit" = Option<u32>, Query, description = "Characters of a page, 1 to 200; 20 if left out"),
         ("after" = Option<String>, Query, description = "Only characters older than the one with this id")),
     responses(
-        (status = 200, description = "A page of characters", body = ref("#/components/schemas/Characters")),
-        UnreadableQuery))]
+        (status = 200, description = "A page of characters", body = ref("#/components/schemas/Characters"))))]
 pub(super) async fn list(
     State(app): State<App>,
     UrlQuery(selection): UrlQuery<Selection>,

@@ -3,17 +3,19 @@
 use std::convert::Infallible;
 
 use axum::extract::State;
-use axum::http::HeaderMap;
+use axum::http::{HeaderMap, StatusCode};
 use axum::response::IntoResponse;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use serde::Serialize;
-use tokio::sync::{OwnedSemaphorePermit, mpsc};
+use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use uuid::Uuid;
 
 use super::app::App;
+use super::caller::Caller;
 use super::extract::UrlPath;
 use super::jobs::JobBody;
+use super::limits::Place;
 use super::problem::ProblemDetails;
 use super::responses::{JobId, NotFollowed};
 use crate::jobs::{Job, JobState, Jobs, Live};
@@ -35,12 +37,13 @@ use gaitwright_learning::learn::Generation;
         NotFollowed))]
 pub(super) async fn events(
     State(app): State<App>,
+    caller: Caller,
     UrlPath(id): UrlPath<Uuid>,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, ProblemDetails> {
     app.jobs.job(id).await?;
-    let place = app.stream()?;
-    let last = headers.get("last-event-id").and_then(|value| value.to_str().ok()?.parse::<u32>().ok());
+    let last = last_event(&headers)?;
+    let place = app.stream(caller)?;
     let (sender, receiver) = mpsc::channel(16);
     let events = EventSender {
         jobs: app.jobs,
@@ -54,6 +57,14 @@ pub(super) async fn events(
     Ok(Sse::new(ReceiverStream::new(receiver)).keep_alive(KeepAlive::default()))
 }
 
+/// The generation that the client has had last, where it says so.
+fn last_event(headers: &HeaderMap) -> Result<Option<u32>, ProblemDetails> {
+    let Some(id) = headers.get("last-event-id") else { return Ok(None) };
+    let number = id.to_str().ok().and_then(|id| id.parse().ok());
+    let detail = "Last-Event-ID: must be the number of a generation";
+    number.map(Some).ok_or_else(|| ProblemDetails::new(StatusCode::BAD_REQUEST, detail))
+}
+
 /// The stream has ended: its reader has left, or the end of the job has been sent.
 struct StreamEnded;
 
@@ -65,7 +76,7 @@ struct EventSender {
     /// The state sent last.
     sent: Option<JobState>,
     sender: mpsc::Sender<Result<Event, Infallible>>,
-    _place: OwnedSemaphorePermit,
+    _place: Place,
 }
 
 impl EventSender {

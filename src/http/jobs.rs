@@ -10,9 +10,10 @@ use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
 use super::app::App;
+use super::caller::Caller;
 use super::extract::{Upload, UrlPath, UrlQuery, page_limit};
 use super::problem::ProblemDetails;
-use super::responses::{JobId, NoSuchJob, NotCancelled, NotDeleted, NotQueued, NotRetried, UnreadableQuery};
+use super::responses::{JobId, NoSuchJob, NotCancelled, NotDeleted, NotQueued, NotRetried};
 use crate::jobs::{
     IdempotencyKey, Job, JobRequest, JobState, JobTerms, Posting, ServiceError, StoredJob, Work,
 };
@@ -161,15 +162,16 @@ pub(super) struct Selection {
         NotQueued))]
 pub(super) async fn submit(
     State(app): State<App>,
+    caller: Caller,
     headers: HeaderMap,
     upload: Upload,
 ) -> Result<Response, ProblemDetails> {
-    let key = idempotency_key(&headers, &upload)?;
+    let key = idempotency_key(&headers, &upload)?.map(|key| key.of(caller.token()));
     let before = match &key {
         Some(key) => app.jobs.posted(key).await?,
         None => None,
     };
-    let posting = Posting { caller: String::new(), key };
+    let posting = Posting { caller: caller.to_string(), key };
     let job = match (before, upload) {
         (Some(job), _) => job,
         (None, Upload::Json(body)) => {
@@ -228,8 +230,7 @@ fn accepted(job: Job) -> Response {
         ("state" = Option<String>, Query,
             description = "Only jobs in this state: queued, running, succeeded, failed, cancelled")),
     responses(
-        (status = 200, description = "A page of jobs", body = ref("#/components/schemas/Jobs")),
-        UnreadableQuery))]
+        (status = 200, description = "A page of jobs", body = ref("#/components/schemas/Jobs"))))]
 pub(super) async fn list(
     State(app): State<App>,
     UrlQuery(selection): UrlQuery<Selection>,

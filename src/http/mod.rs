@@ -4,12 +4,15 @@ mod accept;
 mod access;
 mod accuracy;
 mod app;
+mod caller;
 mod characters;
 mod conditional;
 mod events;
 mod exports;
 mod extract;
+mod figures;
 mod jobs;
+mod limits;
 mod motions;
 mod openapi;
 mod page;
@@ -18,10 +21,13 @@ mod ranges;
 mod responses;
 mod results;
 mod server;
+mod silence;
 mod simulations;
 mod status;
+mod token;
 
 use std::io;
+use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -32,8 +38,10 @@ use axum::http::StatusCode;
 use axum::http::header::{CACHE_CONTROL, HeaderName, HeaderValue, X_CONTENT_TYPE_OPTIONS};
 use axum::middleware::{from_fn, from_fn_with_state, map_request, map_response};
 use axum::response::Response;
+use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
+use tokio_util::task::AbortOnDropHandle;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
 use tower_http::csrf::CsrfLayer;
@@ -44,8 +52,11 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 
 use crate::jobs::Jobs;
+use access::Gate;
 pub use access::{AccessPolicy, AccessPolicyError, Unprotected};
 use app::App;
+use limits::{Places, RequestRate};
+pub use token::{TokenDigest, TokenError, Tokens};
 
 /// Greatest size of a request's body, bytes.
 const MAX_BODY: usize = 32 << 20;
@@ -59,15 +70,25 @@ const BODY_TIMEOUT: Duration = Duration::from_secs(15);
 /// How long open connections may take to end once the service shuts down.
 const CLOSE_TIMEOUT: Duration = Duration::from_secs(3);
 
+/// Longest part of a path that is logged, bytes.
+const LONGEST_PATH: usize = 256;
+
+/// How often what is counted is brought up to date.
+const UPKEEP: Duration = Duration::from_secs(5);
+
 /// How the service is offered.
 #[derive(Debug, Clone)]
 pub struct HttpOptions {
     /// Who may come in.
     pub access: AccessPolicy,
+    /// Requests a second that one caller may send over time; as many as they like where there is none.
+    pub request_rate: Option<NonZeroU32>,
     /// Connections that may be open at once; others wait.
     pub connections: usize,
     /// Events and growing recordings that may be followed at once.
     pub streams: usize,
+    /// How many of them by one caller.
+    pub caller_streams: usize,
 }
 
 /// Serves `jobs` on `listener` until they shut down; then waits for open connections, but not for
@@ -78,18 +99,32 @@ pub struct HttpOptions {
 /// When the service cannot be set up, or the listener fails.
 pub async fn serve(listener: TcpListener, jobs: Jobs, options: HttpOptions) -> io::Result<()> {
     let shutdown = jobs.shutdown().clone();
-    let figures = status::collect().map_err(io::Error::other)?;
+    let figures = figures::collect().map_err(io::Error::other)?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let simulations = Arc::new(Semaphore::new(cores));
-    let streams = Arc::new(Semaphore::new(options.streams));
+    let streams = Arc::new(Places::new(options.streams, options.caller_streams));
     let (routes, description) = routes().split_for_parts();
-    let openapi = Arc::new(openapi::complete(description)?);
+    let openapi = Arc::new(openapi::complete(description, options.access.asks_for_token())?);
     let app = App { jobs, simulations, streams, figures, openapi };
-    let router = layered(routes.merge(page::router()), options.access).with_state(app);
+    let gate = Arc::new(Gate { policy: options.access, rate: options.request_rate.map(RequestRate::new) });
+    let kept_up = tokio::spawn(keep_up(app.figures.clone(), Arc::clone(&gate)));
+    let _kept_up = AbortOnDropHandle::new(kept_up);
+    let router = layered(routes.merge(page::router()), gate).with_state(app);
     let serving = server::serve(listener, router, options.connections, shutdown.clone());
     tokio::select! {
         served = serving => served,
         () = async { shutdown.cancelled().await; tokio::time::sleep(CLOSE_TIMEOUT).await } => Ok(()),
+    }
+}
+
+/// Keeps what is counted from growing without end: figures that nobody fetches, and callers that have left.
+async fn keep_up(figures: PrometheusHandle, gate: Arc<Gate>) {
+    loop {
+        tokio::time::sleep(UPKEEP).await;
+        figures.run_upkeep();
+        if let Some(rate) = &gate.rate {
+            rate.forget_silent();
+        }
     }
 }
 
@@ -132,7 +167,7 @@ fn routes() -> OpenApiRouter<App> {
 }
 
 /// What every request and every answer goes through, the innermost first.
-fn layered(routes: Router<App>, access: AccessPolicy) -> Router<App> {
+fn layered(routes: Router<App>, gate: Arc<Gate>) -> Router<App> {
     routes
         .layer(CompressionLayer::new().compress_when(conditional::is_text))
         .layer(DefaultBodyLimit::max(MAX_BODY))
@@ -140,12 +175,12 @@ fn layered(routes: Router<App>, access: AccessPolicy) -> Router<App> {
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, TIMEOUT))
         .layer(CsrfLayer::new())
         .layer(CatchPanicLayer::custom(problem::of_panic))
-        .layer(from_fn_with_state(Arc::new(access), access::check))
-        .layer(from_fn(status::count))
+        .layer(from_fn_with_state(gate, access::check))
+        .layer(from_fn(figures::observe))
         .layer(from_fn(problem::describe_errors))
         .layer(map_response(add_security_headers))
         .layer(PropagateRequestIdLayer::x_request_id())
-        .layer(TraceLayer::new_for_http().make_span_with(span))
+        .layer(TraceLayer::new_for_http().make_span_with(span).on_request(()).on_response(()).on_failure(()))
         .layer(SetRequestIdLayer::x_request_id(MakeRequestUuid))
         .layer(map_request(access::bound_request_id))
 }
@@ -166,6 +201,8 @@ async fn add_security_headers(mut response: Response) -> Response {
 /// The span in which a request is logged.
 fn span(request: &Request) -> tracing::Span {
     let id = request.headers().get(HeaderName::from_static("x-request-id"));
-    let id = id.and_then(|id| id.to_str().ok()).unwrap_or_default();
-    tracing::info_span!("request", id, method = %request.method(), path = request.uri().path())
+    let request_id = id.and_then(|id| id.to_str().ok()).unwrap_or_default();
+    let (method, path) = (request.method(), request.uri().path());
+    let path = path.get(..LONGEST_PATH).unwrap_or(path);
+    tracing::info_span!("request", request_id, %method, path, caller = tracing::field::Empty)
 }

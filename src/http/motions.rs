@@ -1,7 +1,7 @@
 //! The motions of a job's repertoire, one by one.
 
 use axum::extract::State;
-use axum::http::HeaderMap;
+use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
 use serde::Deserialize;
 use uuid::Uuid;
@@ -52,6 +52,10 @@ pub(super) async fn motion(
         None => (name.as_str(), None),
         Some((number, format)) => (number, Some(export_format(format)?)),
     };
+    if format.is_none() && (query.fps.is_some() || query.in_place) {
+        let detail = "fps, in_place: a motion document has neither, exports such as 1.glb have both";
+        return Err(ProblemDetails::new(StatusCode::BAD_REQUEST, detail));
+    }
     check_ended(&job, &choice, &format!("motion {name}"))?;
     let file = file(&app, &job, number).await?;
     let path = app.jobs.shelved(id, Shelf::Motions, &file);

@@ -30,6 +30,9 @@ const CROWDED_RETRY: u32 = 5;
 /// Most faults that an answer lists.
 const MOST_FAULTS: usize = 100;
 
+/// Longest place and longest reason of a fault in an answer, characters: both may quote the input.
+const LONGEST_TEXT: usize = 500;
+
 /// Retry-After of an answer from a service that cannot write at present, s.
 const STORE_RETRY: u32 = 5;
 
@@ -164,11 +167,16 @@ impl From<InputError> for ProblemDetails {
             InputError::Impossible(_) => (StatusCode::UNPROCESSABLE_ENTITY, "The input is impossible"),
         };
         let all = error.faults();
-        let (faults, more) = (&all[..all.len().min(MOST_FAULTS)], all.len().saturating_sub(MOST_FAULTS));
-        let detail = match more {
-            0 => error.to_string(),
-            more => format!("{}; and {more} more", InputError::Impossible(faults.to_vec())),
+        let short = |fault: &Fault| Fault::new(shortened(&fault.pointer), shortened(&fault.reason));
+        let faults: Vec<Fault> = all.iter().take(MOST_FAULTS).map(short).collect();
+        let more = all.len() - faults.len();
+        let listed = match error {
+            InputError::Malformed(_) => faults.first().cloned().map(InputError::Malformed),
+            InputError::TooLarge(_) => faults.first().cloned().map(InputError::TooLarge),
+            InputError::Impossible(_) => None,
         };
+        let listed = listed.unwrap_or_else(|| InputError::Impossible(faults.clone()));
+        let detail = if more == 0 { listed.to_string() } else { format!("{listed}; and {more} more") };
         let body = |fault: &Fault| FaultBody { pointer: fault.pointer.clone(), detail: fault.reason.clone() };
         Self {
             kind: "urn:gaitwright:input",
@@ -180,6 +188,14 @@ impl From<InputError> for ProblemDetails {
             errors_left_out: more.try_into().unwrap_or(u32::MAX),
             retry_after: None,
         }
+    }
+}
+
+/// The beginning of a text that is longer than an answer may quote.
+fn shortened(text: &str) -> String {
+    match text.char_indices().nth(LONGEST_TEXT) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.to_owned(),
     }
 }
 

@@ -27,19 +27,21 @@ macro_rules! problems {
 problems! {
     /// A job could not be queued.
     NotQueued {
-        "4XX": "Refused: 400, 413, 415, 422 also for a key that was used for another body, or 429 when too many \
-            jobs wait",
+        "422": "What is asked for is impossible, with every fault found; or the key was used for another body",
+        "429": "Too many jobs wait, of all or of this caller",
         "503": "Shutting down, or unable to write at present"
     }
     /// A character was not kept.
-    NotKept { "4XX": "Refused: 400, 413, 415, 422, or 429 when too much is computed",
-        "503": "Unable to write at present" }
+    NotKept {
+        "422": "The character is impossible, with every fault found",
+        "429": "Too much is computed at once",
+        "503": "Shutting down, or unable to write at present"
+    }
     /// A simulation was not started.
     NotSimulated {
-        "4XX": "Refused: 400, 413, 415, 422 also for more than 1,000,000 steps, or 429 when too many run"
+        "422": "What is asked for is impossible, with every fault found, or takes more than 1,000,000 steps",
+        "429": "Too many simulations run at once"
     }
-    /// The query of a list.
-    UnreadableQuery { "400": "A query that cannot be read" }
     /// The id names no character.
     NoSuchCharacter { "404": "No such character" }
     /// The character cannot be deleted.
@@ -51,36 +53,47 @@ problems! {
     /// The id names no job, or a job whose character is part of something else.
     NoCharacter { "404": "No such job, or a study, whose character is part of its scenario" }
     /// The id names no job.
-    NoSuchJob { "404": "No such job" }
+    NoSuchJob { "404": "No such job", "409": "The job's record cannot be read" }
     /// The job cannot be cancelled.
     NotCancelled { "404": "No such job", "409": "The job has ended otherwise", "503": "Unable to write at present" }
     /// The job cannot be queued again.
     NotRetried {
         "404": "No such job",
         "409": "The job has neither failed nor been cancelled",
-        "429": "Too many jobs wait",
+        "429": "Too many jobs wait, of all or of this caller",
         "503": "Shutting down, or unable to write at present"
     }
     /// The job cannot be deleted.
     NotDeleted { "404": "No such job", "409": "The job has not ended", "503": "Unable to write at present" }
     /// The job is not followed.
-    NotFollowed { "404": "No such job", "503": "As many streams are followed as may be at once" }
+    NotFollowed {
+        "404": "No such job",
+        "409": "The job's record cannot be read",
+        "429": "This caller follows as many streams as one may at once",
+        "503": "As many streams are followed as may be at once"
+    }
     /// The job has no motion.
-    NoMotion { "4XX": "404 for no such job, 409 for one that has not ended or has no motion" }
+    NoMotion { "404": "No such job", "409": "The job has not ended, or has no motion" }
     /// The motion was not exported.
     NotExported {
-        "4XX": "400 for a query that cannot be read, 404 for no such job, 409 for one that has not ended or has no motion, \
-            422 for a rate that is out of range"
+        "404": "No such job or motion",
+        "409": "The job has not ended, or has no motion",
+        "422": "The rate is out of range"
     }
     /// The job has no report.
-    NoReport { "4XX": "404 for no such job, 409 for one that has not ended or has no report" }
+    NoReport { "404": "No such job", "409": "The job has not ended, or has no report" }
     /// The job has no table.
-    NoTable { "4XX": "404 for no such job, 409 for one that has not ended or has no table" }
+    NoTable { "404": "No such job", "409": "The job has not ended, or has no table" }
     /// The job has no diagram.
-    NoDiagram { "4XX": "404 for no such job, 409 for one that has not ended or has no diagram" }
+    NoDiagram { "404": "No such job", "409": "The job has not ended, or has no diagram" }
     /// The job has no recording, or not at the range asked for.
     NoRecording {
-        "4XX": "404 for no such job, 409 for one that has recorded nothing, 410 where the recording was removed, 416 for a range beyond the end",
+        "404": "No such job",
+        "409": "The job has recorded nothing",
+        "410": "The recording was removed",
+        "412": "The recording has changed since the time given",
+        "416": "The range lies beyond the end",
+        "429": "This caller follows as many streams as one may at once",
         "503": "As many streams are followed as may be at once"
     }
     /// The service takes no requests.

@@ -15,15 +15,17 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 use tokio::fs::File;
 use tokio::io::{AsyncReadExt, AsyncSeekExt};
-use tokio::sync::{OwnedSemaphorePermit, mpsc};
+use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 
 use super::accept::prefers_csv;
 use super::app::App;
+use super::caller::Caller;
 use super::conditional::{tag, tagged};
 use super::extract::{UrlPath, UrlQuery};
+use super::limits::Place;
 use super::problem::ProblemDetails;
 use super::ranges;
 use super::responses::{
@@ -51,6 +53,7 @@ const CHUNK: usize = 64 << 10;
         NoRecording))]
 pub(super) async fn recording(
     State(app): State<App>,
+    caller: Caller,
     UrlPath(id): UrlPath<Uuid>,
     request: Request,
 ) -> Result<Response, ProblemDetails> {
@@ -59,7 +62,7 @@ pub(super) async fn recording(
     if job.state == JobState::Running
         && let Some(live) = app.jobs.live(id)
     {
-        let place = app.stream()?;
+        let place = app.stream(caller)?;
         return Ok(growing(&request, path, live, app.jobs.shutdown().clone(), place));
     }
     if let Some(removed) = job.storage.recording_removed {
@@ -216,6 +219,7 @@ pub(super) async fn front(
 
 /// Whether results are wanted before their job has ended.
 #[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Choice {
     #[serde(default)]
     pub(super) preliminary: bool,
@@ -288,7 +292,7 @@ fn growing(
     path: PathBuf,
     live: Arc<Live>,
     shutdown: CancellationToken,
-    place: OwnedSemaphorePermit,
+    place: Place,
 ) -> Response {
     let body = if request.method() == Method::HEAD {
         // A body of length 0 would be wrong: the length of what there will be is not known.

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use tokio::runtime::Handle;
 
+use super::figures::{self, FailureCause};
 use super::housekeeping::keep_house;
 use super::live::Live;
 use super::service::{Jobs, Shared};
@@ -82,7 +83,10 @@ impl Keeper {
             }
         };
         for job in jobs {
-            tracing::error!(id = %job.id, attempts = job.attempts, state = job.state.name(), cause);
+            if job.state.is_final() {
+                figures::ended(&job, FailureCause::Interrupted);
+            }
+            tracing::error!(job_id = %job.id, attempts = job.attempts, state = job.state.name(), cause);
             if let Some(live) = self.shared.running.get(job.id) {
                 self.give_up(&live);
             }

@@ -6,6 +6,7 @@
 mod characters;
 mod check;
 mod error;
+mod figures;
 mod files;
 mod housekeeping;
 mod job;
@@ -29,6 +30,7 @@ mod worker;
 
 pub use check::{Findings, JointFinding, ShapeFinding, Standing, check};
 pub use error::ServiceError;
+pub use figures::{COUNTERS, HISTOGRAMS, Histogram};
 pub use files::{Artefact, Shelf};
 pub use job::{CharacterName, Job, JobState, JobStorage, MOST_ATTEMPTS, Progress, Stage, Timings};
 pub use keeper::start;

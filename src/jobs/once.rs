@@ -44,4 +44,12 @@ impl IdempotencyKey {
         let digits: String = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
         Ok(Self { key: key.to_owned(), digest: format!("sha256:{digits}") })
     }
+
+    /// The same key as it is `caller`'s: another caller may choose the same.
+    #[must_use]
+    pub fn of(self, caller: &str) -> Self {
+        // No key contains a space.
+        let key = if caller.is_empty() { self.key } else { format!("{caller} {}", self.key) };
+        Self { key, ..self }
+    }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use uuid::Uuid;
 
 use super::error::ServiceError;
+use super::figures;
 use super::job::{CharacterName, Job, JobState};
 use super::once::{IdempotencyKey, Posting};
 use super::order::Order;
@@ -132,7 +133,8 @@ impl Jobs {
             jobs.check_queue(&job.caller).await?;
             jobs.shared().store.insert(&job, &input, key.as_ref()).await?;
             jobs.shared().posted.notify_one();
-            metrics::counter!("gaitwright_jobs_posted_total").increment(1);
+            figures::posted();
+            tracing::info!(job_id = %job.id, character = job.character.name, "queued");
             Ok(job)
         })
         .await

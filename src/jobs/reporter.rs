@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use tokio::runtime::Handle;
 
+use super::figures::GenerationMeter;
 use super::files::Artefact;
 use super::job::{Job, Stage};
 use super::live::Live;
@@ -36,6 +37,7 @@ pub(super) struct Reporter<'a> {
     /// The newest checkpoint, unless it is on the disk.
     checkpoint: Option<TrainingCheckpoint>,
     kept: Instant,
+    meter: GenerationMeter,
 }
 
 impl<'a> Reporter<'a> {
@@ -57,6 +59,7 @@ impl<'a> Reporter<'a> {
             recorded: now,
             checkpoint: None,
             kept: now,
+            meter: GenerationMeter::after(live.curve_from(0).pop()),
         }
     }
 
@@ -113,7 +116,7 @@ impl RunWatcher for Reporter<'_> {
         self.job.advance(figures);
         self.unwritten.push(figures.clone());
         self.live.push(figures.clone());
-        metrics::counter!("gaitwright_generations_total").increment(1);
+        self.meter.count(self.job, figures);
         if self.recorded.elapsed() >= RECORD_EVERY {
             self.record();
         }

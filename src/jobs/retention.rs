@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
 /// How much of one kind is kept. What exceeds one of the limits goes, the oldest first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub struct Retention {
     /// Longest time.
     pub age: Option<Duration>,
@@ -94,6 +95,20 @@ impl FromStr for Retention {
             }
         }
         Ok(limits)
+    }
+}
+
+impl TryFrom<String> for Retention {
+    type Error = RetentionError;
+
+    fn try_from(text: String) -> Result<Self, RetentionError> {
+        text.parse()
+    }
+}
+
+impl From<Retention> for String {
+    fn from(limits: Retention) -> Self {
+        limits.to_string()
     }
 }
 

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::{Mutex, Notify, Semaphore, watch};
 use tokio_util::sync::CancellationToken;
+use tracing::Instrument;
 use uuid::Uuid;
 
 use super::error::ServiceError;
@@ -122,7 +123,7 @@ impl Jobs {
         let store = Store::open(&options.data).await?;
         // Nobody else works on this folder: whoever did is gone.
         for job in store.reclaim(Reclaimed::All, "the service ended while it was worked at").await? {
-            tracing::warn!(id = %job.id, attempts = job.attempts, state = job.state.name(), "found unfinished");
+            tracing::warn!(job_id = %job.id, attempts = job.attempts, state = job.state.name(), "found unfinished");
         }
         files::sweep(&options.data, &store.ids().await?)?;
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -270,5 +271,5 @@ impl Shared {
 pub(super) async fn uninterrupted<T: Send + 'static>(
     work: impl Future<Output = Result<T, ServiceError>> + Send + 'static,
 ) -> Result<T, ServiceError> {
-    tokio::spawn(work).await?
+    tokio::spawn(work.in_current_span()).await?
 }

@@ -15,6 +15,7 @@ use tokio::runtime::Handle;
 use uuid::Uuid;
 
 use super::error::ServiceError;
+use super::figures::{self, FailureCause};
 use super::files::{self, Artefact};
 use super::job::{Job, JobState, Stage};
 use super::live::Live;
@@ -138,6 +139,9 @@ impl Worker {
         let Some(Claimed { claim, job }) = self.shared.store.claim(&self.name, lease).await? else {
             return Ok(None);
         };
+        if job.attempts == 1 && job.progress.generations == 0 {
+            figures::taken_up_first(&job);
+        }
         let live = Arc::new(Live::new(claim));
         self.shared.running.add(&live);
         // Somebody may have asked for its end before it could be found among those that run.
@@ -152,7 +156,7 @@ impl Worker {
 
     /// Works at a job until it ends, or the service does.
     fn serve(&self, mut job: Job, live: &Arc<Live>) {
-        let span = tracing::info_span!("job", id = %job.id);
+        let span = tracing::info_span!("job", job_id = %job.id);
         let _entered = span.enter();
         tracing::info!(character = job.character.name, attempt = job.attempts, "started");
         let stopper = {
@@ -171,12 +175,22 @@ impl Worker {
         }));
         stopper.abort();
         let whole = matches!(result, Ok(Ok(())));
-        match result {
-            Ok(Ok(())) => {}
-            Ok(Err(error)) if error.is_about_storage() => self.set_back(&mut job, live, &error),
-            Ok(Err(error)) => job.fail(error.to_string()),
-            Err(panic) => job.fail(format!("the program broke off: {}", message(&*panic))),
-        }
+        // Why it has failed, if it has.
+        let cause = match result {
+            Ok(Ok(())) => FailureCause::NoMotion,
+            Ok(Err(error)) if error.is_about_storage() => {
+                self.set_back(&mut job, live, &error);
+                FailureCause::Storage
+            }
+            Ok(Err(error)) => {
+                job.fail(error.to_string());
+                FailureCause::Run
+            }
+            Err(panic) => {
+                job.fail(format!("the program broke off: {}", message(&*panic)));
+                FailureCause::Panic
+            }
+        };
         if !whole && job.state == JobState::Failed && !live.is_lost() {
             self.withdraw(&job);
         }
@@ -186,7 +200,7 @@ impl Worker {
         } else {
             tracing::info!(state = job.state.name(), error = job.error, "left");
             if job.state.is_final() {
-                metrics::counter!("gaitwright_jobs_ended_total", "state" => job.state.name()).increment(1);
+                figures::ended(&job, cause);
             }
         }
         live.finish();

@@ -5,6 +5,7 @@ mod browser;
 mod cli;
 #[path = "../common/mod.rs"]
 mod common;
+mod damage;
 mod exports;
 mod gait;
 mod guide;
@@ -15,6 +16,7 @@ mod playback;
 mod python;
 mod readers;
 mod recording;
+mod settings;
 mod structure;
 #[path = "../common/synthetic.rs"]
 mod synthetic;

@@ -86,7 +86,14 @@ impl<'de> Deserializer<'de> for Strict<'de> {
 
     fn deserialize_identifier<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Self::Error> {
         // Serde asks for an array's element as an identifier only when it reads a tagged object from an array.
-        if self.listed { Err(no_object()) } else { self.deserialize_any(visitor) }
+        if self.listed {
+            return Err(no_object());
+        }
+        // It would take a number for the tag at that index.
+        if self.value.is_number() {
+            return Err(Error::custom("expected a name, not a number"));
+        }
+        self.deserialize_any(visitor)
     }
 
     forward_to_deserialize_any! {

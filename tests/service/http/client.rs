@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
@@ -27,6 +28,8 @@ pub struct Service {
     child: Child,
     base: String,
     data: PathBuf,
+    /// What it has said so far on standard error, line by line.
+    log: Arc<Mutex<Vec<String>>>,
     /// Removes the data folder in the end, when it is this service's own.
     _folder: Option<TempDir>,
 }
@@ -47,22 +50,27 @@ impl Service {
 
     /// A service on a data folder that may hold jobs already.
     pub fn on(data: &Path, arguments: &[&str]) -> Self {
-        Self::spawn(program(), data, arguments, None)
+        Self::spawn(program(), data, arguments, &[])
+    }
+
+    /// A service with a new data folder and variables in its environment.
+    pub fn with_environment(environment: &[(&str, &str)], arguments: &[&str]) -> Self {
+        let folder = TempDir::new().unwrap();
+        let mut service = Self::spawn(program(), folder.path(), arguments, environment);
+        service._folder = Some(folder);
+        service
     }
 
     /// A service with a new data folder that lets in who brings `token`.
     pub fn with_token(token: &str, arguments: &[&str]) -> Self {
-        let folder = TempDir::new().unwrap();
-        let mut service = Self::spawn(program(), folder.path(), arguments, Some(token));
-        service._folder = Some(folder);
-        service
+        Self::with_environment(&[("GAITWRIGHT_TOKEN", token)], arguments)
     }
 
     /// A service that gets an error, and not a signal that ends it, for a file that is larger than it may be.
     pub fn with_limits(data: &Path, arguments: &[&str]) -> Self {
         let mut shell = Command::new("sh");
         shell.args(["-c", "trap '' XFSZ; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_gaitwright")]);
-        Self::spawn(shell, data, arguments, None)
+        Self::spawn(shell, data, arguments, &[])
     }
 
     /// Bounds the size of the files that the service may write; what is beyond fails as on a full disk.
@@ -77,10 +85,10 @@ impl Service {
     pub fn with_failing_writes(data: &Path, arguments: &[&str], writes: &FailingWrites) -> Self {
         let mut program = program();
         program.env("LD_PRELOAD", &writes.library).env("FAILING_WRITES", &writes.control);
-        Self::spawn(program, data, arguments, None)
+        Self::spawn(program, data, arguments, &[])
     }
 
-    fn spawn(mut program: Command, data: &Path, arguments: &[&str], token: Option<&str>) -> Self {
+    fn spawn(mut program: Command, data: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Self {
         let listen: &[&str] =
             if arguments.contains(&"--listen") { &[] } else { &["--listen", "127.0.0.1:0"] };
         let mut child = program
@@ -90,19 +98,29 @@ impl Service {
             .arg(data)
             .args(arguments)
             .env_remove("GAITWRIGHT_TOKEN")
-            .envs(token.map(|token| ("GAITWRIGHT_TOKEN", token)))
+            .envs(environment.iter().copied())
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        let mut log = BufReader::new(child.stderr.take().unwrap()).lines();
-        let base = log
-            .by_ref()
-            .map(Result::unwrap)
-            .find_map(|line| line.strip_prefix("listening on ").map(str::to_owned))
-            .expect("the service says where it listens");
+        let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+        let base = lines.by_ref().find_map(|line| address(&line)).expect("the service says where it listens");
         // The log is read on, so that the service never waits for its reader.
-        std::thread::spawn(move || log.for_each(drop));
-        Self { child, base, data: data.to_owned(), _folder: None }
+        let log = Arc::new(Mutex::new(Vec::new()));
+        let kept = Arc::clone(&log);
+        std::thread::spawn(move || lines.for_each(|line| kept.lock().unwrap().push(line)));
+        Self { child, base, data: data.to_owned(), log, _folder: None }
+    }
+
+    /// Waits until the service has logged a line that satisfies `condition`, and gives it.
+    pub fn logged(&self, what: &str, condition: impl Fn(&str) -> bool) -> String {
+        let since = Instant::now();
+        loop {
+            if let Some(line) = self.log.lock().unwrap().iter().find(|line| condition(line)) {
+                return line.clone();
+            }
+            assert!(since.elapsed() < DEADLINE, "{what} was not logged: {:#?}", self.log.lock().unwrap());
+            std::thread::sleep(Duration::from_millis(20));
+        }
     }
 
     /// The address of `path`.
@@ -219,6 +237,15 @@ impl Drop for Service {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// Where a service listens, from the line of its log that says so.
+fn address(line: &str) -> Option<String> {
+    if let Some(address) = line.strip_prefix("listening on ") {
+        return Some(address.to_owned());
+    }
+    let event: Value = serde_json::from_str(line).ok()?;
+    (event["message"] == "listening").then(|| format!("http://{}", event["address"].as_str().unwrap()))
 }
 
 /// Has the writes of a service fail from a certain one on; see `preload/failing_writes.rs`.
@@ -338,14 +365,26 @@ pub struct Receiver {
 impl Receiver {
     /// Starts it, and waits until the service has begun to answer.
     pub fn start(url: &str) -> Self {
+        Self::with(url, &[])
+    }
+
+    /// The same with further arguments for `curl`.
+    pub fn with(url: &str, arguments: &[&str]) -> Self {
         let mut child = Command::new("curl")
             .args(["-sS", "-N", "--max-time", "300", url])
+            .args(arguments)
             .stdout(Stdio::piped())
             .spawn()
             .expect("these tests need the program curl, which was not found");
         let mut received = vec![0];
         child.stdout.as_mut().unwrap().read_exact(&mut received).expect("the service answers");
         Self { child, received }
+    }
+
+    /// Leaves before the end.
+    pub fn leave(mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
     }
 
     /// Everything received until the service ends the answer.

@@ -50,5 +50,6 @@ fn a_motion_is_exported_once_its_job_has_ended() {
     for (query, status) in [("?fps=0", 422), ("?fps=quick", 400), ("?speed=2", 400)] {
         service.curl(&format!("{job}/motion.csv{query}"), &[]).problem(status);
     }
+    service.curl(&format!("{job}/motions/1?fps=60"), &[]).problem(400);
     service.curl("/v1/jobs/01890000-0000-7000-8000-000000000000/motion.bvh", &[]).problem(404);
 }

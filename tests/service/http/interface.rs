@@ -53,6 +53,90 @@ fn every_schema_that_is_referred_to_is_there() {
     }
 }
 
+/// Values just beyond the bounds of a schema.
+fn beyond(schema: &Value) -> Vec<Value> {
+    let real = |name: &str| schema[name].as_f64();
+    let integer = schema["type"].to_string().contains("integer");
+    let past = |bound: f64, up: f64| {
+        if integer { json!((bound + up) as i64) } else { json!(bound + up * (bound.abs() * 1e-3).max(1e-9)) }
+    };
+    let mut values: Vec<Value> = real("minimum").map(|bound| past(bound, -1.0)).into_iter().collect();
+    values.extend(real("maximum").map(|bound| past(bound, 1.0)));
+    values.extend(real("exclusiveMinimum").map(|bound| json!(bound)));
+    if schema.get("not").is_some() {
+        values.push(json!(schema["minimum"].as_i64().unwrap() + 1));
+    }
+    values
+}
+
+#[test]
+fn the_service_keeps_to_the_bounds_that_it_describes() {
+    let service = Service::with(&["--queue", "0"]);
+    let schemas = service.json("/openapi.json")["components"]["schemas"].clone();
+    let mut tried = 0;
+    for (schema, place) in [
+        ("Learning", "/learning"),
+        ("Crossover", "/learning/crossover"),
+        ("Mutation", "/learning/mutation"),
+        ("Task", "/task"),
+        ("Weights", "/task/weights"),
+        ("Scene", "/scene"),
+        ("AskedAccuracy", "/accuracy"),
+        ("SolverChoice", "/accuracy/solver"),
+    ] {
+        for (name, property) in schemas[schema]["properties"].as_object().unwrap() {
+            for value in beyond(property) {
+                let pointer = format!("{place}/{name}");
+                let mut document = pointer
+                    .rsplit('/')
+                    .filter(|part| !part.is_empty())
+                    .fold(value, |inner, part| json!({ part: inner }));
+                document["character"] = json!({ "urdf": PADDLER });
+                let problem = service.post_json("/v1/jobs", &document).problem(422);
+                let errors = problem["errors"].as_array().unwrap();
+                assert!(
+                    errors.iter().any(|error| error["pointer"] == pointer.as_str()),
+                    "{pointer}: {problem}"
+                );
+                tried += 1;
+            }
+        }
+    }
+    assert!(tried > 80, "{tried}");
+    // No number of the learner is without bounds.
+    for (name, property) in schemas["Learning"]["properties"].as_object().unwrap() {
+        let kind = property["type"].to_string();
+        let number = kind.contains("integer") || kind.contains("number");
+        assert!(!number || beyond(property).len() >= 2, "{name}: {property}");
+    }
+}
+
+#[test]
+fn every_answer_is_described() {
+    let description = Service::start().json("/openapi.json");
+    assert!(description.get("security").is_none(), "nobody needs a token here");
+    for (path, operations) in description["paths"].as_object().unwrap() {
+        for (method, operation) in operations.as_object().unwrap() {
+            let answers: Vec<&String> = operation["responses"].as_object().unwrap().keys().collect();
+            let has = |status: &str| answers.iter().any(|known| *known == status);
+            assert!(!answers.iter().any(|status| status.contains("XX")), "{method} {path}: {answers:?}");
+            assert!(has("421") && has("500"), "{method} {path}: {answers:?}");
+            assert_eq!(has("404"), path.contains('{'), "{method} {path}: {answers:?}");
+            if let Some(body) = operation.get("requestBody") {
+                assert!(has("400") && has("413") && has("415") && has("422"), "{method} {path}: {answers:?}");
+                for (kind, content) in body["content"].as_object().unwrap() {
+                    let bytes = kind == "application/zip";
+                    assert!(bytes || content.get("example").is_some(), "{method} {path}: {kind}");
+                }
+            }
+        }
+    }
+    let guarded = Service::with_token("a-secret", &[]);
+    let answer = guarded.curl("/openapi.json", &["-H", "authorization: Bearer a-secret"]).json();
+    assert!(answer["security"].is_array());
+    assert!(answer.pointer("/paths/~1v1~1jobs/get/responses/401").is_some());
+}
+
 #[test]
 fn a_problem_may_have_no_faults() {
     let description = Service::start().json("/openapi.json");

@@ -193,6 +193,8 @@ fn values_of_the_wrong_type() {
     assert_eq!(simulate("scene", json!({ "gravity": [0, 0, -9.81, 0] })), ["/scene/gravity"]);
     assert_eq!(simulate("drive", json!({ "kind": "hold", "max_torque": "foo" })), ["/drive/max_torque"]);
     assert_eq!(simulate("character", json!({ "foo": 1 })), ["/character/foo"]);
+    assert_eq!(simulate("scene", json!({ "ground": { "kind": 0 } })), ["/scene/ground/kind"]);
+    assert_eq!(simulate("drive", json!({ "kind": 0 })), ["/drive/kind"]);
     assert_goes_on(&service);
 }
 

@@ -7,7 +7,7 @@ use serde_json::json;
 use tempfile::TempDir;
 use tokio_util::sync::CancellationToken;
 
-use super::client::{PADDLER, Service};
+use super::client::{PADDLER, Receiver, Service};
 
 fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
@@ -48,9 +48,12 @@ fn a_simulation_that_nobody_reads_makes_room() {
     let json = ["-H", "content-type: application/json", "-d"];
     for _ in 0..cores() {
         // The client leaves with the first sample, long before the next.
-        let answer = service.curl("/v1/simulations", &[&json[..], &[&long, "--max-time", "0.3"]].concat());
-        assert_eq!(answer.status, 200);
+        Receiver::with(&service.url("/v1/simulations"), &[&json[..], &[&long]].concat()).leave();
     }
-    std::thread::sleep(Duration::from_millis(200));
-    assert_eq!(service.curl("/v1/simulations", &[&json[..], &[&short]].concat()).status, 200);
+    // It is noticed between two steps.
+    let since = Instant::now();
+    while service.curl("/v1/simulations", &[&json[..], &[&short]].concat()).status != 200 {
+        assert!(since.elapsed() < Duration::from_secs(60), "there is no room");
+        std::thread::sleep(Duration::from_millis(50));
+    }
 }

@@ -1,9 +1,14 @@
 //! The description of the REST interface (OpenAPI 3.1).
 //!
 //! The calls are described at their handlers and gathered by the router; schemas come from the types of the documents.
+//! `refinements.json` adds what types do not say: bounds, formats and constants of documents, as a JSON Merge Patch
+//! (RFC 7396) of their schemas, and the schemas of parameters by their names. That the service keeps to the bounds is tested.
+
+mod operations;
 
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, SchemaGenerator};
+use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
 
@@ -36,16 +41,61 @@ pub(super) fn introduction() -> utoipa::openapi::OpenApi {
     Introduction::openapi()
 }
 
-/// The description as it is served: `description` with the schema of every document in it.
+/// What types do not say of their documents, and of parameters.
+#[derive(Deserialize)]
+struct Refinements {
+    schemas: Value,
+    parameters: Map<String, Value>,
+}
+
+/// The description as it is served: `description` with the schema of every document in it. `token` is whether requests
+/// have to bring one.
 ///
 /// # Errors
 ///
 /// When it cannot be put as JSON.
-pub(super) fn complete(description: utoipa::openapi::OpenApi) -> Result<Value, serde_json::Error> {
+pub(super) fn complete(
+    description: utoipa::openapi::OpenApi,
+    token: bool,
+) -> Result<Value, serde_json::Error> {
+    let refinements: Refinements = serde_json::from_str(include_str!("refinements.json"))?;
     let mut description = serde_json::to_value(description)?;
     description["jsonSchemaDialect"] = json!("https://json-schema.org/draft/2020-12/schema");
-    description["components"] = json!({ "schemas": schemas() });
+    let mut components = json!({ "schemas": schemas() });
+    patch(&mut components["schemas"], &refinements.schemas);
+    if token {
+        components["securitySchemes"] = json!({
+            "bearer": { "type": "http", "scheme": "bearer" },
+            "basic": { "type": "http", "scheme": "basic", "description": "The token is the password of any user" },
+        });
+        description["security"] = json!([{ "bearer": [] }, { "basic": [] }]);
+        for probe in ["/healthz", "/readyz"] {
+            description["paths"][probe]["get"]["security"] = json!([]);
+        }
+    }
+    description["components"] = components;
+    if let Some(paths) = description["paths"].as_object_mut() {
+        operations::complete(paths, &refinements.parameters, token);
+    }
     Ok(description)
+}
+
+/// Changes `target` as `change` says (RFC 7396, section 2).
+fn patch(target: &mut Value, change: &Value) {
+    let Value::Object(members) = change else {
+        *target = change.clone();
+        return;
+    };
+    if !target.is_object() {
+        *target = json!({});
+    }
+    for (name, change) in members {
+        if change.is_null() {
+            target.as_object_mut().map(|target| target.remove(name));
+        } else {
+            patch(&mut target[name], change);
+        }
+    }
 }
 
 fn schemas() -> Map<String, Value> {
@@ -76,6 +126,11 @@ fn schemas() -> Map<String, Value> {
     let forms = json!({
         "AnyObject": { "type": "object" },
         "CharacterDocument": { "type": "object", "description": "See /v1/schemas/character" },
+        "Event": { "type": "object", "required": ["event", "data"], "description": "One event of a stream", "properties": {
+            "event": { "enum": ["state", "generation", "end"] },
+            "data": { "type": "string", "contentMediaType": "application/json",
+                "description": "The job, or the figures of a generation" },
+            "id": { "type": "string", "description": "The number of the generation" } } },
         "CharacterForm": { "type": "object", "required": ["character"], "properties": { "character": file } },
         "JobForm": { "type": "object", "required": ["character"], "properties": {
             "character": file,
