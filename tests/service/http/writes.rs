@@ -44,7 +44,11 @@ fn at_every_write(
         let took = since.elapsed();
         let failed = writes.failing();
         if failed && allowed == 0 {
-            let unready = service.curl("/readyz", &[]);
+            // That it could be written a moment ago holds for a moment.
+            let mut unready = service.curl("/readyz", &[]);
+            while unready.status == 200 && since.elapsed() < RECOVERY {
+                unready = service.curl("/readyz", &[]);
+            }
             let reason = unready.problem(503)["detail"].as_str().unwrap().to_owned();
             assert!(
                 reason.contains("full") || reason.contains("disk") || reason.contains("error"),
