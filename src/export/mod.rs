@@ -4,10 +4,12 @@ mod bend;
 mod curve;
 mod diagram;
 mod formats;
+mod course;
 mod front;
 mod motion;
 mod recording;
 
+pub use course::course_diagram;
 pub use curve::{Curve, CurveFormat};
 pub use diagram::{DiagramError, gait_diagram};
 pub use formats::{DEFAULT_FPS, ExportFormat, ExportOptions, MotionClip, MotionFrame, SampledMotion, export};

@@ -10,6 +10,7 @@ use super::limit::CancelLimit;
 use super::outcome::Unsuccessful;
 use super::prepared::PreparedRun;
 use super::shelve::Shelved;
+use super::trials::Trials;
 use super::watcher::RunWatcher;
 use crate::export::{Recording, RecordingSubject};
 use crate::jobs::files::Artefact;
@@ -117,7 +118,7 @@ impl<'a> Recorder<'a> {
         }
         if !self.limit.is_cancelled() {
             let threads = self.prepared.setup.threads;
-            checked.validity.trials = check.trials(&checked.trace, threads, &|| self.limit.is_cancelled())?;
+            checked.validity.trials = Trials { motion: &check }.run(&checked.trace, threads, &|| self.limit.is_cancelled())?;
         }
         let seconds = player.lead() + SHOWN_FINISHED;
         let text = match self.shelved.add(&self.folder, (self.order, self.prepared), motion, &checked)? {

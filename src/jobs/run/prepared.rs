@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::error::RunError;
-use super::perform::MotionCheck;
 use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
 use gaitwright_learning::accuracy::{settle, swaying};
+use gaitwright_learning::gait::MotionCheck;
 use gaitwright_learning::learn::{AskedSpeed, Cancel, LearningSetup, reference_gravity};
 use gaitwright_learning::training::LearnedMotion;
 use gaitwright_physics::model::{Base, Model};

@@ -6,13 +6,12 @@ use serde::Serialize;
 
 use super::error::RunError;
 use super::outcome::Unsuccessful;
-use super::perform::CheckedMotion;
 use super::prepared::PreparedRun;
 use crate::export::{Performance, gait_diagram, motion};
 use crate::jobs::files::{Artefact, Shelf};
 use crate::jobs::order::Order;
 use crate::jobs::repertoire::{Repertoire, RepertoireEntry};
-use gaitwright_learning::gait::GaitReport;
+use gaitwright_learning::gait::{CheckedMotion, GaitReport};
 use gaitwright_learning::learn::{AskedSpeed, Learning, Task};
 use gaitwright_learning::training::LearnedMotion;
 use gaitwright_physics::motion::{Metrics, Motion, Provenance};

@@ -6,9 +6,9 @@ use std::sync::{Mutex, PoisonError};
 
 use nalgebra::{Point3, Vector3};
 
-use super::perform::MotionCheck;
 use gaitwright_learning::accuracy::Engine;
 use gaitwright_learning::accuracy::rapier::Rapier;
+use gaitwright_learning::gait::MotionCheck;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::Trial;
@@ -62,14 +62,20 @@ impl From<&Trace> for Course {
     }
 }
 
-impl MotionCheck<'_> {
+/// A motion that is to be tried.
+pub(super) struct Trials<'a> {
+    /// As it was learned.
+    pub(super) motion: &'a MotionCheck<'a>,
+}
+
+impl Trials<'_> {
     /// Plays under every changed condition, on `threads` threads, which changes nothing about the result; without what
     /// `stop` cuts short. `undisturbed` is the motion played as it was learned, for as long at least.
     ///
     /// # Errors
     ///
     /// Every fault of scene, accuracy and gains.
-    pub(super) fn trials(
+    pub(super) fn run(
         &self,
         undisturbed: &Trace,
         threads: usize,
@@ -107,7 +113,7 @@ impl MotionCheck<'_> {
     fn changes(&self) -> Vec<Change> {
         let mut changes = Vec::new();
         for factor in [0.6, 1.4] {
-            let name = format!("friction {:.2}", factor * self.scene.friction);
+            let name = format!("friction {:.2}", factor * self.motion.scene.friction);
             changes.push(Change { friction: factor, ..Change::none(name) });
         }
         changes.push(Change { gains: 0.75, ..Change::none("gains times 0.75".to_owned()) });
@@ -115,12 +121,12 @@ impl MotionCheck<'_> {
             changes.push(Change { mass: factor, ..Change::none(format!("mass times {factor}")) });
         }
         let push = self.push();
-        let impulse = push.velocity.norm() * self.model.mass;
+        let impulse = push.velocity.norm() * self.motion.model.mass;
         let name = format!("sideways push of {impulse:.2} N s at {:.1} s", push.time);
         changes.push(Change { push: Some(push), ..Change::none(name) });
         for factor in [2.0, 0.25] {
-            let step = factor * self.accuracy.step;
-            if (Accuracy { step, ..*self.accuracy }).faults().is_empty() {
+            let step = factor * self.motion.accuracy.step;
+            if (Accuracy { step, ..*self.motion.accuracy }).faults().is_empty() {
                 changes.push(Change {
                     step: factor,
                     ..Change::none(format!("step of {} ms", rounded(1000.0 * step)))
@@ -133,15 +139,15 @@ impl MotionCheck<'_> {
 
     /// To the left, half-way through the trial, but not before the entry is over.
     fn push(&self) -> Push {
-        let [x, y, z] = self.scene.gravity;
-        let speed = PUSH * (x.hypot(y).hypot(z) * self.stance.root_height.max(0.0)).sqrt();
-        let time = (0.5 * TRIED).max(self.player.lead().min(TRIED));
+        let [x, y, z] = self.motion.scene.gravity;
+        let speed = PUSH * (x.hypot(y).hypot(z) * self.motion.stance.root_height.max(0.0)).sqrt();
+        let time = (0.5 * TRIED).max(self.motion.player.lead().min(TRIED));
         Push { time, velocity: speed * Vector3::z().cross(&self.forward()) }
     }
 
     /// The direction of travel, level and of unit length.
     fn forward(&self) -> Vector3<f64> {
-        let [x, y, _] = self.direction;
+        let [x, y, _] = self.motion.direction;
         Vector3::new(x, y, 0.0).try_normalize(0.0).unwrap_or_else(Vector3::x)
     }
 
@@ -153,21 +159,21 @@ impl MotionCheck<'_> {
         stop: &dyn Fn() -> bool,
     ) -> Result<Option<Trial>, InputError> {
         let model =
-            if change.mass == 1.0 { self.model.clone() } else { Arc::new(heavier(self.model, change.mass)) };
-        let mut scene = Scene { friction: change.friction * self.scene.friction, ..self.scene.clone() };
+            if change.mass == 1.0 { self.motion.model.clone() } else { Arc::new(heavier(self.motion.model, change.mass)) };
+        let mut scene = Scene { friction: change.friction * self.motion.scene.friction, ..self.motion.scene.clone() };
         if change.engine == Engine::Rapier {
             // Its multibodies do not collide with themselves as ours do.
             scene.effects.insert(Effect::SelfCollision, Switch::Off);
         }
-        let mut gains = self.gains.clone();
+        let mut gains = self.motion.gains.clone();
         gains.stiffness.iter_mut().chain(&mut gains.damping).for_each(|gain| *gain *= change.gains);
-        let accuracy = Accuracy { step: change.step * self.accuracy.step, ..*self.accuracy };
+        let accuracy = Accuracy { step: change.step * self.motion.accuracy.step, ..*self.motion.accuracy };
         let playback = Playback {
             model: &model,
             plan: &Arc::new(StepPlan::compile(&scene, &accuracy, Some(&gains), &model)?),
-            start: &self.stance.state,
-            player: self.player,
-            upright: &Upright::new(&model, self.stance, &scene),
+            start: &self.motion.stance.state,
+            player: self.motion.player,
+            upright: &Upright::new(&model, self.motion.stance, &scene),
             seconds: TRIED,
             sample_every: SAMPLED,
         };
@@ -191,7 +197,7 @@ impl MotionCheck<'_> {
 
     /// Mean speed along the direction from the start of the loop to `end`, m/s; `None` where there is no such stretch.
     fn speed_until(&self, course: &Course, end: f64) -> Option<f64> {
-        let lead = self.player.lead() - 1e-9;
+        let lead = self.motion.player.lead() - 1e-9;
         let mut looping = course.marks.iter().filter(|(time, _)| *time >= lead && *time <= end + 1e-9);
         let (first, last) = (looping.next()?, looping.next_back()?);
         Some((last.1 - first.1).dot(&self.forward()) / (last.0 - first.0))

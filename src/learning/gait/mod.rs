@@ -4,6 +4,7 @@
 //! quadrupedal gaits of vertebrates"): the duty factor of a foot is the share of the stride for which it is
 //! on the ground; its phase is the share of the stride by which it touches down after the reference foot.
 
+mod check;
 mod foot;
 mod foot_force;
 mod footfall;
@@ -20,6 +21,7 @@ mod trunk;
 mod unnamed;
 mod validity;
 
+pub use check::{CheckedMotion, MotionCheck};
 pub use footfall::{Detection, Footing};
 pub use legs::{Leg, Side};
 pub use measure::{GaitContext, measure};

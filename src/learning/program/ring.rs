@@ -281,7 +281,7 @@ fn confine(cycle: &mut [Posture], joint: usize, [lower, upper]: [f64; 2], durati
 }
 
 /// From the standing pose at rest into the cycle: its own postures, grown from nothing.
-fn entry(standing: &[f64], cycle: &[Posture], duration: f64) -> Vec<Posture> {
+pub fn entry(standing: &[f64], cycle: &[Posture], duration: f64) -> Vec<Posture> {
     let count = ENTRY_STRIDES * cycle.len();
     let length = count as f64 * duration;
     (1..count)

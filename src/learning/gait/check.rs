@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use gaitwright_learning::gait::{self, GaitContext, GaitReport, NaturalnessContext, validity};
+use super::measure::{GaitContext, measure};
+use super::natural::{NaturalnessContext, judge, travels};
+use super::report::GaitReport;
+use super::validity::validity;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
 use gaitwright_physics::motion::{Player, Validity};
@@ -21,35 +24,35 @@ const ROUNDS: f64 = 11.0;
 const FINE: f64 = 0.005;
 
 /// A motion and everything it takes to play it.
-pub(super) struct MotionCheck<'a> {
+pub struct MotionCheck<'a> {
     /// Who plays.
-    pub(super) model: &'a Arc<Model>,
+    pub model: &'a Arc<Model>,
     /// Where it starts.
-    pub(super) stance: &'a Stance,
+    pub stance: &'a Stance,
     /// How strongly the joints follow.
-    pub(super) gains: &'a Gains,
+    pub gains: &'a Gains,
     /// Where it is played, with the effects as wanted.
-    pub(super) scene: &'a Scene,
+    pub scene: &'a Scene,
     /// How finely it is simulated.
-    pub(super) accuracy: &'a Accuracy,
+    pub accuracy: &'a Accuracy,
     /// The targets.
-    pub(super) player: &'a Player,
+    pub player: &'a Player,
     /// Wanted direction of travel.
-    pub(super) direction: [f64; 3],
+    pub direction: [f64; 3],
     /// Wanted speed along it, m/s; `None` where any will do.
-    pub(super) speed: Option<f64>,
+    pub speed: Option<f64>,
 }
 
 /// What a check has shown.
-pub(super) struct CheckedMotion {
+pub struct CheckedMotion {
     /// Everything from the standing pose on.
-    pub(super) trace: Trace,
+    pub trace: Trace,
     /// The gait of the looping part, judged.
-    pub(super) gait: GaitReport,
-    /// Whether the looping part goes along the direction at all ([`gait::travels`]).
-    pub(super) travels: bool,
+    pub gait: GaitReport,
+    /// Whether the looping part goes along the direction at all ([`travels`]).
+    pub travels: bool,
     /// What the looping part is worth.
-    pub(super) validity: Validity,
+    pub validity: Validity,
 }
 
 impl MotionCheck<'_> {
@@ -58,7 +61,7 @@ impl MotionCheck<'_> {
     /// # Errors
     ///
     /// Every fault of scene, accuracy and gains.
-    pub(super) fn play(
+    pub fn play(
         &self,
         seconds: f64,
         sample_every: f64,
@@ -82,7 +85,7 @@ impl MotionCheck<'_> {
     /// # Errors
     ///
     /// Every fault of scene, accuracy and gains.
-    pub(super) fn run(&self, stop: &dyn Fn() -> bool) -> Result<CheckedMotion, InputError> {
+    pub fn run(&self, stop: &dyn Fn() -> bool) -> Result<CheckedMotion, InputError> {
         let every = self.sample_every();
         let period = self.player.period();
         let seconds = CHECKED.max(self.player.lead() + ROUNDS * period);
@@ -112,13 +115,13 @@ impl MotionCheck<'_> {
             gravity: x.hypot(y).hypot(z),
             direction: self.direction,
         };
-        let mut gait = gait::measure(&looping, &setting);
+        let mut gait = measure(&looping, &setting);
         let actuators: Vec<ActuatorLimits> =
             (0..self.model.joint_count()).map(|joint| plan.actuator_limits(joint)).collect();
         let (model, speed) = (&**self.model, self.speed);
         let context = NaturalnessContext { gait: setting, model, actuators: &actuators, speed, period };
-        gait::judge(&looping, &mut gait, &context);
-        let travels = gait::travels(&gait, &setting);
+        judge(&looping, &mut gait, &context);
+        let travels = travels(&gait, &setting);
         let validity = validity(&looping, &self.model.limits, &actuators, period);
         Ok(CheckedMotion { trace, gait, travels, validity })
     }
