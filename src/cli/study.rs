@@ -51,7 +51,8 @@ impl StudyCommand {
         let file = self.character.as_deref().map_or("examples/quadruped.urdf".to_owned(), super::input::name);
         let reading = match &self.character {
             Some(path) => read_character(path, false)?,
-            None => read_bytes(QUADRUPED.as_bytes(), None, Options::default()).map_err(CommandError::input(file.clone()))?,
+            None => read_bytes(QUADRUPED.as_bytes(), None, Options::default())
+                .map_err(CommandError::input(file.clone()))?,
         };
         let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
         let arena = StudyArena::new(&model).ok_or_else(|| {

@@ -1,10 +1,10 @@
 //! What is handed back: the motion document and its forms for other programs, recordings, learning curves, diagrams.
 
 mod bend;
+mod course;
 mod curve;
 mod diagram;
 mod formats;
-mod course;
 mod front;
 mod motion;
 mod recording;

@@ -75,15 +75,14 @@ fn only_driven_joints_are_learned() {
         }
     }
     // Played for two seconds, it keeps its legs together.
-    let mut world =
-        SimulatedWorld::new(
-            &setup.model,
-            &setup.stance,
-            (&setup.scene, &setup.accuracy, setup.task.direction),
-            None,
-            &setup.parameters,
-        )
-            .unwrap();
+    let mut world = SimulatedWorld::new(
+        &setup.model,
+        &setup.stance,
+        (&setup.scene, &setup.accuracy, setup.task.direction),
+        None,
+        &setup.parameters,
+    )
+    .unwrap();
     let player = Player::from_postures(
         &setup.stance.angles,
         best.entry.iter().map(Posture::parts),

@@ -38,7 +38,11 @@ fn tiny(threads: usize) -> LearningStudy {
         arena: StudyArena::new(&common::example("quadruped.urdf")).unwrap(),
         questions: vec![
             Question { name: "ways", about, variants: vec!["paper", "repaired", "locked"] },
-            Question { name: "rivals", about, variants: vec!["repaired", "genetic", "continuous", "programs"] },
+            Question {
+                name: "rivals",
+                about,
+                variants: vec!["repaired", "genetic", "continuous", "programs"],
+            },
         ],
         variants: vec![
             qdsega("paper", Learning { search: SearchMethod::Paper, ..brief() }),
@@ -98,9 +102,14 @@ fn a_study_is_reproducible_and_its_table_has_every_row() {
             assert!(run.course.iter().all(|[at, cost]| *at <= run.simulated_seconds && cost.is_finite()));
             let last = run.course.last().map(|[_, cost]| *cost);
             assert_eq!(run.best.as_ref().map(|best| best.natural_cost), last);
-            assert_eq!(run.cache_hit_rate.is_some(), ["paper", "repaired", "locked"].contains(&&*row.variant));
+            assert_eq!(
+                run.cache_hit_rate.is_some(),
+                ["paper", "repaired", "locked"].contains(&&*row.variant)
+            );
         }
-        assert_ne!(row.runs[0].course, row.runs[1].course, "{}: another seed is another run", row.variant);
+        // Leg programs try their seeds first, which nothing is drawn for, and have no time for more.
+        let same = row.runs[0].course == row.runs[1].course;
+        assert_eq!(same, row.variant == "programs", "{}: another seed is another run", row.variant);
         let gaits: usize = row.gaits.values().sum();
         assert_eq!((row.found, gaits), (row.runs.iter().filter(|run| run.best.is_some()).count(), row.found));
     }
@@ -114,7 +123,10 @@ fn a_study_is_reproducible_and_its_table_has_every_row() {
     let text = table.to_csv();
     let mut lines = csv::Reader::from_reader(text.as_bytes());
     let columns = lines.headers().unwrap().clone();
-    assert_eq!((&columns[0], &columns[4], &columns[columns.len() - 1]), ("question", "natural_cost", "seconds"));
+    assert_eq!(
+        (&columns[0], &columns[4], &columns[columns.len() - 1]),
+        ("question", "natural_cost", "seconds")
+    );
     assert_eq!(lines.records().map(Result::unwrap).filter(|line| line.len() == columns.len()).count(), 7);
     let document = serde_json::to_value(&table).unwrap();
     assert_eq!(document["format"], "gaitwright/study@1");
@@ -134,7 +146,11 @@ fn a_character_without_legs_is_not_studied() {
 fn every_question_is_answered_by_variants_that_differ() {
     let (questions, variants) = (questions(), variants());
     for (index, variant) in variants.iter().enumerate() {
-        assert!(questions.iter().any(|question| question.variants.contains(&variant.name)), "{}", variant.name);
+        assert!(
+            questions.iter().any(|question| question.variants.contains(&variant.name)),
+            "{}",
+            variant.name
+        );
         for other in &variants[..index] {
             assert_ne!(variant.name, other.name);
             let same = variant.search == other.search && variant.length == other.length;
@@ -187,11 +203,8 @@ fn medians_and_ranges_are_those_of_the_runs() {
         cache_hit_rate: None,
         seconds: 1.0,
     };
-    let runs = vec![
-        judged(1, &[[1.0, 9.0], [5.0, 3.0]]),
-        judged(2, &[[2.0, 8.0], [20.0, 4.0]]),
-        judged(3, &[]),
-    ];
+    let runs =
+        vec![judged(1, &[[1.0, 9.0], [5.0, 3.0]]), judged(2, &[[2.0, 8.0], [20.0, 4.0]]), judged(3, &[])];
     let row = VariantRow::new("question", "variant", runs);
     assert_eq!((row.found, row.natural, row.gaits["trot"]), (2, 1, 2));
     assert_eq!(row.natural_cost, MedianRange { median: Some(4.0), least: Some(3.0), greatest: None });

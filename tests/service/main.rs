@@ -13,6 +13,7 @@ mod playback;
 mod readers;
 mod recording;
 mod structure;
+mod study;
 #[path = "../common/synthetic.rs"]
 mod synthetic;
 #[path = "../common/tables.rs"]

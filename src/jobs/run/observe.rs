@@ -118,7 +118,8 @@ impl<'a> Recorder<'a> {
         }
         if !self.limit.is_cancelled() {
             let threads = self.prepared.setup.threads;
-            checked.validity.trials = Trials { motion: &check }.run(&checked.trace, threads, &|| self.limit.is_cancelled())?;
+            checked.validity.trials =
+                Trials { motion: &check }.run(&checked.trace, threads, &|| self.limit.is_cancelled())?;
         }
         let seconds = player.lead() + SHOWN_FINISHED;
         let text = match self.shelved.add(&self.folder, (self.order, self.prepared), motion, &checked)? {

@@ -158,9 +158,13 @@ impl Trials<'_> {
         undisturbed: &Course,
         stop: &dyn Fn() -> bool,
     ) -> Result<Option<Trial>, InputError> {
-        let model =
-            if change.mass == 1.0 { self.motion.model.clone() } else { Arc::new(heavier(self.motion.model, change.mass)) };
-        let mut scene = Scene { friction: change.friction * self.motion.scene.friction, ..self.motion.scene.clone() };
+        let model = if change.mass == 1.0 {
+            self.motion.model.clone()
+        } else {
+            Arc::new(heavier(self.motion.model, change.mass))
+        };
+        let mut scene =
+            Scene { friction: change.friction * self.motion.scene.friction, ..self.motion.scene.clone() };
         if change.engine == Engine::Rapier {
             // Its multibodies do not collide with themselves as ours do.
             scene.effects.insert(Effect::SelfCollision, Switch::Off);

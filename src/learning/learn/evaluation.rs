@@ -85,7 +85,8 @@ impl Mirror {
 
     /// The image of `state` against that of `standing`, which is its own.
     fn image(&self, state: &State, standing: &State) -> State {
-        let across = |normal: &Vector3<f64>, vector: Vector3<f64>| vector - normal * (2.0 * normal.dot(&vector));
+        let across =
+            |normal: &Vector3<f64>, vector: Vector3<f64>| vector - normal * (2.0 * normal.dot(&vector));
         let reflection = |normal: &Vector3<f64>| Matrix3::identity() - normal * normal.transpose() * 2.0;
         let [world, own] = &self.normal;
         let mut image = state.clone();
@@ -93,12 +94,14 @@ impl Mirror {
         image.root.linear_velocity = across(world, state.root.linear_velocity);
         // What turns is a pseudovector.
         image.root.angular_velocity = -across(world, state.root.angular_velocity);
-        let turned = reflection(world) * state.root.orientation.to_rotation_matrix().matrix() * reflection(own);
+        let turned =
+            reflection(world) * state.root.orientation.to_rotation_matrix().matrix() * reflection(own);
         image.root.orientation =
             UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(turned));
         for (joint, &(from, sign)) in self.sources.iter().enumerate() {
             let sign = f64::from(sign);
-            image.angles[joint] = standing.angles[joint] + sign * (state.angles[from] - standing.angles[from]);
+            image.angles[joint] =
+                standing.angles[joint] + sign * (state.angles[from] - standing.angles[from]);
             image.velocities[joint] = sign * state.velocities[from];
         }
         image.forget();

@@ -67,8 +67,7 @@ impl Island {
             let child =
                 (0..attempts).map(|_| self.breed(grid, parameters, &mut rng)).find(|genome| !known(genome));
             let count = grid.drawn(parameters.states);
-            let child =
-                child.unwrap_or_else(|| Genome::random(grid, count, parameters.coupled(), &mut rng));
+            let child = child.unwrap_or_else(|| Genome::random(grid, count, parameters.coupled(), &mut rng));
             asked.push(child);
         }
         asked

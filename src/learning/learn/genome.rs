@@ -148,7 +148,8 @@ impl Genome {
             let followed = self.led(grid, limb, leader);
             followed.is_some_and(|followed| {
                 let joints = &grid.limbs[limb].joints;
-                let ours = self.states.iter().flat_map(|state| joints.iter().map(|&joint| state.levels[joint]));
+                let ours =
+                    self.states.iter().flat_map(|state| joints.iter().map(|&joint| state.levels[joint]));
                 ours.eq(followed.into_iter().flatten())
             })
         })

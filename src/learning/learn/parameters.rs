@@ -370,7 +370,8 @@ impl Learning {
             faults.add("/crossover", "at least one kind of crossover must have a positive share");
         }
         let Mutation { angle, velocity, state, limb, time } = self.mutation;
-        let rates = [("angle", angle), ("velocity", velocity), ("state", state), ("limb", limb), ("time", time)];
+        let rates =
+            [("angle", angle), ("velocity", velocity), ("state", state), ("limb", limb), ("time", time)];
         for (name, rate) in rates {
             faults.real(&format!("/mutation/{name}"), rate, 0.0, 1.0);
         }

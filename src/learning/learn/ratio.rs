@@ -178,11 +178,7 @@ impl<'a> Rest<'a> {
 /// positive Σ (reward − λ time), which Bellman's and Ford's relaxation finds. λ is then that cycle's own ratio (Newton's
 /// step, Dinkelbach 1967), so that it grows from one cycle's ratio to another's until none is greater: exact up to
 /// rounding.
-pub fn greatest_ratio(
-    situations: usize,
-    edges: &[Edge],
-    reward: impl Fn(&Edge) -> f64,
-) -> Option<Vec<Edge>> {
+pub fn greatest_ratio(situations: usize, edges: &[Edge], reward: impl Fn(&Edge) -> f64) -> Option<Vec<Edge>> {
     let ratio = |cycle: &[Edge]| cycle.iter().map(&reward).sum::<f64>() / time(cycle);
     // Below the ratio of every edge, and so of every cycle.
     let least = edges.iter().map(|edge| reward(edge) / edge.time).fold(f64::INFINITY, f64::min);
@@ -197,11 +193,7 @@ pub fn greatest_ratio(
 }
 
 /// A cycle of positive weight, if there is one.
-fn positive_cycle(
-    situations: usize,
-    edges: &[Edge],
-    weight: impl Fn(&Edge) -> f64,
-) -> Option<Vec<Edge>> {
+fn positive_cycle(situations: usize, edges: &[Edge], weight: impl Fn(&Edge) -> f64) -> Option<Vec<Edge>> {
     let weights: Vec<f64> = edges.iter().map(weight).collect();
     // A cycle whose weight is nothing but rounding must not hide one that has some.
     let rounding = ROUNDING * weights.iter().map(|weight| weight.abs()).fold(0.0, f64::max);

@@ -185,11 +185,7 @@ impl<W: World> Search<W> {
 
     /// Those that went no further than the first inspection are as far from the behaviour of their island that passed the
     /// whole check as they were then.
-    fn measured_by_the_proven(
-        &self,
-        candidates: &[Candidate],
-        verdicts: &mut [IndividualVerdict<W::State>],
-    ) {
+    fn measured_by_the_proven(&self, candidates: &[Candidate], verdicts: &mut [IndividualVerdict<W::State>]) {
         for island in 0..self.parameters.islands {
             let own = || candidates.iter().enumerate().filter(|(_, (other, ..))| *other == island);
             let proven = own().find_map(|(index, _)| verdicts[index].accepted.as_ref());

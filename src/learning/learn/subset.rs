@@ -92,8 +92,7 @@ impl<'a, W: World> Subset<'a, W> {
         let mirrored = grid.symmetry.iter().flat_map(|symmetry| {
             states.iter().map(|state| symmetry.mirrored(&grid.joints, state)).collect::<Vec<_>>()
         });
-        let keyframe =
-            |state: &GridState| TimedPosture { posture: grid.posture(state), beats: state.beats };
+        let keyframe = |state: &GridState| TimedPosture { posture: grid.posture(state), beats: state.beats };
         let targets = states.iter().cloned().chain(mirrored);
         let targets: Vec<_> = targets.map(|state| (state.clone(), keyframe(&state))).collect();
         let standing = grid.standing();
@@ -254,11 +253,8 @@ impl<'a, W: World> Subset<'a, W> {
     fn reward(&self, tracked: &TrackedTransition<W::State>) -> f64 {
         let SearchContext { objective, parameters, .. } = self.context;
         let earned = objective.earnings(&tracked.terms, tracked.seconds);
-        let earned = if parameters.repairs.has(Repair::WholeCycle) {
-            earned.without_sway()
-        } else {
-            earned.total()
-        };
+        let earned =
+            if parameters.repairs.has(Repair::WholeCycle) { earned.without_sway() } else { earned.total() };
         if tracked.after.is_some() { earned } else { earned - objective.fall_cost() }
     }
 
@@ -288,7 +284,9 @@ impl<'a, W: World> Subset<'a, W> {
         let parameters = self.context.parameters;
         let (_, to) = &self.targets[action];
         let transition = Transition {
-            from: self.targets[..self.states.len()].get(state).map_or(&self.standing, |(_, from)| &from.posture),
+            from: self.targets[..self.states.len()]
+                .get(state)
+                .map_or(&self.standing, |(_, from)| &from.posture),
             to: &to.posture,
             duration: parameters.beat() * f64::from(to.beats),
         };
@@ -331,9 +329,10 @@ fn closed(grid: &Grid, genome: &Genome) -> (Vec<GridState>, Vec<Vec<usize>>) {
             states.len() - 1
         })
     };
-    let images = genome.states.iter().map(|state| {
-        symmetry.shifted(&grid.joints, state).into_iter().map(&mut place).collect()
-    });
+    let images = genome
+        .states
+        .iter()
+        .map(|state| symmetry.shifted(&grid.joints, state).into_iter().map(&mut place).collect());
     let images = images.collect();
     (states, images)
 }

@@ -123,7 +123,8 @@ impl Symmetry {
 fn shift(rows: &[[&JointChain; 2]], joints: usize) -> Option<JointMap> {
     let mut map = JointMap::identity(joints);
     for (index, row) in rows.iter().enumerate() {
-        let before = if index > 0 { rows[index - 1] } else { rows.last().map(|[left, right]| [*right, *left])? };
+        let before =
+            if index > 0 { rows[index - 1] } else { rows.last().map(|[left, right]| [*right, *left])? };
         for (limb, from) in row.iter().zip(before) {
             map.take(limb, from, &limb.signs_from(from)?);
         }

@@ -97,7 +97,8 @@ pub fn judge<W: World>(
             verdict.fitness = run.fitness;
             let behaviour = Behaviour { fitness: run.fitness, ..behaviour };
             verdict.candidate = run.unfinished.then(|| behaviour.clone());
-            verdict.accepted = run.inspections.map(|inspections| AcceptedBehaviour { behaviour, inspections });
+            verdict.accepted =
+                run.inspections.map(|inspections| AcceptedBehaviour { behaviour, inspections });
         }
     }
     Ok(verdict)
@@ -252,7 +253,9 @@ fn play<W: World>(
             let seconds = done as f64 * duration;
             let fitness = context.objective.fitness(&terms, seconds);
             let best = match bar {
-                Bar::Incumbent(incumbent) => incumbent.get(inspections.len()).copied().zip(incumbent.last().copied()),
+                Bar::Incumbent(incumbent) => {
+                    incumbent.get(inspections.len()).copied().zip(incumbent.last().copied())
+                }
                 Bar::None | Bar::FirstInspection => None,
             };
             inspections.push(fitness);

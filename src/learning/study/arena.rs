@@ -83,11 +83,12 @@ impl StudyArena {
     pub fn cost(&self, arena: &Arena, ring: &Ring, gains: &Gains, strides: usize) -> (f64, f64) {
         let plain = arena.run(ring, gains, false, strides);
         // What does not stay up by itself does not when it is disturbed.
-        let disturbed = if plain.upright < 1.0 { Default::default() } else { arena.run(ring, gains, true, strides) };
+        let disturbed =
+            if plain.upright < 1.0 { Default::default() } else { arena.run(ring, gains, true, strides) };
         let legs = &self.subject.legs;
-        let costs = gaits(legs.legs.len()).into_iter().map(|gait| {
-            cost(&self.wanted(gait), ring.period, legs, &plain, &disturbed)
-        });
+        let costs = gaits(legs.legs.len())
+            .into_iter()
+            .map(|gait| cost(&self.wanted(gait), ring.period, legs, &plain, &disturbed));
         (costs.fold(f64::INFINITY, f64::min), plain.seconds + disturbed.seconds)
     }
 

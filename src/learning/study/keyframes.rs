@@ -6,7 +6,7 @@ use nalgebra::DVector;
 use super::arena::StudyArena;
 use super::trail::Found;
 use crate::learn::grid::Grid;
-use crate::learn::{Behaviour, Posture, Repair, Repairs, Learning, LearnError, reference_gravity};
+use crate::learn::{Behaviour, LearnError, Learning, Posture, Repair, Repairs, reference_gravity};
 use crate::program::refine::seeds;
 use crate::program::ring::{KEYFRAMES, PERIOD, Ring, entry};
 
@@ -59,7 +59,10 @@ impl<'a> Keyframes<'a> {
                 let angle = joint.standing + ANGLE * number;
                 joint.limits.map_or(angle, |[lower, upper]| angle.clamp(lower, upper))
             });
-            Posture { angles: angles.collect(), velocities: rates.iter().map(|number| rate * number).collect() }
+            Posture {
+                angles: angles.collect(),
+                velocities: rates.iter().map(|number| rate * number).collect(),
+            }
         });
         self.closed(half.collect(), period)
     }
@@ -83,7 +86,9 @@ impl<'a> Keyframes<'a> {
                     standing(joint) + f64::from(sign) * (posture.angles[from] - standing(from))
                 })
                 .collect(),
-            velocities: sources().map(|(_, &(from, sign))| f64::from(sign) * posture.velocities[from]).collect(),
+            velocities: sources()
+                .map(|(_, &(from, sign))| f64::from(sign) * posture.velocities[from])
+                .collect(),
         }
     }
 
@@ -93,7 +98,8 @@ impl<'a> Keyframes<'a> {
         let mut found = Vec::new();
         for gait in self.arena.gaits() {
             let (left, right) = gait.phases.split_at(gait.phases.len() / 2);
-            let apart = |(left, right): (&f64, &f64)| (left - right - 0.5 - (left - right - 0.5).round()).abs();
+            let apart =
+                |(left, right): (&f64, &f64)| (left - right - 0.5 - (left - right - 0.5).round()).abs();
             if left.iter().zip(right).any(|pair| apart(pair) > 1e-6) {
                 continue;
             }
@@ -133,14 +139,14 @@ impl<'a> Keyframes<'a> {
     }
 }
 
-/// 33 angles within 0.8 rad, 17 rates: fine enough not to ruin a gait that is rounded to it.
+/// 65 angles within 0.8 rad, 33 rates: fine enough not to ruin a gait that is rounded to it.
 fn fine_grid(arena: &StudyArena, transition_time: f64) -> Result<Grid, LearnError> {
     let subject = &arena.subject;
     let learning = Learning {
         transition_time: Some(transition_time),
         repairs: Repairs::default().without(Repair::TransitionTimes),
-        angle_levels: 33,
-        velocity_levels: 17,
+        angle_levels: 65,
+        velocity_levels: 33,
         reach: 0.8,
         swing: 0.8,
         ..Learning::default()

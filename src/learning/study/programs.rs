@@ -15,7 +15,8 @@ pub(super) fn run(arena: &StudyArena, seed: u64, seconds: f64) -> Result<Trail, 
     let none = || InputError::impossible("", "no gait is used at this speed");
     let off = |froude: f64| (froude / super::arena::FROUDE).ln().abs();
     let gaits = arena.gaits();
-    let gait = gaits.into_iter().min_by(|a, b| off(a.froude[1]).total_cmp(&off(b.froude[1]))).ok_or_else(none)?;
+    let gait =
+        gaits.into_iter().min_by(|a, b| off(a.froude[1]).total_cmp(&off(b.froude[1]))).ok_or_else(none)?;
     let wanted = arena.wanted(gait);
     let trials = arena.arena(Trunk::Free)?;
     let pool = ThreadPoolBuilder::new().num_threads(1).build()?;
@@ -33,7 +34,8 @@ pub(super) fn run(arena: &StudyArena, seed: u64, seconds: f64) -> Result<Trail, 
         }
         trail.simulated = search.seconds;
         // Nothing stops it.
-        if search.seconds >= seconds || search.generation((&pool, &stop), subject, &trials, &wanted).is_err() {
+        if search.seconds >= seconds || search.generation((&pool, &stop), subject, &trials, &wanted).is_err()
+        {
             return Ok(trail);
         }
     }

@@ -24,8 +24,13 @@ pub(super) fn run(
     let parameters = learning.resolve(&subject.stance, gravity, subject.accuracy.step)?;
     let setup = arena.setup(learning.trunk, parameters, energy, seed);
     let cancel = Cancel::default();
-    let mut witness =
-        Witness { cancel: cancel.clone(), seconds, gains: &subject.stance.gains, new: None, trail: Trail::new() };
+    let mut witness = Witness {
+        cancel: cancel.clone(),
+        seconds,
+        gains: &subject.stance.gains,
+        new: None,
+        trail: Trail::new(),
+    };
     learn(&setup, &mut witness, &cancel, None)?;
     Ok(witness.trail)
 }

@@ -1,9 +1,7 @@
 //! All runs of a study.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-use rayon::ThreadPoolBuilder;
-use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
 
 use super::arena::StudyArena;
 use super::judged::{JudgedRun, judged_run};
@@ -34,25 +32,36 @@ pub type StudyProgress<'a> = &'a (dyn Fn(usize, usize, &str) + Sync);
 /// Runs every variant with every seed.
 ///
 /// # Errors
-/// Parameters or a scene that make no sense, and threads that could not be started.
+/// Parameters or a scene that make no sense, and threads of a search that could not be started.
 pub fn run(study: &LearningStudy, progress: StudyProgress<'_>) -> Result<LearningTable, LearnError> {
-    let asked = |variant: &&Variant| {
-        study.questions.iter().any(|question| question.variants.contains(&variant.name))
-    };
+    let asked =
+        |variant: &&Variant| study.questions.iter().any(|question| question.variants.contains(&variant.name));
     let variants: Vec<&Variant> = study.variants.iter().filter(asked).collect();
     let pairs: Vec<(&Variant, u64)> =
         (1..=study.seeds).flat_map(|seed| variants.iter().map(move |variant| (*variant, seed))).collect();
-    let done = AtomicUsize::new(0);
-    let pool = ThreadPoolBuilder::new().num_threads(study.threads.max(1)).build()?;
-    let runs: Vec<JudgedRun> = pool.install(|| {
-        let runs = pairs.par_iter().with_max_len(1).map(|(variant, seed)| {
+    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let results: Vec<Mutex<Option<Result<JudgedRun, LearnError>>>> =
+        pairs.iter().map(|_| Mutex::new(None)).collect();
+    // Threads of their own: a worker of rayon that waits for the threads of a search would begin another run meanwhile.
+    let work = || {
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(((variant, seed), result)) = pairs.get(index).zip(results.get(index)) else { break };
             progress(done.load(Ordering::Relaxed), pairs.len(), variant.name);
-            let run = judged_run(&study.arena, variant, *seed, study.seconds)?;
+            let run = judged_run(&study.arena, variant, *seed, study.seconds);
+            *result.lock().unwrap_or_else(PoisonError::into_inner) = Some(run);
             done.fetch_add(1, Ordering::Relaxed);
-            Ok(run)
-        });
-        runs.collect::<Result<_, LearnError>>()
-    })?;
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 1..study.threads.clamp(1, pairs.len().max(1)) {
+            scope.spawn(work);
+        }
+        work();
+    });
+    let results =
+        results.into_iter().filter_map(|run| run.into_inner().unwrap_or_else(PoisonError::into_inner));
+    let runs = results.collect::<Result<Vec<JudgedRun>, LearnError>>()?;
     let of = |name: &str| -> Vec<JudgedRun> {
         let runs = pairs.iter().zip(&runs).filter(|((variant, _), _)| variant.name == name);
         runs.map(|(_, run)| run.clone()).collect()

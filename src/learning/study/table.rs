@@ -140,7 +140,8 @@ impl VariantRow {
     pub fn new(question: &str, variant: &str, runs: Vec<JudgedRun>) -> Self {
         let best = || runs.iter().filter_map(|run| run.best.as_ref());
         let of = |value: fn(&JudgedMotion) -> Option<f64>| median(best().map(value));
-        let all = |value: fn(&JudgedRun) -> f64| median(runs.iter().map(|run| Some(value(run)))).unwrap_or(0.0);
+        let all =
+            |value: fn(&JudgedRun) -> f64| median(runs.iter().map(|run| Some(value(run)))).unwrap_or(0.0);
         let mut gaits = BTreeMap::new();
         for gait in best().filter_map(|best| best.gait.clone()) {
             *gaits.entry(gait).or_insert(0) += 1;

@@ -4,7 +4,8 @@ use crate::learn::{Coding, Learning, Mutation, Repair, Repairs, SearchMethod, Tr
 
 /// How much longer the long runs are.
 const LONGER: f64 = 5.0;
-/// Continuous simulation that a behaviour has to pass, s: half of the usual, since budgets are small.
+/// Continuous simulation that a behaviour has to pass, s: half of the usual, since budgets are small. For the same reason
+/// there is one island, as in the algorithm as published.
 const CHECK: f64 = 10.0;
 /// States of a subset of the algorithm as published.
 const STATES: usize = 6;
@@ -60,7 +61,8 @@ pub enum KeyframeStart {
 
 /// All questions.
 pub fn questions() -> Vec<Question> {
-    let question = |name, about, variants: &[&'static str]| Question { name, about, variants: variants.to_vec() };
+    let question =
+        |name, about, variants: &[&'static str]| Question { name, about, variants: variants.to_vec() };
     let mut left_out = vec!["repaired", "paper"];
     left_out.extend(Repair::ALL.map(without));
     vec![
@@ -69,7 +71,11 @@ pub fn questions() -> Vec<Question> {
             "Does running longer bring animal-like gaits?",
             &["paper", "paper, 5 times as long", "repaired", "repaired, 5 times as long"],
         ),
-        question("trunk", "Is the locked trunk the cause of unnatural motion?", &["paper", "paper, locked trunk"]),
+        question(
+            "trunk",
+            "Is the locked trunk the cause of unnatural motion?",
+            &["paper", "paper, locked trunk"],
+        ),
         question(
             "cache",
             "What does the cache save, and does it change what is learned?",
@@ -81,6 +87,11 @@ pub fn questions() -> Vec<Question> {
             &["paper", "paper, population", "repaired", "repaired, population"],
         ),
         question("repairs", "Which of the repairs matters how much?", &left_out),
+        question(
+            "states",
+            "How many states should a subset have?",
+            &["repaired, 4 states", "repaired", "repaired, 16 states"],
+        ),
         question("reward", "Does it matter what energy costs?", &["repaired", "repaired, energy times 10"]),
         question(
             "rivals",
@@ -113,7 +124,7 @@ fn without(repair: Repair) -> &'static str {
 
 /// All variants, each once.
 pub fn variants() -> Vec<Variant> {
-    let repaired = || Learning { check_seconds: CHECK, ..Learning::default() };
+    let repaired = || Learning { check_seconds: CHECK, islands: 1, ..Learning::default() };
     let paper = || Learning { search: SearchMethod::Paper, states: STATES, ..repaired() };
     let plain = |name, learning: Learning| Variant {
         name,
@@ -143,6 +154,8 @@ pub fn variants() -> Vec<Variant> {
             search: VariantSearch::Qdsega { learning: Box::new(repaired()), energy: 10.0 },
             length: 1.0,
         },
+        plain("repaired, 4 states", Learning { states: 4, ..repaired() }),
+        plain("repaired, 16 states", Learning { states: 16, ..repaired() }),
         // Every state of every child is drawn afresh.
         plain("random subsets", Learning { crossover_rate: 0.0, mutation: drawn, ..repaired() }),
         rival("keyframes, GA", VariantSearch::KeyframeGa(KeyframeStart::Nothing)),

@@ -96,9 +96,14 @@ fn the_learned_behaviour_is_what_playback_plays() {
 
     // Playing it gives the very displacements that its fitness was measured by: from the standing pose
     // and from the disturbed ones, the least counts.
-    let world =
-        SimulatedWorld::new(&setup.model, &setup.stance, (&setup.scene, &setup.accuracy, [1.0, 0.0, 0.0]), None, &setup.parameters)
-            .unwrap();
+    let world = SimulatedWorld::new(
+        &setup.model,
+        &setup.stance,
+        (&setup.scene, &setup.accuracy, [1.0, 0.0, 0.0]),
+        None,
+        &setup.parameters,
+    )
+    .unwrap();
     let plan = StepPlan::compile(&setup.scene, &setup.accuracy, Some(&setup.stance.gains), &setup.model);
     let plan = Arc::new(plan.unwrap());
     let player = player(&setup, &best);

@@ -130,7 +130,7 @@ fn cycles(edges: &[Edge], start: usize, situations: usize) -> Vec<Vec<Edge>> {
         }
         for edge in edges.iter().filter(|edge| edge.from == last) {
             // Each cycle is found from its smallest situation only.
-            if edge.to >= first && walk.iter().all(|earlier| earlier.from != edge.to || edge.to == first) {
+            if edge.to >= first && edge.to != last && walk.iter().all(|earlier| earlier.from != edge.to || edge.to == first) {
                 walk.push(*edge);
                 extend(edges, walk, found);
                 walk.pop();
@@ -183,8 +183,13 @@ fn best_path_is_the_best_of_all_cycles() {
 fn the_ratio_is_of_sums_and_not_a_mean_of_ratios() {
     let edge = |from, to, reward, time| Edge { from, to, action: to, reward, signed: [0.0; 3], time };
     // 0 → 1 → 0 earns 1 + 1 in 1 + 1; 0 → 2 → 0 earns 0 + 5 in 0.5 + 4; 2 → 2 earns 1 in 1.
-    let edges =
-        [edge(0, 1, 1.0, 1.0), edge(1, 0, 1.0, 1.0), edge(0, 2, 0.0, 0.5), edge(2, 0, 5.0, 4.0), edge(2, 2, 1.0, 1.0)];
+    let edges = [
+        edge(0, 1, 1.0, 1.0),
+        edge(1, 0, 1.0, 1.0),
+        edge(0, 2, 0.0, 0.5),
+        edge(2, 0, 5.0, 4.0),
+        edge(2, 2, 1.0, 1.0),
+    ];
     let found = best_path(3, &edges, 0).unwrap();
     assert_eq!((found.entry.as_slice(), found.cycle.as_slice()), (&[][..], &[2, 0][..]));
     assert!((worth(&edges[2..4]) - 5.0 / 4.5).abs() < 1e-15);
@@ -202,8 +207,8 @@ fn the_ratio_is_of_sums_and_not_a_mean_of_ratios() {
 }
 
 #[test]
-fn cycles_charged_as_a_whole_are_near_the_best() {
-    let (mut same, mut all, mut lost) = (0, 0, 0.0);
+fn a_cycle_charged_as_a_whole_is_the_best_of_all() {
+    let mut all = 0;
     for seed in 0..300 {
         let mut rng = ChaCha8Rng::seed_from_u64(3000 + seed);
         let size = rng.random_range(2..=6);
@@ -214,24 +219,23 @@ fn cycles_charged_as_a_whole_are_near_the_best() {
         let Some(found) = best_path(size, &edges, 0) else { continue };
         let best = cycles(&edges, 0, size).iter().map(|cycle| worth(cycle)).fold(f64::MIN, f64::max);
         let own = worth(&walk(&edges, &found, 0));
-        assert!(own <= best + 1e-12, "seed {seed}");
+        assert!((own - best).abs() < 1e-11, "seed {seed}: {own} instead of {best}");
         // At no prices is the best ratio less than the best worth.
         for _ in 0..5 {
             let prices: [f64; 3] = std::array::from_fn(|_| rng.random_range(-1.0..=1.0));
             let priced = |edge: &Edge| {
-                edge.reward - prices.iter().zip(edge.signed).map(|(price, signed)| price * signed).sum::<f64>()
+                edge.reward
+                    - prices.iter().zip(edge.signed).map(|(price, signed)| price * signed).sum::<f64>()
             };
             let cycle = greatest_ratio(size, &edges, priced).unwrap();
-            let bound = cycle.iter().map(priced).sum::<f64>() / cycle.iter().map(|edge| edge.time).sum::<f64>();
+            let bound =
+                cycle.iter().map(priced).sum::<f64>() / cycle.iter().map(|edge| edge.time).sum::<f64>();
             // Cycles that cannot be reached count for the bound alone.
             assert!(bound >= best - 1e-11, "seed {seed}");
         }
         all += 1;
-        same += usize::from(own >= best - 1e-11);
-        lost += best - own;
     }
-    assert!(all > 200 && 10 * same >= 9 * all, "{same} of {all} are the best");
-    assert!(lost / f64::from(all as u32) < 0.02, "{lost} lost in {all}");
+    assert!(all > 200, "most of these mazes have a cycle");
 }
 
 #[test]

@@ -199,7 +199,8 @@ fn without_a_cache_every_transition_is_simulated() {
     let stop = Stop::new(&Cancel::default(), None);
     let run = |cache_transitions: usize| {
         let parameters = toy_parameters(Learning { cache_transitions, ..toy_learning() });
-        let context = SearchContext { grid: &grid, objective: &objective, parameters: &parameters, stop: &stop };
+        let context =
+            SearchContext { grid: &grid, objective: &objective, parameters: &parameters, stop: &stop };
         let genome = Genome::random(&grid, 4, true, &mut ChaCha8Rng::seed_from_u64(1));
         let mut world = Sledge { calls: Arc::default(), ..Sledge::new() };
         let shared = Cache::new(cache_transitions);

@@ -2,7 +2,8 @@
 
 use super::bundled;
 use gaitwright_learning::learn::{
-    AskedSpeed, Budget, Learning, Mutation, Objective, Repair, Repairs, SearchMethod, Seeds, Task, Terms, Weights,
+    AskedSpeed, Budget, Learning, Mutation, Objective, Repair, Repairs, SearchMethod, Seeds, Task, Terms,
+    Weights,
 };
 use gaitwright_physics::scene::Scene;
 use gaitwright_physics::stance::Stance;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::{Notes, bundled, grid_of, parameters};
+use gaitwright_learning::learn::cache::Cache;
 use gaitwright_learning::learn::evaluation::{SimulatedWorld, World};
 use gaitwright_learning::learn::genome::Genome;
 use gaitwright_learning::learn::grid::Grid;
@@ -11,7 +12,6 @@ use gaitwright_learning::learn::qlearning::{self, Environment, QTable, Rates};
 use gaitwright_learning::learn::ratio::best_path;
 use gaitwright_learning::learn::subset::{SearchContext, Subset};
 use gaitwright_learning::learn::transition::Transition;
-use gaitwright_learning::learn::cache::Cache;
 use gaitwright_learning::learn::{
     Cancel, Learning, LearningSetup, Objective, Posture, Repair, Repairs, Stop, Task, learn,
 };
@@ -76,8 +76,7 @@ fn legs_take_turns_from_front_to_back_and_over_to_the_other_side() {
     assert_eq!(front[0], (-hind[0].0, -hind[0].1));
     assert_eq!(front[1..], hind[1..]);
     // Along y the legs that were fore and hind are the sides; the names do not matter.
-    let sideways =
-        Grid::new(&model, &stance, [0.0, 1.0, 0.0], &parameters(&Learning::default(), &stance));
+    let sideways = Grid::new(&model, &stance, [0.0, 1.0, 0.0], &parameters(&Learning::default(), &stance));
     if let Some(symmetry) = &sideways.symmetry {
         let mirrored = symmetry.mirrored(&grid.joints, state);
         assert_eq!(leg(&mirrored.levels, "LF")[1].angle.abs(), leg(&state.levels, "LH")[1].angle.abs());
