@@ -50,6 +50,7 @@ pub mod symmetry;
 mod task;
 pub mod transition;
 pub mod trial;
+mod trunk;
 
 use std::sync::Arc;
 
@@ -66,10 +67,11 @@ pub use generation::Generation;
 pub use learned::Learned;
 pub use objective::{Earnings, Objective, Terms, reference_gravity};
 pub use observer::Observer;
-pub use parameters::{Coding, Learning, Parameters, SearchMethod, Seeds, Trunk};
+pub use parameters::{Coding, Learning, Parameters, SearchMethod, Seeds};
 pub use repairs::{Repair, Repairs};
 pub use stop::{Cancel, Interrupted, Stop, StopReason};
 pub use task::{ANY_GAIT, AskedSpeed, Pace, SpeedWord, Task, Weights};
+pub use trunk::Trunk;
 
 /// Everything that [`learn`] needs.
 #[derive(Debug, Clone)]

@@ -1,12 +1,12 @@
 //! The coding in which an individual is one state and the population is the subset (Ito & Matsuno 2002).
 
-use rand::RngExt;
+use rand::{Rng, RngExt};
 
 use super::breeding::Crossover;
 use super::chance::{Purpose, stream};
 use super::ga::{ATTEMPTS, Individual, nearest, select};
 use super::genome::Genome;
-use super::grid::Grid;
+use super::grid::{Grid, GridState};
 use super::parameters::Parameters;
 
 /// The next subset after `members`, fittest first: the fitter half of them, and children for the others. At first it is drawn
@@ -27,7 +27,7 @@ pub(super) fn next_subset(
     let mut states: Vec<_> = survivors.iter().flat_map(|member| member.genome.states.clone()).collect();
     for place in states.len()..count {
         let mut rng = draw(place);
-        let bred = (0..ATTEMPTS).map(|_| {
+        let mut bred = (0..ATTEMPTS).map(|_| {
             let parent = &select(members, parameters, &mut rng).genome;
             let mut child = if rng.random_bool(parameters.crossover_rate) {
                 cross(parent, members, (grid, parameters), &mut rng)
@@ -37,8 +37,7 @@ pub(super) fn next_subset(
             child.mutate(grid, &parameters.mutation, &mut rng);
             child
         });
-        let bred = bred.collect::<Vec<_>>();
-        let child = bred.into_iter().find(|child| !states.contains(&child.states[0]));
+        let child = bred.find(|child| !states.contains(&child.states[0]));
         // Duplicates are replaced by states that are not.
         let child = child.unwrap_or_else(|| Genome::random(grid, 1, parameters.coupled(), &mut rng));
         states.extend(child.states);
@@ -50,7 +49,7 @@ pub(super) fn next_subset(
 
 /// The members of the next population: the states of an evaluated subset with what each was worth.
 pub(super) fn members(subset: &Genome, worths: &[f64]) -> Vec<Individual> {
-    let single = |state: &super::grid::GridState| Genome { states: vec![state.clone()] };
+    let single = |state: &GridState| Genome { states: vec![state.clone()] };
     let pairs = subset.states.iter().zip(worths);
     pairs.map(|(state, &fitness)| Individual { genome: single(state), fitness }).collect()
 }
@@ -59,7 +58,7 @@ fn cross(
     parent: &Genome,
     members: &[Individual],
     (grid, parameters): (&Grid, &Parameters),
-    rng: &mut impl rand::Rng,
+    rng: &mut impl Rng,
 ) -> Genome {
     let Crossover { uniform, limb, neighbouring } = parameters.crossover;
     let draw = rng.random_range(0.0..uniform + limb + neighbouring);

@@ -157,11 +157,14 @@ pub fn compose(
 /// Where the spline between two postures is after `count` of its beats, of so many seconds.
 fn passed(from: &Posture, to: &Posture, (beat, beats): (f64, u8), count: u8) -> Posture {
     let (duration, time) = (beat * f64::from(beats), beat * f64::from(count));
-    let end = |posture: &Posture, joint: usize| (posture.angles[joint], posture.velocities[joint]);
-    let along = |of: fn((f64, f64), (f64, f64), f64, f64) -> f64| {
-        (0..from.angles.len()).map(|joint| of(end(from, joint), end(to, joint), duration, time)).collect()
+    let joints = || {
+        let end = |posture: &Posture, joint: usize| (posture.angles[joint], posture.velocities[joint]);
+        (0..from.angles.len()).map(move |joint| (end(from, joint), end(to, joint)))
     };
-    Posture { angles: along(hermite), velocities: along(hermite_rate) }
+    Posture {
+        angles: joints().map(|(from, to)| hermite(from, to, duration, time)).collect(),
+        velocities: joints().map(|(from, to)| hermite_rate(from, to, duration, time)).collect(),
+    }
 }
 
 /// The result of a continuous check.

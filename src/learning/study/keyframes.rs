@@ -1,7 +1,6 @@
 //! Cyclic keyframes: half a ring in numbers, of which the mirrored half follows.
 
 use gaitwright_physics::scene::Gains;
-use nalgebra::DVector;
 
 use super::arena::StudyArena;
 use super::trail::Found;
@@ -123,7 +122,7 @@ impl<'a> Keyframes<'a> {
         for Posture { angles, velocities } in half {
             let places = self.grid.joints.iter().zip(angles);
             numbers.extend(places.map(|(joint, angle)| (angle - joint.standing) / ANGLE));
-            numbers.extend((DVector::from_column_slice(velocities) / rate).iter());
+            numbers.extend(velocities.iter().map(|velocity| velocity / rate));
         }
         numbers
     }

@@ -29,7 +29,7 @@ pub(super) fn run(
         seconds,
         gains: &subject.stance.gains,
         new: None,
-        trail: Trail::new(),
+        trail: Trail::default(),
     };
     learn(&setup, &mut witness, &cancel, None)?;
     Ok(witness.trail)

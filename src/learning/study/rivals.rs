@@ -29,7 +29,7 @@ struct Scores<'a> {
 impl<'a> Scores<'a> {
     fn new(arena: &'a StudyArena, keyframes: &'a Keyframes<'a>) -> Result<Self, LearnError> {
         let trials = arena.arena(Trunk::Free)?;
-        Ok(Self { arena, trials, keyframes, least: f64::INFINITY, trail: Trail::new() })
+        Ok(Self { arena, trials, keyframes, least: f64::INFINITY, trail: Trail::default() })
     }
 
     /// What a ring costs over the strides of a search.

@@ -25,10 +25,3 @@ pub(super) struct Trail {
     /// Share of the transitions that came from caches; `None` where there are none.
     pub(super) hit_rate: Option<f64>,
 }
-
-impl Trail {
-    /// A run that found nothing so far.
-    pub(super) fn new() -> Self {
-        Self::default()
-    }
-}

@@ -130,7 +130,10 @@ fn cycles(edges: &[Edge], start: usize, situations: usize) -> Vec<Vec<Edge>> {
         }
         for edge in edges.iter().filter(|edge| edge.from == last) {
             // Each cycle is found from its smallest situation only.
-            if edge.to >= first && edge.to != last && walk.iter().all(|earlier| earlier.from != edge.to || edge.to == first) {
+            if edge.to >= first
+                && edge.to != last
+                && walk.iter().all(|earlier| earlier.from != edge.to || edge.to == first)
+            {
                 walk.push(*edge);
                 extend(edges, walk, found);
                 walk.pop();
