@@ -44,10 +44,15 @@ fn setup() -> LearningSetup {
 fn transition(criterion: &mut Criterion) {
     let setup = setup();
     let parameters = &setup.parameters;
-    let mut world =
-        SimulatedWorld::new(&setup.model, &setup.stance, &setup.scene, &setup.accuracy, parameters)
-            .expect("defaults are sound");
-    let grid = Grid::new(&setup.model, &setup.stance, parameters);
+    let mut world = SimulatedWorld::new(
+        &setup.model,
+        &setup.stance,
+        (&setup.scene, &setup.accuracy, setup.task.direction),
+        None,
+        parameters,
+    )
+    .expect("defaults are sound");
+    let grid = Grid::new(&setup.model, &setup.stance, setup.task.direction, parameters);
     let genome = Genome::random(&grid, 1, true, &mut ChaCha8Rng::seed_from_u64(1));
     let (from, to) = (grid.standing(), grid.posture(&genome.states[0]));
     let transition = Transition { from: &from, to: &to, duration: parameters.transition_time };

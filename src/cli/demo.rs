@@ -21,7 +21,7 @@ use super::settings::{CONNECTIONS, STREAMS, token, tokens};
 use gaitwright::http::{HttpOptions, Unprotected};
 
 /// The character of the demonstration.
-const QUADRUPED: &str = include_str!("../../examples/quadruped.urdf");
+pub(super) const QUADRUPED: &str = include_str!("../../examples/quadruped.urdf");
 
 /// Starts the service, posts the bundled quadruped to it, shows the progress of its training, leaves the
 /// recording and the motion in a folder, and goes on serving until it is interrupted.

@@ -12,6 +12,7 @@ mod schema;
 mod serve;
 mod settings;
 mod simulate;
+mod study;
 mod train;
 
 use std::process::ExitCode;
@@ -46,6 +47,8 @@ enum Command {
     Simulate(simulate::SimulateCommand),
     /// Measure what accuracy costs, and recommend a setting
     Accuracy(accuracy::AccuracyCommand),
+    /// Answer the open questions about the learning, beside rival searches
+    Study(study::StudyCommand),
     /// Report the gait of a motion, as JSON
     Gait(gait::GaitCommand),
     /// Write a motion in the form that another program opens
@@ -72,6 +75,7 @@ pub fn main() -> ExitCode {
         Command::Check(check) => check.run(),
         Command::Simulate(simulate) => simulate.run(),
         Command::Accuracy(accuracy) => accuracy.run(),
+        Command::Study(study) => study.run(),
         Command::Gait(gait) => gait.run(),
         Command::Export(export) => export.run(),
         Command::Schema => schema::run(),

@@ -1,6 +1,7 @@
 //! What is handed back: the motion document and its forms for other programs, recordings, learning curves, diagrams.
 
 mod bend;
+mod course;
 mod curve;
 mod diagram;
 mod formats;
@@ -8,6 +9,7 @@ mod front;
 mod motion;
 mod recording;
 
+pub use course::course_diagram;
 pub use curve::{Curve, CurveFormat};
 pub use diagram::{DiagramError, gait_diagram};
 pub use formats::{

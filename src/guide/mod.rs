@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [first steps](first_steps) | from a file to a motion that plays; how the learner works |
 //! | [natural gaits](natural_gaits) | walks, trots and runs from leg programs, and how they do in MuJoCo |
+//! | [study] | the paper's open questions, QDSEGA's repairs, and rival searches, measured |
 //! | [judging] | the names of gaits, what makes a motion natural, and the trials |
 //! | [characters] | URDF, JSON and zip; faults and repairs; loops and passive joints |
 //! | [formats] | scenario, job, motion, recording |
@@ -27,6 +28,11 @@ pub mod first_steps {}
 
 #[doc = include_str!("natural_gaits.md")]
 pub mod natural_gaits {}
+
+#[doc = include_str!("study.md")]
+#[doc = include_str!("../../static/study-rivals.svg")]
+#[doc = include_str!("../../static/study-repairs.svg")]
+pub mod study {}
 
 #[doc = include_str!("judging.md")]
 pub mod judging {}

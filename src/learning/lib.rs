@@ -11,6 +11,7 @@
 //! | [`learn`] | QDSEGA: Q-learning in subsets of states that a genetic algorithm chooses |
 //! | [`program`] | natural gaits: leg programs from force templates, refined by CMA-ES |
 //! | [`training`] | what a task asks of a character, by the search that suits both: a repertoire of gaits, or one motion |
+//! | [`study`] | the paper's open questions, and rival searches, on equal budgets |
 //! | [`accuracy`] | computing time against error for integrators, solvers and steps; the setting to take for a tolerance; the hard cases and their bounds; rapier3d as the engine compared with |
 //!
 //! `learn` and `gait` know neither each other nor the other two; `accuracy` simulates scenarios.
@@ -48,4 +49,5 @@ pub mod gait;
 pub mod learn;
 pub mod program;
 pub mod scenario;
+pub mod study;
 pub mod training;

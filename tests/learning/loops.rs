@@ -62,7 +62,7 @@ fn the_pantograph_stands_with_closed_loops() {
 #[test]
 fn only_driven_joints_are_learned() {
     let setup = setup();
-    let grid = Grid::new(&setup.model, &setup.stance, &setup.parameters);
+    let grid = Grid::new(&setup.model, &setup.stance, setup.task.direction, &setup.parameters);
     for (joint, levels) in grid.joints.iter().enumerate() {
         let still = levels.lowest == 0 && levels.velocities == [[0, 0]];
         assert_eq!(still, !setup.model.driven[joint], "{}", setup.model.joint_names[joint]);
@@ -75,9 +75,14 @@ fn only_driven_joints_are_learned() {
         }
     }
     // Played for two seconds, it keeps its legs together.
-    let mut world =
-        SimulatedWorld::new(&setup.model, &setup.stance, &setup.scene, &setup.accuracy, &setup.parameters)
-            .unwrap();
+    let mut world = SimulatedWorld::new(
+        &setup.model,
+        &setup.stance,
+        (&setup.scene, &setup.accuracy, setup.task.direction),
+        None,
+        &setup.parameters,
+    )
+    .unwrap();
     let player = Player::from_postures(
         &setup.stance.angles,
         best.entry.iter().map(Posture::parts),

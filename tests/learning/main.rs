@@ -13,6 +13,7 @@ mod loops;
 mod program;
 mod rapier;
 mod scenarios;
+mod study;
 #[path = "../common/synthetic.rs"]
 mod synthetic;
 #[path = "../common/tables.rs"]

@@ -18,6 +18,7 @@ mod readers;
 mod recording;
 mod settings;
 mod structure;
+mod study;
 #[path = "../common/synthetic.rs"]
 mod synthetic;
 #[path = "../common/tables.rs"]

@@ -8,18 +8,20 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::grid::GridState;
+use super::grid::{GridState, Level};
 use super::objective::Terms;
 
 /// What identifies a transition.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct TransitionKey {
-    /// State it starts from; `None` for the standing pose.
-    pub from: Option<GridState>,
+    /// Levels of the state it starts from; `None` for the standing pose.
+    pub from: Option<Vec<Level>>,
     /// State it leads to.
     pub to: GridState,
     /// Cell of the trunk at its start, see [`super::evaluation::World::cell`].
     pub cell: usize,
+    /// Whether the physical state after it is kept in a mirror.
+    pub mirrored: bool,
 }
 
 /// The result of simulating a transition.
@@ -92,17 +94,15 @@ pub struct SimulationTotals {
     pub simulated: u64,
     /// Simulated time, continuous checks included, s.
     pub seconds: f64,
+    /// Simulated time that the caches saved, s.
+    #[serde(default)]
+    pub saved: f64,
 }
 
 impl SimulationTotals {
     /// Share of the transitions asked for that were not simulated, 0 to 1.
     pub fn hit_rate(&self) -> f64 {
         if self.asked == 0 { 0.0 } else { (self.asked - self.simulated) as f64 / self.asked as f64 }
-    }
-
-    /// Simulated time that the caches saved, s, with transitions of `transition_time` seconds.
-    pub fn saved_seconds(&self, transition_time: f64) -> f64 {
-        (self.asked - self.simulated) as f64 * transition_time
     }
 }
 
@@ -111,5 +111,6 @@ impl std::ops::AddAssign for SimulationTotals {
         self.asked += other.asked;
         self.simulated += other.simulated;
         self.seconds += other.seconds;
+        self.saved += other.saved;
     }
 }

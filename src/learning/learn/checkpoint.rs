@@ -7,7 +7,8 @@ use super::cache::SimulationTotals;
 use super::ga::Island;
 use super::generation::Generation;
 use super::genome::Genome;
-use super::parameters::Learning;
+use super::grid::Grid;
+use super::parameters::{Coding, Learning};
 use super::task::Task;
 use gaitwright_physics::fault::{Fault, InputError};
 
@@ -42,12 +43,12 @@ pub struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// Checks that a job with this seed, these parameters, this task and this number of joints may be resumed from
+    /// Checks that a job with this seed, these parameters, this task and this grid may be resumed from
     /// here. The budgets (generations, seconds) may differ.
     ///
     /// # Errors
     /// What belongs to a different job, with JSON pointers into the checkpoint.
-    pub fn fits(&self, seed: u64, learning: &Learning, task: &Task, joints: usize) -> Result<(), InputError> {
+    pub fn fits(&self, seed: u64, learning: &Learning, task: &Task, grid: &Grid) -> Result<(), InputError> {
         let mut faults = Vec::new();
         if self.seed != seed {
             let reason = format!("the checkpoint was made with seed {}, not {seed}", self.seed);
@@ -63,13 +64,18 @@ impl Checkpoint {
         if self.islands.len() != learning.islands {
             faults.push(Fault::new("/islands", format!("there are not {} islands", learning.islands)));
         }
+        let drawn = grid.drawn(learning.states);
+        let (members, states) = match learning.coding {
+            Coding::Chromosome => (learning.population, drawn),
+            Coding::Population => (drawn, 1),
+        };
         for (index, island) in self.islands.iter().enumerate() {
             let sound = |genome: &Genome| {
-                genome.states.len() == learning.states
-                    && genome.states.iter().all(|state| state.0.len() == joints)
+                genome.states.len() == states
+                    && genome.states.iter().all(|state| state.levels.len() == grid.joints.len())
             };
             // An island that was restarted is empty until the next generation.
-            if !(island.members.is_empty() || island.members.len() == learning.population)
+            if !(island.members.is_empty() || island.members.len() == members)
                 || !island.members.iter().all(|member| sound(&member.genome))
             {
                 let reason = "the individuals do not fit the character and the parameters";

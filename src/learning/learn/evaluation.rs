@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::{Unit, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
 
 use super::objective::{Terms, reference_gravity};
 use super::parameters::Parameters;
@@ -28,6 +28,8 @@ pub struct TrackingOutcome<S> {
     pub terms: Terms,
     /// Simulated time, s: all that was asked for, or less if the character fell.
     pub seconds: f64,
+    /// Heading at the start against the standing pose's, rad, counter-clockwise seen from above.
+    pub heading: f64,
     /// The physical state at the end; `None` if the character fell, or the simulation failed, which counts as a fall.
     pub after: Option<S>,
 }
@@ -55,10 +57,56 @@ pub trait World: Clone + Send + Sync {
         steps: Range<u64>,
         stop: &Stop,
     ) -> Result<TrackingOutcome<Self::State>, Interrupted>;
+    /// The mirror image of `state`. Worlds whose grid has no symmetry are never asked.
+    fn mirrored(&self, state: &Self::State) -> Self::State;
     /// Number of cells into which the trunk's roll and pitch are divided; 1 if they are not.
     fn cells(&self) -> usize;
     /// Cell of the trunk in `state`, below [`World::cells`].
     fn cell(&self, state: &Self::State) -> usize;
+}
+
+/// The plane that mirrors a character's world.
+#[derive(Debug, Clone)]
+struct Mirror {
+    /// Unit normal in the world frame, and in the root's.
+    normal: [Vector3<f64>; 2],
+    /// Where each joint takes its angle from, and with which sign.
+    sources: Arc<[(usize, i8)]>,
+}
+
+impl Mirror {
+    /// The vertical plane along `direction`, for a root that stands as in `stance`.
+    fn new(direction: [f64; 3], stance: &Stance, sources: &[(usize, i8)]) -> Self {
+        let left = Vector3::new(-direction[1], direction[0], 0.0);
+        let left = left.try_normalize(0.0).unwrap_or_else(Vector3::y);
+        let own = stance.state.root.orientation.inverse() * left;
+        Self { normal: [left, own], sources: sources.into() }
+    }
+
+    /// The image of `state` against that of `standing`, which is its own.
+    fn image(&self, state: &State, standing: &State) -> State {
+        let across =
+            |normal: &Vector3<f64>, vector: Vector3<f64>| vector - normal * (2.0 * normal.dot(&vector));
+        let reflection = |normal: &Vector3<f64>| Matrix3::identity() - normal * normal.transpose() * 2.0;
+        let [world, own] = &self.normal;
+        let mut image = state.clone();
+        image.root.position = Point3::from(across(world, state.root.position.coords));
+        image.root.linear_velocity = across(world, state.root.linear_velocity);
+        // What turns is a pseudovector.
+        image.root.angular_velocity = -across(world, state.root.angular_velocity);
+        let turned =
+            reflection(world) * state.root.orientation.to_rotation_matrix().matrix() * reflection(own);
+        image.root.orientation =
+            UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(turned));
+        for (joint, &(from, sign)) in self.sources.iter().enumerate() {
+            let sign = f64::from(sign);
+            image.angles[joint] =
+                standing.angles[joint] + sign * (state.angles[from] - standing.angles[from]);
+            image.velocities[joint] = sign * state.velocities[from];
+        }
+        image.forget();
+        image
+    }
 }
 
 /// A character in the simulator.
@@ -72,21 +120,23 @@ pub struct SimulatedWorld {
     upright: Upright,
     /// Number of levels of roll, and of pitch; odd.
     cell_levels: u8,
+    mirror: Option<Mirror>,
     /// Targets at the beginning and at the end of a step, rad or m, one a joint.
     now: Vec<f64>,
     next: Vec<f64>,
 }
 
 impl SimulatedWorld {
-    /// `model` in `scene`, driven with the stance's gains.
+    /// `model` in a scene at an accuracy, driven with the stance's gains, to go along a direction of which the vertical
+    /// plane mirrors it; `mirror` says where each joint takes its angle from in the mirror, and with which sign.
     ///
     /// # Errors
     /// Every fault of scene and accuracy ([`StepPlan::compile`]).
     pub fn new(
         model: &Arc<Model>,
         stance: &Stance,
-        scene: &Scene,
-        accuracy: &Accuracy,
+        (scene, accuracy, direction): (&Scene, &Accuracy, [f64; 3]),
+        mirror: Option<&[(usize, i8)]>,
         parameters: &Parameters,
     ) -> Result<Self, InputError> {
         let plan = StepPlan::compile(scene, accuracy, Some(&stance.gains), model)?;
@@ -97,6 +147,7 @@ impl SimulatedWorld {
             standing: Arc::new(stance.state.clone()),
             disturbed: pushes(model, stance, reference_gravity(scene)).into(),
             cell_levels: parameters.trunk_cells,
+            mirror: mirror.map(|sources| Mirror::new(direction, stance, sources)),
             now: vec![0.0; model.joint_count()],
             next: vec![0.0; model.joint_count()],
         })
@@ -166,7 +217,12 @@ impl World for SimulatedWorld {
             terms.displacement = [travel.x, travel.y];
         }
         let after = upright.then(|| self.simulator.state().clone());
-        Ok(TrackingOutcome { terms, seconds: (done - steps.start) as f64 * step, after })
+        let heading = heading(&state.root.orientation) - heading(&self.standing.root.orientation);
+        Ok(TrackingOutcome { terms, seconds: (done - steps.start) as f64 * step, heading, after })
+    }
+
+    fn mirrored(&self, state: &State) -> State {
+        self.mirror.as_ref().map_or_else(|| state.clone(), |mirror| mirror.image(state, &self.standing))
     }
 
     fn cells(&self) -> usize {

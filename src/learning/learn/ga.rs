@@ -4,23 +4,27 @@
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
+use super::breeding::Crossover;
 use super::chance::{Purpose, stream};
 use super::genome::Genome;
 use super::grid::Grid;
-use super::parameters::{Crossover, Parameters, SearchMethod};
+use super::parameters::Parameters;
+use super::repairs::Repair;
 
 /// Mates drawn for a crossover with a neighbour; the closest of them is taken.
 const NEIGHBOURS: usize = 5;
 /// Attempts to breed a child that differs from all others before one is drawn at random.
-const ATTEMPTS: usize = 4;
+pub(super) const ATTEMPTS: usize = 4;
 
-/// A subset of states and the fitness of its behaviour.
+/// A subset of states and the fitness of its behaviour, or, where the population is the subset, one state and what it is
+/// worth there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Individual {
     /// The subset.
     pub genome: Genome,
-    /// m/s, see [`super::trial::IndividualVerdict::fitness`].
+    /// m/s, see [`super::trial::IndividualVerdict::fitness`]; of a state from 0 to 2, see
+    /// [`super::subset::Subset::worths`].
     pub fitness: f64,
 }
 
@@ -62,11 +66,18 @@ impl Island {
             let attempts = if self.members.is_empty() { 0 } else { ATTEMPTS };
             let child =
                 (0..attempts).map(|_| self.breed(grid, parameters, &mut rng)).find(|genome| !known(genome));
-            let coupled = parameters.search == SearchMethod::Natural;
-            let child = child.unwrap_or_else(|| Genome::random(grid, parameters.states, coupled, &mut rng));
+            let count = grid.drawn(parameters.states);
+            let child = child.unwrap_or_else(|| Genome::random(grid, count, parameters.coupled(), &mut rng));
             asked.push(child);
         }
         asked
+    }
+
+    /// Replaces all members by those of a population that is one subset.
+    pub fn replace(&mut self, members: Vec<Individual>) {
+        self.members = members;
+        self.rank();
+        self.stale += 1;
     }
 
     /// Replaces all members but the elite by the evaluated children.
@@ -102,7 +113,7 @@ impl Island {
     }
 
     fn breed(&self, grid: &Grid, parameters: &Parameters, rng: &mut impl Rng) -> Genome {
-        let parent = &self.select(parameters, rng).genome;
+        let parent = &select(&self.members, parameters, rng).genome;
         let mut child = if rng.random_bool(parameters.crossover_rate) {
             self.cross(parent, grid, parameters, rng)
         } else {
@@ -116,27 +127,44 @@ impl Island {
     fn cross(&self, parent: &Genome, grid: &Grid, parameters: &Parameters, rng: &mut impl Rng) -> Genome {
         let Crossover { uniform, limb, neighbouring } = parameters.crossover;
         let draw = rng.random_range(0.0..uniform + limb + neighbouring);
+        // States are paired in their order where limbs follow others in turn.
+        let paired = grid.symmetry.is_none() && parameters.repairs.has(Repair::WholeGroups);
+        let group = if paired { 2 } else { 1 };
         if draw < uniform {
-            parent.cross_uniform(&self.select(parameters, rng).genome, rng)
+            parent.cross_uniform(&select(&self.members, parameters, rng).genome, group, rng)
         } else if draw < uniform + limb {
-            parent.cross_by_limb(&self.select(parameters, rng).genome, grid, rng)
+            let mate = &select(&self.members, parameters, rng).genome;
+            let groups = parent.limb_groups(mate, grid, parameters);
+            parent.cross_by_limb(mate, &groups, grid, rng)
         } else {
-            let mates = (0..NEIGHBOURS).map(|_| &self.select(parameters, rng).genome);
-            let others: Vec<&Genome> = mates.filter(|mate| *mate != parent).collect();
-            let apart = |mate: &&Genome| parent.distance(mate);
-            match others.into_iter().min_by(|a, b| apart(a).total_cmp(&apart(b))) {
-                Some(mate) => parent.cross_uniform(mate, rng),
-                None => parent.clone(),
-            }
+            nearest(parent, &self.members, parameters, rng)
+                .map_or_else(|| parent.clone(), |mate| parent.cross_uniform(mate, group, rng))
         }
     }
+}
 
-    /// The fittest of a few drawn at random.
-    fn select(&self, parameters: &Parameters, rng: &mut impl Rng) -> &Individual {
-        let draws = (0..parameters.tournament).map(|_| rng.random_range(0..self.members.len()));
-        // Members are ranked: the smallest index is the fittest.
-        &self.members[draws.min().unwrap_or(0)]
-    }
+/// The fittest of a few of `members`, fittest first, drawn at random.
+pub(super) fn select<'a>(
+    members: &'a [Individual],
+    parameters: &Parameters,
+    rng: &mut impl Rng,
+) -> &'a Individual {
+    let draws = (0..parameters.tournament).map(|_| rng.random_range(0..members.len()));
+    // Members are ranked: the smallest index is the fittest.
+    &members[draws.min().unwrap_or(0)]
+}
+
+/// The one of a few selected mates that is nearest to `parent`; `None` if all of them are like it.
+pub(super) fn nearest<'a>(
+    parent: &Genome,
+    members: &'a [Individual],
+    parameters: &Parameters,
+    rng: &mut impl Rng,
+) -> Option<&'a Genome> {
+    let mates = (0..NEIGHBOURS).map(|_| &select(members, parameters, rng).genome);
+    let others: Vec<&Genome> = mates.filter(|mate| *mate != parent).collect();
+    let apart = |mate: &&Genome| parent.distance(mate);
+    others.into_iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))
 }
 
 /// Empties every island whose accepted behaviour has not improved for `patience` generations, except the one with the

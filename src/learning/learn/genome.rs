@@ -3,13 +3,17 @@
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
+use super::breeding::Mutation;
 use super::grid::{Grid, GridState, Level};
-use super::parameters::Mutation;
+use super::parameters::Parameters;
+use super::repairs::Repair;
 
 /// Attempts to change a duplicate state by mutation before it is drawn at random.
 const REPAIRS: usize = 8;
+/// Most beats of a state that is drawn at random: the paper's transition time is two.
+const BEATS: u8 = 4;
 
-/// The genotype of an individual: a subset of the states of the grid.
+/// The genotype of an individual: states of the grid, from which those of its subset follow by symmetry.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Genome {
@@ -37,26 +41,68 @@ impl Genome {
         genome
     }
 
-    /// Takes every state whole from one parent or the other.
-    pub fn cross_uniform(&self, other: &Self, rng: &mut impl Rng) -> Self {
-        let states = self.states.iter().zip(&other.states);
-        let states = states.map(|(ours, theirs)| if rng.random_bool(0.5) { ours } else { theirs }.clone());
+    /// Takes every group of `group` successive states whole from one parent or the other.
+    pub fn cross_uniform(&self, other: &Self, group: usize, rng: &mut impl Rng) -> Self {
+        let groups = self.states.chunks(group).zip(other.states.chunks(group));
+        let states =
+            groups.flat_map(|(ours, theirs)| if rng.random_bool(0.5) { ours } else { theirs }.to_vec());
         Self { states: states.collect() }
     }
 
-    /// Takes the levels of each limb, in all states, from one parent or the other.
-    pub fn cross_by_limb(&self, other: &Self, grid: &Grid, rng: &mut impl Rng) -> Self {
+    /// Takes every joint's levels, state by state, from one parent or the other, and so the beats.
+    pub fn cross_by_joint(&self, other: &Self, rng: &mut impl Rng) -> Self {
         let mut child = self.clone();
-        for limb in &grid.limbs {
+        for (state, theirs) in child.states.iter_mut().zip(&other.states) {
+            for (level, other) in state.levels.iter_mut().zip(&theirs.levels) {
+                if rng.random_bool(0.5) {
+                    *level = *other;
+                }
+            }
+            if rng.random_bool(0.5) {
+                state.beats = theirs.beats;
+            }
+        }
+        child
+    }
+
+    /// Takes the levels of each group of limbs, in all states, from one parent or the other.
+    pub fn cross_by_limb(
+        &self,
+        other: &Self,
+        groups: &[Vec<usize>],
+        grid: &Grid,
+        rng: &mut impl Rng,
+    ) -> Self {
+        let mut child = self.clone();
+        for group in groups {
             if rng.random_bool(0.5) {
                 for (state, theirs) in child.states.iter_mut().zip(&other.states) {
-                    for &joint in &limb.joints {
-                        state.0[joint] = theirs.0[joint];
+                    for &joint in group.iter().flat_map(|&limb| &grid.limbs[limb].joints) {
+                        state.levels[joint] = theirs.levels[joint];
                     }
                 }
             }
         }
         child
+    }
+
+    /// The limbs, where groups are kept whole together with those that they follow here or in `other`.
+    pub fn limb_groups(&self, other: &Self, grid: &Grid, parameters: &Parameters) -> Vec<Vec<usize>> {
+        let single = (0..grid.limbs.len()).map(|limb| vec![limb]);
+        if !parameters.repairs.has(Repair::WholeGroups) {
+            return single.collect();
+        }
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for mut group in single {
+            let limb = group[0];
+            for leader in [self.leader(grid, limb), other.leader(grid, limb)].into_iter().flatten() {
+                if let Some(place) = groups.iter().position(|group| group.contains(&leader.limb)) {
+                    group.extend(groups.remove(place));
+                }
+            }
+            groups.push(group);
+        }
+        groups
     }
 
     /// Changes angles, velocities, limbs and whole states at random, at the given rates. Limbs that were coupled to
@@ -75,7 +121,11 @@ impl Genome {
                 let amplitude = rng.random_range(0.1..=1.0);
                 *state = random_state(grid, amplitude, rng);
             }
-            for (joint, level) in grid.joints.iter().zip(&mut state.0) {
+            if grid.beats > 1 && rng.random_bool(rates.time) {
+                let by = if rng.random_bool(0.5) { 1 } else { -1 };
+                state.beats = state.beats.saturating_add_signed(by).clamp(1, grid.beats);
+            }
+            for (joint, level) in grid.joints.iter().zip(&mut state.levels) {
                 let mut nudge = |rate| if rng.random_bool(rate) { random_nudge(rng) } else { 0 };
                 let angle = i16::from(level.angle) + nudge(rates.angle);
                 let velocity = i16::from(level.velocity) + nudge(rates.velocity);
@@ -91,13 +141,15 @@ impl Genome {
 
     /// The first limb whose motion `limb` repeats in all states; `None` if it moves independently.
     pub fn leader(&self, grid: &Grid, limb: usize) -> Option<Leader> {
+        let ways: &[bool] = if Leader::takes_turns(grid) { &[false, true] } else { &[false] };
         let mut choices =
-            (0..limb).flat_map(|other| [false, true].map(|swapped| Leader { limb: other, swapped }));
+            (0..limb).flat_map(|other| ways.iter().map(move |&swapped| Leader { limb: other, swapped }));
         choices.find(|leader| {
             let followed = self.led(grid, limb, leader);
             followed.is_some_and(|followed| {
                 let joints = &grid.limbs[limb].joints;
-                let ours = self.states.iter().flat_map(|state| joints.iter().map(|&joint| state.0[joint]));
+                let ours =
+                    self.states.iter().flat_map(|state| joints.iter().map(|&joint| state.levels[joint]));
                 ours.eq(followed.into_iter().flatten())
             })
         })
@@ -108,7 +160,7 @@ impl Genome {
         if let Some(followed) = self.led(grid, limb, leader) {
             for (state, levels) in self.states.iter_mut().zip(followed) {
                 for (&joint, level) in grid.limbs[limb].joints.iter().zip(levels) {
-                    state.0[joint] = level;
+                    state.levels[joint] = level;
                 }
             }
         }
@@ -123,7 +175,7 @@ impl Genome {
             let partner = if leader.swapped && index ^ 1 < self.states.len() { index ^ 1 } else { index };
             let joints = target.joints.iter().zip(&source.joints).zip(&signs);
             let levels = joints.map(|((&to, &from), &sign)| {
-                let Level { angle, velocity } = self.states[partner].0[from];
+                let Level { angle, velocity } = self.states[partner].levels[from];
                 let mirrored = |level: i8| i16::from(level) * i16::from(sign);
                 grid.joints[to].clamp(mirrored(angle), mirrored(velocity))
             });
@@ -150,10 +202,11 @@ impl Genome {
         }
     }
 
-    /// Sum over all states and joints of the differences of angle levels and half the differences of velocity levels.
+    /// Sum over all states and joints of the differences of angle levels and half the differences of velocity levels;
+    /// times do not count.
     pub fn distance(&self, other: &Self) -> f64 {
         let levels =
-            |genome: &Self| genome.states.iter().flat_map(|state| state.0.clone()).collect::<Vec<_>>();
+            |genome: &Self| genome.states.iter().flat_map(|state| state.levels.clone()).collect::<Vec<_>>();
         let apart = |a: i8, b: i8| f64::from((i16::from(a) - i16::from(b)).abs());
         let pairs = levels(self).into_iter().zip(levels(other));
         pairs.map(|(a, b)| apart(a.angle, b.angle) + 0.5 * apart(a.velocity, b.velocity)).sum()
@@ -179,7 +232,13 @@ impl Leader {
         if others.is_empty() {
             return None;
         }
-        Some(Self { limb: others[rng.random_range(0..others.len())], swapped: rng.random_bool(0.5) })
+        let swapped = Self::takes_turns(grid) && rng.random_bool(0.5);
+        Some(Self { limb: others[rng.random_range(0..others.len())], swapped })
+    }
+
+    /// Whether a limb can follow another in turn: where subsets are closed under shifts, that does so already.
+    fn takes_turns(grid: &Grid) -> bool {
+        grid.symmetry.is_none()
     }
 }
 
@@ -200,7 +259,9 @@ fn random_state(grid: &Grid, amplitude: f64, rng: &mut impl Rng) -> GridState {
         let [slowest, fastest] = joint.velocity_range(angle);
         Level { angle, velocity: within(slowest, fastest) }
     });
-    GridState(levels.collect())
+    let levels = levels.collect();
+    let beats = if grid.beats > 1 { rng.random_range(1..=grid.beats.min(BEATS)) } else { 1 };
+    GridState { levels, beats }
 }
 
 /// Changes the angle or the velocity of one joint by one or two levels.
@@ -209,10 +270,10 @@ fn nudge_one(grid: &Grid, state: &mut GridState, rng: &mut impl Rng) {
         return;
     }
     let joint = rng.random_range(0..grid.joints.len());
-    let Level { angle, velocity } = state.0[joint];
+    let Level { angle, velocity } = state.levels[joint];
     let (angle, velocity) = (i16::from(angle), i16::from(velocity));
     let by = random_nudge(rng);
-    state.0[joint] = if rng.random_bool(0.5) {
+    state.levels[joint] = if rng.random_bool(0.5) {
         grid.joints[joint].clamp(angle + by, velocity)
     } else {
         grid.joints[joint].clamp(angle, velocity + by)

@@ -4,7 +4,8 @@
 //! be searched. A genetic algorithm ([`ga`]) chooses small subsets of it ([`genome`]). In each subset, Q-learning
 //! ([`qlearning`]) finds the best behaviour ([`policy`]), and the fitness of that behaviour in one continuous
 //! simulation ([`trial`]) is the fitness of the subset (Tokizaki & Hasegawa section 2.2; Ito & Matsuno 2002).
-//! Transitions that were simulated once are cached ([`cache`]).
+//! Transitions that were simulated once are cached ([`cache`]). What is changed in the algorithm as published is listed,
+//! and can be left out, in [`Repairs`].
 //!
 //! | in the order of use | |
 //! |---|---|
@@ -12,13 +13,17 @@
 //! | [`Objective`], [`Terms`] | the task as a score |
 //! | [`grid`], [`genome`] | all states, and subsets of them |
 //! | [`transition`], [`evaluation`], [`cache`] | from one state to the next in the simulator |
-//! | [`subset`], [`qlearning`], [`policy`] | the best behaviour in a subset |
-//! | [`trial`], [`ga`], [`search`] | its continuous check, the next subsets, the loop over generations |
+//! | [`symmetry`], [`subset`] | a subset with its mirror image, as an environment |
+//! | [`qlearning`], [`policy`], [`ratio`] | the best behaviour in a subset |
+//! | [`trial`] | its continuous check |
+//! | [`ga`], [`population`], [`search`] | the next subsets, the loop over generations |
 //! | [`Observer`], [`Stop`], [`Checkpoint`] | who is informed, when to stop, how to resume |
 //!
 //! The result depends on the setup and the seed alone, bit for bit, whatever the number of threads.
 
 mod behaviour;
+mod breeding;
+mod budget;
 pub mod cache;
 mod chance;
 mod checkpoint;
@@ -28,18 +33,24 @@ mod generation;
 pub mod genome;
 pub mod grid;
 mod learned;
+mod levels;
 pub mod limb;
 mod objective;
 mod observer;
 mod parameters;
 pub mod policy;
+pub mod population;
 pub mod qlearning;
+pub mod ratio;
+mod repairs;
 pub mod search;
 mod stop;
 pub mod subset;
+pub mod symmetry;
 mod task;
 pub mod transition;
 pub mod trial;
+mod trunk;
 
 use std::sync::Arc;
 
@@ -49,14 +60,18 @@ use gaitwright_physics::scene::{Accuracy, Scene};
 use gaitwright_physics::stance::Stance;
 
 pub use behaviour::{Behaviour, Posture};
+pub use breeding::{Crossover, Mutation};
+pub use budget::Budget;
 pub use checkpoint::Checkpoint;
 pub use generation::Generation;
 pub use learned::Learned;
-pub use objective::{Objective, Terms, reference_gravity};
+pub use objective::{Earnings, Objective, Terms, reference_gravity};
 pub use observer::Observer;
-pub use parameters::{Budget, Coding, Crossover, Learning, Mutation, Parameters, SearchMethod, Seeds, Trunk};
+pub use parameters::{Coding, Learning, Parameters, SearchMethod, Seeds};
+pub use repairs::{Repair, Repairs};
 pub use stop::{Cancel, Interrupted, Stop, StopReason};
 pub use task::{ANY_GAIT, AskedSpeed, Pace, SpeedWord, Task, Weights};
+pub use trunk::Trunk;
 
 /// Everything that [`learn`] needs.
 #[derive(Debug, Clone)]
@@ -105,12 +120,14 @@ pub fn learn(
     let LearningSetup { model, stance, scene, accuracy, task, parameters, seed, threads } = setup;
     let objective = Objective::new(task, model, stance, reference_gravity(scene))
         .map_err(|error| error.under("/task"))?;
-    let world = evaluation::SimulatedWorld::new(model, stance, scene, accuracy, parameters)?;
-    let grid = grid::Grid::new(model, stance, parameters);
+    let grid = grid::Grid::new(model, stance, task.direction, parameters);
     if let Some(checkpoint) = &resume {
-        let fits = checkpoint.fits(*seed, &Learning::from(parameters), task, model.joint_count());
+        let fits = checkpoint.fits(*seed, &Learning::from(parameters), task, &grid);
         fits.map_err(|error| error.under("/checkpoint"))?;
     }
+    let mirror = grid.symmetry.as_ref().map(|symmetry| symmetry.mirror().sources());
+    let around = (scene, accuracy, task.direction);
+    let world = evaluation::SimulatedWorld::new(model, stance, around, mirror, parameters)?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads((*threads).max(1)).build()?;
     let spent = resume.as_ref().map_or(0.0, |checkpoint| checkpoint.elapsed);
     let stop = Stop::new(cancel, parameters.budget.seconds().map(|seconds| seconds - spent));

@@ -39,6 +39,14 @@ pub struct Terms {
     pub slip: f64,
 }
 
+impl Terms {
+    /// The same with the displacement in axes that are turned by `heading` (rad, counter-clockwise seen from above).
+    pub fn seen_from(self, heading: f64) -> Self {
+        let ([x, y], (sine, cosine)) = (self.displacement, heading.sin_cos());
+        Self { displacement: [cosine * x + sine * y, cosine * y - sine * x], ..self }
+    }
+}
+
 impl std::ops::AddAssign for Terms {
     fn add_assign(&mut self, other: Self) {
         self.displacement[0] += other.displacement[0];
@@ -46,6 +54,35 @@ impl std::ops::AddAssign for Terms {
         self.turn += other.turn;
         self.work += other.work;
         self.slip += other.slip;
+    }
+}
+
+/// A reward in parts, m.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Earnings {
+    /// Progress less what is never given back.
+    pub plain: f64,
+    /// What is charged by its size, and of which parts of a motion cancel out: turn, drift, and progress beyond what the
+    /// wanted speed makes.
+    pub signed: [f64; 3],
+}
+
+impl Earnings {
+    /// The reward.
+    pub fn total(&self) -> f64 {
+        let [turn, drift, beyond] = self.signed.map(f64::abs);
+        self.plain - turn - drift - beyond
+    }
+
+    /// The reward with turn and drift left out, which show over a cycle only.
+    pub fn without_sway(&self) -> f64 {
+        self.plain - self.signed[2].abs()
+    }
+
+    /// The same motion in a mirror.
+    pub fn mirrored(&self) -> Self {
+        let [turn, drift, beyond] = self.signed;
+        Self { plain: self.plain, signed: [-turn, -drift, beyond] }
     }
 }
 
@@ -107,18 +144,25 @@ impl Objective {
     /// Reward of `seconds` of upright motion, m: progress (or, when a speed is wanted, the wanted
     /// progress less the deviation from it) less the weighted costs.
     pub fn reward(&self, terms: &Terms, seconds: f64) -> f64 {
+        self.earnings(terms, seconds).total()
+    }
+
+    /// The same in parts, of which those that can cancel out keep their sign.
+    pub fn earnings(&self, terms: &Terms, seconds: f64) -> Earnings {
         let progress = self.progress(terms);
-        let gain = match self.speed {
-            None => progress,
-            Some(speed) => speed * seconds - (progress - speed * seconds).abs(),
-        };
+        let wanted = self.speed.map(|speed| speed * seconds);
         let ([x, y], [dx, dy]) = (self.direction, terms.displacement);
-        let drift = (x * dy - y * dx).abs();
         let weights = &self.weights;
-        gain - weights.energy * ENERGY * terms.work / self.weight_force
-            - weights.drift * DRIFT * drift
-            - weights.turn * TURN * self.height * terms.turn.abs()
-            - weights.slip * SLIP * terms.slip
+        Earnings {
+            plain: wanted.unwrap_or(progress)
+                - weights.energy * ENERGY * terms.work / self.weight_force
+                - weights.slip * SLIP * terms.slip,
+            signed: [
+                weights.turn * TURN * self.height * terms.turn,
+                weights.drift * DRIFT * (x * dy - y * dx),
+                wanted.map_or(0.0, |wanted| progress - wanted),
+            ],
+        }
     }
 
     /// Fitness of an upright stretch, m/s: its reward per second.

@@ -6,53 +6,17 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::breeding::{Crossover, Mutation};
+use super::budget::Budget;
+use super::repairs::{Repair, Repairs};
+use super::trunk::Trunk;
 use gaitwright_physics::fault::{Fault, InputError};
-use gaitwright_physics::scene::{Effect, Scene, Switch};
 use gaitwright_physics::stance::Stance;
 
+/// Most beats that a transition can take where times are genes: three times T.
+const BEATS: u8 = 6;
 /// Training time when neither generations nor seconds are given, s.
 const DEFAULT_SECONDS: f64 = 180.0;
-
-/// Whether the trunk may rotate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Trunk {
-    /// As physics has it.
-    #[default]
-    Free,
-    /// The root link keeps its orientation (Tokizaki & Hasegawa section 3.4).
-    Locked,
-}
-
-impl Trunk {
-    /// `scene` with the effect that a locked trunk is: the rotation lock of the root link.
-    pub fn in_scene(self, scene: &Scene) -> Scene {
-        let mut scene = scene.clone();
-        if self == Self::Locked {
-            scene.effects.insert(Effect::TrunkRotationLock, Switch::On);
-        }
-        scene
-    }
-
-    /// The faults of a trunk that is to be locked in a scene that switches the effect off, one at each of the two
-    /// places: JSON pointers into a document with `scene` and `learning`.
-    pub fn contradictions(self, scene: &Scene) -> Vec<Fault> {
-        let lock = scene.effects.get(&Effect::TrunkRotationLock);
-        if self != Self::Locked || lock != Some(&Switch::Off) {
-            return Vec::new();
-        }
-        vec![
-            Fault::new(
-                "/scene/effects/trunk_rotation_lock",
-                "the effect is switched off, but /learning/trunk is locked, which is this effect",
-            ),
-            Fault::new(
-                "/learning/trunk",
-                "the trunk is to be locked, but /scene/effects/trunk_rotation_lock is off",
-            ),
-        ]
-    }
-}
 
 /// How motions are searched for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -63,8 +27,8 @@ pub enum SearchMethod {
     #[default]
     Natural,
     /// QDSEGA as published (Tokizaki & Hasegawa; Ito & Matsuno 2002), for any character: one population without seeds,
-    /// refinement, limbs that follow others, or a search for the best cycle beside Q-learning. `seeds`, `refine`,
-    /// `islands`, `crossover` and `mutation.limb` are then what that has, whatever was given.
+    /// refinement, limbs that follow others, or any of the repairs. `seeds`, `refine`, `repairs`, `islands`, `crossover`
+    /// and `mutation.limb` are then what that has, whatever was given.
     Paper,
 }
 
@@ -87,101 +51,10 @@ pub enum Coding {
     /// Hasegawa section 2.2, read literally).
     #[default]
     Chromosome,
-    /// One state; the population is the subset (Ito & Matsuno 2002). Not offered so far.
+    /// One state; the population is the subset, so that it has as many individuals as that has states, and `population`
+    /// is not used. An individual's fitness joins the values that Q-learning gives to going to it with how often the
+    /// greedy behaviour does (Ito & Matsuno 2002).
     Population,
-}
-
-/// How often each kind of crossover is used, relative to the others.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Crossover {
-    /// Every state whole from one parent or the other.
-    pub uniform: f64,
-    /// Every limb's angles and velocities in a state from one parent or the other.
-    pub limb: f64,
-    /// Uniform, with the mate that is closest in state space among several drawn.
-    pub neighbouring: f64,
-}
-
-impl Default for Crossover {
-    fn default() -> Self {
-        Self { uniform: 1.0, limb: 1.0, neighbouring: 1.0 }
-    }
-}
-
-/// How often what is changed at random in a child.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Mutation {
-    /// Probability of each joint's angle to move by a level or two.
-    pub angle: f64,
-    /// Probability of each joint's velocity to move by a level or two.
-    pub velocity: f64,
-    /// Probability of each state to be drawn afresh.
-    pub state: f64,
-    /// Probability of each limb to follow another one from now on, or to go its own way again: legs
-    /// that do the same, together or in turn, are found far sooner than each by itself.
-    pub limb: f64,
-}
-
-impl Default for Mutation {
-    fn default() -> Self {
-        Self { angle: 0.04, velocity: 0.04, state: 0.03, limb: 0.05 }
-    }
-}
-
-/// When the learning ends, unless it is cancelled before.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Budget {
-    /// After this many generations.
-    Generations(u32),
-    /// After this time of the wall clock, s.
-    Seconds(f64),
-    /// Whichever of the two comes first.
-    Either {
-        /// Most generations.
-        generations: u32,
-        /// Most time of the wall clock, s.
-        seconds: f64,
-    },
-}
-
-impl Budget {
-    /// Most generations, where they are limited.
-    pub fn generations(self) -> Option<u32> {
-        match self {
-            Self::Generations(generations) | Self::Either { generations, .. } => Some(generations),
-            Self::Seconds(_) => None,
-        }
-    }
-
-    /// Most time of the wall clock, where it is limited, s.
-    pub fn seconds(self) -> Option<f64> {
-        match self {
-            Self::Seconds(seconds) | Self::Either { seconds, .. } => Some(seconds),
-            Self::Generations(_) => None,
-        }
-    }
-
-    /// What is left after so many generations and seconds.
-    pub fn after(self, generations: u32, seconds: f64) -> Self {
-        let fewer = |all: u32| all.saturating_sub(generations);
-        let less = |all: f64| (all - seconds).max(0.0);
-        match self {
-            Self::Generations(all) => Self::Generations(fewer(all)),
-            Self::Seconds(all) => Self::Seconds(less(all)),
-            Self::Either { generations: most, seconds: longest } => {
-                Self::Either { generations: fewer(most), seconds: less(longest) }
-            }
-        }
-    }
-
-    /// Share that is used up after so many generations and seconds, 0 to 1.
-    pub fn fraction(self, generations: u32, seconds: f64) -> f64 {
-        let generations = self.generations().map(|all| f64::from(generations) / f64::from(all.max(1)));
-        let seconds = self.seconds().map(|all| seconds / all);
-        generations.into_iter().chain(seconds).fold(0.0, f64::max).clamp(0.0, 1.0)
-    }
 }
 
 /// Declares both forms of the parameters with each parameter written once. Documents show them in this order,
@@ -203,8 +76,9 @@ macro_rules! parameters {
             /// where neither is. A result limited by it is not reproducible and is marked so.
             pub seconds: Option<f64>,
             $($(#[$about])* pub $name: $type,)*
-            /// T, s: from one state to the next; rounded to whole steps of the simulation. Where `null`, the
-            /// half of √(h/g), the time scale of a pendulum as long as the root stands high.
+            /// T, s: from one state to the next; rounded to whole steps of the simulation. Where times are genes, what
+            /// they are multiples of is the half of T. Where `null`, the half of √(h/g), the time scale of a pendulum as
+            /// long as the root stands high.
             pub transition_time: Option<f64>,
             $($(#[$more_about])* pub $more: $more_type,)*
         }
@@ -227,9 +101,9 @@ macro_rules! parameters {
             /// When the learning ends.
             pub budget: Budget,
             $($(#[$about])* pub $name: $type,)*
-            /// T, s: from one state to the next, a whole number of steps of the simulation.
+            /// T, s: from one state to the next, a whole number of beats.
             pub transition_time: f64,
-            /// Steps of the simulation in one transition.
+            /// Steps of the simulation in T.
             pub transition_steps: u64,
             $($(#[$more_about])* pub $more: $more_type,)*
         }
@@ -270,10 +144,12 @@ parameters! {
     refine: bool = true;
     /// Generations for which each gait is refined.
     gait_generations: u32 = 60;
+    /// What is changed in the algorithm as published.
+    repairs: Repairs = Repairs::default();
     /// Individuals of each island.
     population: usize = 12;
-    /// States of a subset.
-    states: usize = 6;
+    /// States of a subset; rounded up to what symmetry makes of the states that are drawn.
+    states: usize = 8;
 
     [transition_time]
 
@@ -329,7 +205,8 @@ parameters! {
     /// Generations after which the transition cache starts afresh. A checkpoint is handed out then, so
     /// that it need not hold the cache to be resumed to the same result.
     cache_generations: u32 = 5;
-    /// Most transitions the cache holds; when it is full, new ones are not kept.
+    /// Most transitions the cache holds; when it is full, new ones are not kept. With 0 there is no cache at all: every
+    /// transition is simulated whenever it is chosen.
     cache_transitions: usize = 100_000;
 }
 
@@ -338,6 +215,31 @@ impl Parameters {
     pub fn gait_by_gait(&self) -> bool {
         self.search == SearchMethod::Natural && self.seeds == Seeds::Templates
     }
+
+    /// Steps of the simulation in a beat, of which every transition takes a whole number.
+    pub fn beat_steps(&self) -> u64 {
+        self.transition_steps / beats_of(self.repairs)
+    }
+
+    /// s in a beat.
+    pub fn beat(&self) -> f64 {
+        self.transition_time / beats_of(self.repairs) as f64
+    }
+
+    /// Most beats that a transition can take; 1 where all take the same time.
+    pub fn greatest_beats(&self) -> u8 {
+        if self.repairs.has(Repair::TransitionTimes) { BEATS } else { 1 }
+    }
+
+    /// Whether limbs may follow others.
+    pub fn coupled(&self) -> bool {
+        self.mutation.limb > 0.0
+    }
+}
+
+/// Beats in T.
+fn beats_of(repairs: Repairs) -> u64 {
+    if repairs.has(Repair::TransitionTimes) { 2 } else { 1 }
 }
 
 impl Learning {
@@ -362,7 +264,8 @@ impl Learning {
         let published = self.published();
         let learning = if self.search == SearchMethod::Paper { &published } else { self };
         let wanted = self.transition_time.unwrap_or(default_time);
-        let steps = (wanted / step).round().max(1.0);
+        let beats = beats_of(learning.repairs);
+        let steps = beats as f64 * (wanted / (beats as f64 * step)).round().max(1.0);
         Ok(Parameters::decided(learning, step * steps, steps as u64))
     }
 
@@ -371,6 +274,7 @@ impl Learning {
         Self {
             seeds: Seeds::None,
             refine: false,
+            repairs: Repairs::NONE,
             islands: 1,
             crossover: Crossover { uniform: 1.0, limb: 0.0, neighbouring: 0.0 },
             mutation: Mutation { limb: 0.0, ..self.mutation },
@@ -391,9 +295,6 @@ impl Learning {
     /// Everything impossible in the parameters, with JSON pointers into this document.
     pub fn faults(&self) -> Vec<Fault> {
         let mut faults = Faults(Vec::new());
-        if self.coding == Coding::Population {
-            faults.add("/coding", "the coding `population` is not offered yet; only `chromosome` is");
-        }
         faults.count("/gait_generations", self.gait_generations.into(), 1, 100_000);
         faults.count("/generations", self.generations.map_or(1, u64::from), 1, 1_000_000);
         faults.real("/seconds", self.seconds.unwrap_or(1.0), 0.001, 1e7);
@@ -427,8 +328,10 @@ impl Learning {
         if uniform + limb + neighbouring == 0.0 {
             faults.add("/crossover", "at least one kind of crossover must have a positive share");
         }
-        let Mutation { angle, velocity, state, limb } = self.mutation;
-        for (name, rate) in [("angle", angle), ("velocity", velocity), ("state", state), ("limb", limb)] {
+        let Mutation { angle, velocity, state, limb, time } = self.mutation;
+        let rates =
+            [("angle", angle), ("velocity", velocity), ("state", state), ("limb", limb), ("time", time)];
+        for (name, rate) in rates {
             faults.real(&format!("/mutation/{name}"), rate, 0.0, 1.0);
         }
         faults.0

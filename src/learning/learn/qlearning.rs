@@ -30,6 +30,8 @@ pub struct ActionOutcome {
     pub reward: f64,
     /// The situation it led to; `None` ends the episode.
     pub next: Option<usize>,
+    /// How long it took, in units of the time for which the discount is given.
+    pub duration: f64,
 }
 
 /// Parameters of Q-learning.
@@ -41,7 +43,7 @@ pub struct Rates {
     pub episode_length: u32,
     /// α, 0 to 1.
     pub learning_rate: f64,
-    /// γ, 0 to 1.
+    /// γ, 0 to 1, of a time of 1: where actions take different times, so do their discounts (Bradtke & Duff 1994).
     pub discount: f64,
     /// ε: share of actions drawn at random, 0 to 1.
     pub exploration: f64,
@@ -86,7 +88,7 @@ impl QTable {
         })
     }
 
-    /// Q ← Q + α (r + γ max Q′ − Q), with Q′ = 0 at the end of an episode.
+    /// Q ← Q + α (r + γᵗ max Q′ − Q) with the action's time t, and Q′ = 0 at the end of an episode.
     fn update<E: Environment>(
         &mut self,
         environment: &E,
@@ -97,7 +99,7 @@ impl QTable {
         let best = |next| self.greedy(environment, next).map_or(0.0, |action| self.value(next, action));
         let future = step.next.map_or(0.0, best);
         let value = &mut self.values[situation * self.actions + action];
-        *value += rates.learning_rate * (step.reward + rates.discount * future - *value);
+        *value += rates.learning_rate * (step.reward + rates.discount.powf(step.duration) * future - *value);
     }
 }
 

@@ -17,11 +17,12 @@ use super::grid::Grid;
 use super::learned::Learned;
 use super::objective::Objective;
 use super::observer::Observer;
-use super::parameters::Parameters;
+use super::parameters::{Coding, Parameters};
+use super::population;
 use super::stop::{Interrupted, Stop, StopReason};
 use super::subset::SearchContext;
 use super::task::Task;
-use super::trial::{AcceptedBehaviour, IndividualVerdict, judge};
+use super::trial::{AcceptedBehaviour, IndividualVerdict, judge, prove};
 
 /// What a search is given; it does not change while the search runs.
 #[derive(Debug, Clone)]
@@ -123,7 +124,13 @@ impl<W: World> Search<W> {
         let mut asked = Vec::new();
         for (index, island) in progress.islands.iter().enumerate() {
             stop.check()?;
-            let genomes = island.ask(&self.grid, parameters, self.seed, generation, index);
+            let genomes = match parameters.coding {
+                Coding::Chromosome => island.ask(&self.grid, parameters, self.seed, generation, index),
+                Coding::Population => {
+                    let ways = (&self.grid, parameters);
+                    vec![population::next_subset(&island.members, ways, self.seed, generation, index)]
+                }
+            };
             asked.extend(genomes.into_iter().enumerate().map(|(place, genome)| (index, place, genome)));
         }
         Ok(asked)
@@ -143,7 +150,7 @@ impl<W: World> Search<W> {
             parameters: &self.parameters,
             stop,
         };
-        pool.install(|| {
+        let mut verdicts: Vec<IndividualVerdict<W::State>> = pool.install(|| {
             let judged = candidates.par_iter().with_max_len(1).map_init(
                 || self.world.clone(),
                 |world, (island, place, genome)| {
@@ -153,8 +160,46 @@ impl<W: World> Search<W> {
                     judge(context, world, &progress.cache, genome, (generation, incumbent), &mut rng)
                 },
             );
-            judged.collect()
-        })
+            judged.collect::<Result<_, Interrupted>>()
+        })?;
+        // Of an island that has nothing proven yet, the best is given the whole check.
+        let mut best: Vec<Option<(usize, f64)>> = vec![None; progress.islands.len()];
+        for (index, ((island, ..), verdict)) in candidates.iter().zip(&verdicts).enumerate() {
+            let leads = best[*island].is_none_or(|(_, fitness)| verdict.fitness > fitness);
+            if verdict.candidate.is_some() && leads {
+                best[*island] = Some((index, verdict.fitness));
+            }
+        }
+        let chosen: Vec<usize> = best.into_iter().flatten().map(|(index, _)| index).collect();
+        let proving = verdicts.iter_mut().enumerate().filter(|(index, _)| chosen.contains(index));
+        let proving: Vec<_> = proving.map(|(_, verdict)| verdict).collect();
+        pool.install(|| {
+            let proven = proving.into_par_iter().with_max_len(1);
+            proven
+                .map_init(|| self.world.clone(), |world, verdict| prove(context, world, verdict))
+                .collect::<Result<(), Interrupted>>()
+        })?;
+        self.measured_by_the_proven(candidates, &mut verdicts);
+        Ok(verdicts)
+    }
+
+    /// Those that went no further than the first inspection are as far from the behaviour of their island that passed the
+    /// whole check as they were then.
+    fn measured_by_the_proven(&self, candidates: &[Candidate], verdicts: &mut [IndividualVerdict<W::State>]) {
+        for island in 0..self.parameters.islands {
+            let own = || candidates.iter().enumerate().filter(|(_, (other, ..))| *other == island);
+            let proven = own().find_map(|(index, _)| verdicts[index].accepted.as_ref());
+            let Some((&first, &last)) =
+                proven.and_then(|proven| proven.inspections.first().zip(proven.inspections.last()))
+            else {
+                continue;
+            };
+            for (index, _) in own() {
+                if verdicts[index].candidate.is_some() {
+                    verdicts[index].fitness += last - first;
+                }
+            }
+        }
     }
 
     /// Adds the verdicts to the progress, in the order of the candidates, and informs the observer.
@@ -167,6 +212,7 @@ impl<W: World> Search<W> {
     ) {
         let parameters = &self.parameters;
         let mut children: Vec<Vec<Individual>> = vec![Vec::new(); progress.islands.len()];
+        let mut fitness = Vec::with_capacity(verdicts.len());
         let mut champion: Option<Behaviour> = None;
         for ((island, _, genome), verdict) in candidates.into_iter().zip(verdicts) {
             progress.cache.merge(verdict.additions);
@@ -178,10 +224,22 @@ impl<W: World> Search<W> {
                     champion = Some(behaviour);
                 }
             }
-            children[island].push(Individual { genome, fitness: verdict.fitness });
+            fitness.push(verdict.fitness);
+            match parameters.coding {
+                Coding::Chromosome => children[island].push(Individual { genome, fitness: verdict.fitness }),
+                Coding::Population => children[island] = population::members(&genome, &verdict.worths),
+            }
         }
         for (island, children) in progress.islands.iter_mut().zip(children) {
-            island.tell(children, parameters);
+            match parameters.coding {
+                Coding::Chromosome => island.tell(children, parameters),
+                Coding::Population => island.replace(children),
+            }
+        }
+        if parameters.coding == Coding::Chromosome {
+            // The elite counts, too.
+            let members = progress.islands.iter().flat_map(|island| &island.members);
+            fitness = members.map(|member| member.fitness).collect();
         }
         if (progress.generations + 1).is_multiple_of(parameters.migration) {
             migrate(&mut progress.islands);
@@ -191,20 +249,19 @@ impl<W: World> Search<W> {
             progress.improved.push(champion.clone());
             progress.best = Some(champion);
         }
-        let figures = self.figures(progress);
+        let figures = self.figures(progress, &fitness);
         restart_stale(&mut progress.islands, parameters.patience);
         observer.generation(&figures);
         progress.curve.push(figures);
         progress.generations += 1;
     }
 
-    fn figures(&self, progress: &Progress<W::State>) -> Generation {
-        let members =
-            || progress.islands.iter().flat_map(|island| &island.members).map(|member| member.fitness);
-        let count = members().count().max(1) as f64;
-        let mean = members().sum::<f64>() / count;
-        let variance = members().map(|fitness| (fitness - mean).powi(2)).sum::<f64>() / count;
-        let fittest = members().fold(f64::MIN, f64::max);
+    /// `fitness` is that of all subsets of the generation.
+    fn figures(&self, progress: &Progress<W::State>, fitness: &[f64]) -> Generation {
+        let count = fitness.len().max(1) as f64;
+        let mean = fitness.iter().sum::<f64>() / count;
+        let variance = fitness.iter().map(|fitness| (fitness - mean).powi(2)).sum::<f64>() / count;
+        let fittest = fitness.iter().copied().fold(f64::MIN, f64::max);
         Generation {
             generation: progress.generations,
             gait: None,
@@ -213,7 +270,7 @@ impl<W: World> Search<W> {
             spread: variance.sqrt(),
             cache_hit_rate: progress.totals.hit_rate(),
             simulated_seconds: progress.totals.seconds,
-            saved_seconds: progress.totals.saved_seconds(self.parameters.transition_time),
+            saved_seconds: progress.totals.saved,
             elapsed: progress.spent + progress.started.elapsed().as_secs_f64(),
         }
     }

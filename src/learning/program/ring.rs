@@ -217,8 +217,8 @@ pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, gravit
             shorten(&mut cycle, joint, legs.standing[joint], speed, duration);
         }
     }
-    let strides = (program.speed / (GAIN * gravity * program.period)).ceil().max(ENTRY_STRIDES);
-    let mut entry = entry(&legs.standing, &cycle, duration, strides as usize);
+    let strides = entry_strides(program.speed, gravity, program.period);
+    let mut entry = entry(&legs.standing, &cycle, duration, strides);
     let first = entry.len();
     let mut postures: Vec<_> = entry.iter_mut().chain(&mut cycle).map(Posture::parts_mut).collect();
     let slowed = shape(&legs.standing, &mut postures, first, duration, &limits);
@@ -285,8 +285,14 @@ fn shorten(cycle: &mut [Posture], joint: usize, standing: f64, speed: f64, durat
     }
 }
 
-/// From the standing pose at rest into the cycle: its own postures, grown from nothing over so many strides.
-fn entry(standing: &[f64], cycle: &[Posture], duration: f64, strides: usize) -> Vec<Posture> {
+/// Strides of `period` seconds in which a gait is entered at whose end it goes at `speed` (m/s) under `gravity` (m/s²).
+pub fn entry_strides(speed: f64, gravity: f64, period: f64) -> usize {
+    (speed / (GAIN * gravity * period)).ceil().max(ENTRY_STRIDES) as usize
+}
+
+/// From the standing pose at rest into the cycle, `duration` seconds between two of its postures: its own postures, grown from
+/// nothing over so many strides.
+pub fn entry(standing: &[f64], cycle: &[Posture], duration: f64, strides: usize) -> Vec<Posture> {
     let count = strides * cycle.len();
     let length = count as f64 * duration;
     (1..count)

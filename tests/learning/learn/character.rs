@@ -2,9 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{Notes, bundled, parameters, plain_task, timeless};
+use super::{Notes, bundled, grid_of, parameters, plain_task, timeless};
 use gaitwright_learning::learn::evaluation::{SimulatedWorld, World};
-use gaitwright_learning::learn::grid::Grid;
 use gaitwright_learning::learn::transition::Transition;
 use gaitwright_learning::learn::{
     Behaviour, Cancel, LearnError, Learned, Learning, LearningSetup, Posture, Task, Trunk, learn,
@@ -76,7 +75,7 @@ fn the_learned_behaviour_is_what_playback_plays() {
     let setup = LearningSetup { task: plain_task(), ..setup(brief(), 2) };
     let learned = learn(&setup, &mut Notes::default(), &Cancel::default(), None).unwrap();
     let best = learned.best.expect("something in 30 individuals stands for two seconds");
-    let grid = Grid::new(&setup.model, &setup.stance, &setup.parameters);
+    let grid = grid_of(&setup.model, &setup.stance, &setup.parameters);
 
     // No spline of it leaves a range of motion.
     let standing = Posture::resting(&setup.stance.angles);
@@ -97,9 +96,14 @@ fn the_learned_behaviour_is_what_playback_plays() {
 
     // Playing it gives the very displacements that its fitness was measured by: from the standing pose
     // and from the disturbed ones, the least counts.
-    let world =
-        SimulatedWorld::new(&setup.model, &setup.stance, &setup.scene, &setup.accuracy, &setup.parameters)
-            .unwrap();
+    let world = SimulatedWorld::new(
+        &setup.model,
+        &setup.stance,
+        (&setup.scene, &setup.accuracy, [1.0, 0.0, 0.0]),
+        None,
+        &setup.parameters,
+    )
+    .unwrap();
     let plan = StepPlan::compile(&setup.scene, &setup.accuracy, Some(&setup.stance.gains), &setup.model);
     let plan = Arc::new(plan.unwrap());
     let player = player(&setup, &best);

@@ -2,9 +2,12 @@
 //! for determinism, on a toy world and on a character in the simulator.
 
 mod character;
+mod codings;
 mod policies;
+mod repairs;
 mod requests;
 mod states;
+mod symmetry;
 mod toy;
 
 use std::sync::Arc;
@@ -21,13 +24,18 @@ use gaitwright_physics::stance::Stance;
 /// Two joints without limits.
 pub fn plain_grid() -> Grid {
     let joint = JointGrid::new(0.0, None, 5.0, 0.6, (9, 5), 0.1);
-    Grid { joints: vec![joint; 2], limbs: Vec::new() }
+    Grid { joints: vec![joint; 2], limbs: Vec::new(), beats: 1, symmetry: None }
 }
 
 pub fn bundled(name: &str) -> Arc<Model> {
     let path = crate::common::example_path(name);
     let reading = read_file(&path, Options::default()).unwrap();
     Arc::new(Model::new(Arc::new(reading.character), Base::Floating))
+}
+
+/// How the joints of a character that is to go along x are divided.
+pub fn grid_of(model: &Model, stance: &Stance, parameters: &Parameters) -> Grid {
+    Grid::new(model, stance, [1.0, 0.0, 0.0], parameters)
 }
 
 pub fn parameters(learning: &Learning, stance: &Stance) -> Parameters {

@@ -2,7 +2,8 @@
 
 use super::bundled;
 use gaitwright_learning::learn::{
-    AskedSpeed, Budget, Coding, Learning, Mutation, Objective, SearchMethod, Seeds, Task, Terms, Weights,
+    AskedSpeed, Budget, Learning, Mutation, Objective, Repair, Repairs, SearchMethod, Seeds, Task, Terms,
+    Weights,
 };
 use gaitwright_physics::scene::Scene;
 use gaitwright_physics::stance::Stance;
@@ -36,17 +37,15 @@ fn impossible_parameters_are_named() {
     let bad = Learning {
         population: 1,
         elite: 5,
-        states: 0,
         seconds: Some(-1.0),
         transition_time: Some(f64::NAN),
-        coding: Coding::Population,
+        states: 0,
         angle_levels: 4,
         mutation: Mutation { angle: 2.0, ..Mutation::default() },
         ..Learning::default()
     };
     let found = pointers(&bad);
     for pointer in [
-        "/coding",
         "/seconds",
         "/population",
         "/elite",
@@ -61,13 +60,22 @@ fn impossible_parameters_are_named() {
     let resolved =
         Learning { transition_time: Some(0.1013), ..Learning::default() }.resolve(&stance, 9.81, 0.002);
     let resolved = resolved.unwrap();
-    assert_eq!((resolved.transition_steps, resolved.budget), (51, Budget::Seconds(180.0)));
-    assert!((resolved.transition_time - 0.102).abs() < 1e-12, "a whole number of steps");
+    assert_eq!((resolved.transition_steps, resolved.budget), (50, Budget::Seconds(180.0)));
+    assert!((resolved.transition_time - 0.1).abs() < 1e-12, "two beats, each a whole number of steps");
+    assert_eq!((resolved.beat_steps(), resolved.greatest_beats()), (25, 6));
+    let one = Learning {
+        transition_time: Some(0.1013),
+        repairs: Repairs::default().without(Repair::TransitionTimes),
+        ..Learning::default()
+    };
+    let one = one.resolve(&stance, 9.81, 0.002).unwrap();
+    assert_eq!((one.transition_steps, one.beat_steps(), one.greatest_beats()), (51, 51, 1));
 
     let paper = Learning { search: SearchMethod::Paper, islands: 7, ..Learning::default() };
     let paper = paper.resolve(&stance, 9.81, 0.002).unwrap();
     assert_eq!((paper.seeds, paper.refine, paper.islands), (Seeds::None, false, 1));
     assert_eq!((paper.crossover.limb, paper.mutation.limb), (0.0, 0.0));
+    assert_eq!((paper.repairs, paper.greatest_beats()), (Repairs::NONE, 1));
 
     let task = Task { direction: [0.0, 0.0, 1.0], speed: Some(AskedSpeed::Number(0.0)), ..Task::default() };
     let faults: Vec<String> = task.faults().into_iter().map(|fault| fault.pointer).collect();

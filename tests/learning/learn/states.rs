@@ -1,15 +1,16 @@
 //! The grid and its splines, genomes and islands.
 
-use super::{bundled, parameters, plain_grid};
+use super::{bundled, grid_of, parameters, plain_grid};
 use gaitwright_learning::learn::ga::{Individual, Island, migrate, restart_stale};
 use gaitwright_learning::learn::genome::Genome;
 use gaitwright_learning::learn::grid::{Grid, GridState, JointGrid, Level};
-use gaitwright_learning::learn::limb::{JointChain, limbs};
+use gaitwright_learning::learn::limb::{JointChain, Sagittal, limbs};
 use gaitwright_learning::learn::transition::Transition;
-use gaitwright_learning::learn::{Learning, Mutation};
+use gaitwright_learning::learn::{Learning, Mutation, Repair, Repairs};
 use gaitwright_physics::motion::hermite;
 use gaitwright_physics::scene::Scene;
 use gaitwright_physics::stance::Stance;
+use nalgebra::Vector3;
 use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -67,7 +68,7 @@ fn a_standing_angle_outside_the_range_is_moved_into_it() {
 #[test]
 fn a_transition_is_refused_exactly_if_its_spline_leaves_the_range() {
     let joints = vec![JointGrid::new(0.1, Some([-0.5, 0.6]), 8.0, 0.6, (9, 5), 0.2); 2];
-    let grid = Grid { joints, limbs: Vec::new() };
+    let grid = Grid { joints, limbs: Vec::new(), beats: 1, symmetry: None };
     let mut rng = ChaCha8Rng::seed_from_u64(4);
     let (mut refused, mut allowed) = (0, 0);
     for _ in 0..400 {
@@ -92,9 +93,14 @@ fn a_transition_is_refused_exactly_if_its_spline_leaves_the_range() {
     assert!(refused > 20 && allowed > 100, "{refused} refused, {allowed} allowed");
 }
 
+/// With subsets that are not closed under symmetry: limbs can then follow others in turn.
+fn unsymmetrical() -> Learning {
+    Learning { repairs: Repairs::default().without(Repair::Symmetry), ..Learning::default() }
+}
+
 fn is_on(grid: &Grid, genome: &Genome) -> bool {
     genome.states.iter().all(|state| {
-        let mut joints = state.0.iter().zip(&grid.joints);
+        let mut joints = state.levels.iter().zip(&grid.joints);
         joints.all(|(level, joint)| joint.clamp(level.angle.into(), level.velocity.into()) == *level)
     })
 }
@@ -108,23 +114,24 @@ fn all_different(genome: &Genome) -> bool {
 fn chance_stays_on_the_grid_and_makes_no_duplicates() {
     let model = bundled("quadruped.urdf");
     let stance = Stance::find(&model, &Scene::default());
-    let grid = Grid::new(&model, &stance, &parameters(&Learning::default(), &stance));
+    let grid = grid_of(&model, &stance, &parameters(&unsymmetrical(), &stance));
     assert_eq!(grid.limbs.len(), 4);
-    let rates = Mutation { angle: 0.5, velocity: 0.5, state: 0.2, limb: 0.5 };
+    let rates = Mutation { angle: 0.5, velocity: 0.5, state: 0.2, limb: 0.5, time: 0.5 };
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     for _ in 0..50 {
         let (a, b) = (Genome::random(&grid, 6, true, &mut rng), Genome::random(&grid, 6, true, &mut rng));
         assert!(is_on(&grid, &a) && all_different(&a));
         assert_eq!(a.distance(&a), 0.0);
         assert_eq!(a.distance(&b), b.distance(&a));
-        let uniform = a.cross_uniform(&b, &mut rng);
+        let uniform = a.cross_uniform(&b, 1, &mut rng);
         for (i, state) in uniform.states.iter().enumerate() {
             assert!(*state == a.states[i] || *state == b.states[i]);
         }
-        let by_limb = a.cross_by_limb(&b, &grid, &mut rng);
+        let single: Vec<Vec<usize>> = (0..4).map(|limb| vec![limb]).collect();
+        let by_limb = a.cross_by_limb(&b, &single, &grid, &mut rng);
         for limb in &grid.limbs {
             let levels = |genome: &Genome| -> Vec<Vec<Level>> {
-                let part = |state: &GridState| limb.joints.iter().map(|&joint| state.0[joint]).collect();
+                let part = |state: &GridState| limb.joints.iter().map(|&joint| state.levels[joint]).collect();
                 genome.states.iter().map(part).collect()
             };
             assert!(levels(&by_limb) == levels(&a) || levels(&by_limb) == levels(&b));
@@ -142,7 +149,7 @@ fn chance_stays_on_the_grid_and_makes_no_duplicates() {
 fn limbs_that_follow_others_still_do_after_mutation() {
     let model = bundled("quadruped.urdf");
     let stance = Stance::find(&model, &Scene::default());
-    let grid = Grid::new(&model, &stance, &parameters(&Learning::default(), &stance));
+    let grid = grid_of(&model, &stance, &parameters(&unsymmetrical(), &stance));
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let leaders = |genome: &Genome| (0..4).map(|limb| genome.leader(&grid, limb)).collect::<Vec<_>>();
     let (mut followers, mut alternating) = (0, 0);
@@ -150,7 +157,7 @@ fn limbs_that_follow_others_still_do_after_mutation() {
         let genome = Genome::random(&grid, 4, true, &mut rng);
         assert_eq!(genome.leader(&grid, 0), None, "the first limb leads");
         let mut mutant = genome.clone();
-        let rates = Mutation { angle: 0.3, velocity: 0.3, state: 0.1, limb: 0.0 };
+        let rates = Mutation { angle: 0.3, velocity: 0.3, state: 0.1, limb: 0.0, time: 0.0 };
         mutant.mutate(&grid, &rates, &mut rng);
         assert_ne!(mutant, genome);
         for (before, after) in leaders(&genome).into_iter().zip(leaders(&mutant)) {
@@ -167,7 +174,8 @@ fn limbs_that_follow_others_still_do_after_mutation() {
 fn left_legs_are_the_mirror_image_of_right_legs() {
     let model = bundled("quadruped.urdf");
     let stance = Stance::find(&model, &Scene::default());
-    let limbs = limbs(&model, &stance.angles);
+    let plane = Sagittal::new(Vector3::x(), Vector3::z());
+    let limbs = limbs(&model, &stance.angles, plane);
     let name = |joint: usize| model.joint_names[joint].as_str();
     for target in &limbs {
         assert_eq!(target.joints.len(), 3);
@@ -193,7 +201,7 @@ fn islands_keep_their_elite_and_breed_no_duplicates() {
     let score = |genomes: Vec<Genome>| -> Vec<Individual> {
         // The closer to a corner of the grid, the better.
         let fitness = |genome: &Genome| {
-            genome.states.iter().flat_map(|state| &state.0).map(|level| f64::from(level.angle)).sum()
+            genome.states.iter().flat_map(|state| &state.levels).map(|level| f64::from(level.angle)).sum()
         };
         genomes.into_iter().map(|genome| Individual { fitness: fitness(&genome), genome }).collect()
     };

@@ -12,10 +12,10 @@ use gaitwright_learning::learn::grid::{GridState, Level};
 use gaitwright_learning::learn::qlearning::{self, QTable, Rates};
 use gaitwright_learning::learn::search::Search;
 use gaitwright_learning::learn::subset::{SearchContext, Subset};
-use gaitwright_learning::learn::trial::run_check;
+use gaitwright_learning::learn::trial::{Bar, run_check};
 use gaitwright_learning::learn::{
-    Behaviour, Cancel, Checkpoint, Interrupted, Learned, Learning, Objective, Parameters, Posture, Stop,
-    StopReason, Terms,
+    Behaviour, Cancel, Checkpoint, Interrupted, Learned, Learning, Objective, Parameters, Posture, Repair,
+    Repairs, Stop, StopReason, Terms,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -24,16 +24,16 @@ use rand_chacha::ChaCha8Rng;
 /// target, and nothing moves it back. Its best behaviour swings between the ends of the range: it
 /// gains the whole range every second transition. Joint 1 tips it over beyond `tip`.
 #[derive(Debug, Clone)]
-struct Sledge {
-    standing: f64,
-    disturbed: Vec<f64>,
-    tip: f64,
-    step: f64,
-    calls: Arc<AtomicU64>,
+pub struct Sledge {
+    pub standing: f64,
+    pub disturbed: Vec<f64>,
+    pub tip: f64,
+    pub step: f64,
+    pub calls: Arc<AtomicU64>,
 }
 
 impl Sledge {
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self { standing: 0.0, disturbed: Vec::new(), tip: f64::INFINITY, step: 0.01, calls: Arc::default() }
     }
 }
@@ -63,7 +63,11 @@ impl World for Sledge {
         let fell = angles[1] > self.tip;
         let terms = Terms { displacement: [(angles[0] - state).max(0.0), 0.0], ..Terms::default() };
         let seconds = (steps.end - steps.start) as f64 * self.step;
-        Ok(TrackingOutcome { terms, seconds, after: (!fell).then_some(angles[0]) })
+        Ok(TrackingOutcome { terms, seconds, heading: 0.0, after: (!fell).then_some(angles[0]) })
+    }
+
+    fn mirrored(&self, state: &f64) -> f64 {
+        *state
     }
 
     fn cells(&self) -> usize {
@@ -76,7 +80,7 @@ impl World for Sledge {
 }
 
 /// 24 individuals of 4 states, 20 generations, T = 0.1 s, in steps of 0.01 s.
-fn toy_learning() -> Learning {
+pub fn toy_learning() -> Learning {
     Learning {
         generations: Some(20),
         seconds: None,
@@ -87,15 +91,16 @@ fn toy_learning() -> Learning {
         patience: 4,
         cache_generations: 4,
         transition_time: Some(0.1),
+        repairs: Repairs::default().without(Repair::TransitionTimes),
         ..Learning::default()
     }
 }
 
-fn toy_parameters(learning: Learning) -> Parameters {
+pub fn toy_parameters(learning: Learning) -> Parameters {
     learning.resolve_with(0.1, 0.01).unwrap()
 }
 
-fn toy_search(world: Sledge, learning: Learning, seed: u64) -> Search<Sledge> {
+pub fn toy_search(world: Sledge, learning: Learning, seed: u64) -> Search<Sledge> {
     Search {
         world,
         grid: plain_grid(),
@@ -106,7 +111,7 @@ fn toy_search(world: Sledge, learning: Learning, seed: u64) -> Search<Sledge> {
     }
 }
 
-fn run_toy(search: &Search<Sledge>, threads: usize, resume: Option<Checkpoint>) -> (Learned, Notes) {
+pub fn run_toy(search: &Search<Sledge>, threads: usize, resume: Option<Checkpoint>) -> (Learned, Notes) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let mut notes = Notes::default();
     let learned = search.run(&pool, &mut notes, &Stop::new(&Cancel::default(), None), resume);
@@ -197,8 +202,8 @@ fn the_cache_counts_what_it_saves_and_changes_no_deterministic_world() {
 #[test]
 fn a_full_cache_keeps_what_came_first() {
     let key = |angle| {
-        let to = GridState(vec![Level { angle, velocity: 0 }]);
-        TransitionKey { from: None, to, cell: 0 }
+        let to = GridState { levels: vec![Level { angle, velocity: 0 }], beats: 1 };
+        TransitionKey { from: None, to, cell: 0, mirrored: false }
     };
     let tracked = |after: f64| {
         Arc::new(TrackedTransition { terms: Terms::default(), seconds: 0.1, after: Some((after, 0)) })
@@ -231,7 +236,7 @@ fn a_race_measures_what_the_closed_form_says() {
     let mut world = Sledge::new();
     // 0.1 m at first, then half a metre every 0.2 s: 49 times in the 98 transitions up to 9.9 s, and the
     // hundredth transition goes back.
-    let run = run_check(context, &mut world, &swing, None).unwrap();
+    let run = run_check(context, &mut world, &swing, Bar::None).unwrap();
     let inspections = run.inspections.unwrap();
     assert!((run.seconds - 10.0).abs() < 1e-9);
     assert!((run.fitness - (0.1 + 49.0 * 0.5) / 10.0).abs() < 1e-9, "{}", run.fitness);
@@ -243,17 +248,17 @@ fn a_race_measures_what_the_closed_form_says() {
     // Against itself it is no better, and ends at the first look with the same fitness; against what was
     // as good at first and worse later it goes on; against what was better at 2 s it ends there, as far
     // below the other's final fitness as it was then.
-    let run = run_check(context, &mut world, &swing, Some(&inspections)).unwrap();
+    let run = run_check(context, &mut world, &swing, Bar::Incumbent(&inspections)).unwrap();
     assert_eq!((run.fitness, run.inspections), (inspections[4], None));
     assert!((run.seconds - 1.0).abs() < 1e-9);
-    let run = run_check(context, &mut world, &swing, Some(&[2.0, 2.0, 2.0, 2.0, 2.0])).unwrap();
+    let run = run_check(context, &mut world, &swing, Bar::Incumbent(&[2.0, 2.0, 2.0, 2.0, 2.0])).unwrap();
     assert_eq!(run.inspections, Some(inspections));
-    let run = run_check(context, &mut world, &swing, Some(&[2.0, 2.5, 2.5, 2.5, 2.7])).unwrap();
+    let run = run_check(context, &mut world, &swing, Bar::Incumbent(&[2.0, 2.5, 2.5, 2.5, 2.7])).unwrap();
     assert!(run.inspections.is_none() && (run.seconds - 2.0).abs() < 1e-9);
     assert!((run.fitness - (2.7 - 0.2)).abs() < 1e-9);
     // From a start that is 0.05 m ahead it gains that much less; the least counts.
     let mut upset = Sledge { disturbed: vec![-0.02, 0.05], ..Sledge::new() };
-    let run = run_check(context, &mut upset, &swing, None).unwrap();
+    let run = run_check(context, &mut upset, &swing, Bar::None).unwrap();
     assert!((run.fitness - 24.55 / 10.0).abs() < 1e-9 && (run.seconds - 30.0).abs() < 1e-9);
     assert_eq!(run.inspections.unwrap().last(), Some(&run.fitness));
     // Whoever falls is below whoever stands, and the later the better.
@@ -262,7 +267,7 @@ fn a_race_measures_what_the_closed_form_says() {
     for length in [1, 5, 20] {
         let mut cycle = vec![posture(-0.3, 0.0); length];
         cycle.push(posture(0.0, 0.6));
-        let run = run_check(context, &mut tipping, &behaviour(cycle), None).unwrap();
+        let run = run_check(context, &mut tipping, &behaviour(cycle), Bar::None).unwrap();
         assert!(run.inspections.is_none() && run.fitness > last && run.fitness < -0.5);
         assert!((run.seconds - 0.1 * (length + 2) as f64).abs() < 1e-9);
         last = run.fitness;

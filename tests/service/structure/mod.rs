@@ -24,7 +24,7 @@ const FLOORS: [Floor; 4] = [
     },
     Floor {
         root: "src/learning/lib.rs",
-        rooms: &["scenario", "gait", "learn", "program", "accuracy", "check", "training"],
+        rooms: &["scenario", "gait", "learn", "program", "accuracy", "check", "training", "study"],
         apart: &[("gait", &["scenario"]), ("learn", &["scenario", "gait"]), ("accuracy", &["gait", "learn"])],
     },
     Floor { root: "src/lib.rs", rooms: &["export", "jobs", "http"], apart: &[] },

@@ -1,0 +1,129 @@
+//! `study`: the open questions about the learning.
+
+use std::io::{IsTerminal, Write};
+use std::num::NonZeroU64;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Context, anyhow};
+use gaitwright::export::course_diagram;
+use gaitwright::jobs::read_character as read_bytes;
+use gaitwright_learning::learn::LearnError;
+use gaitwright_learning::study::arena::StudyArena;
+use gaitwright_learning::study::variants::{Question, questions, variants};
+use gaitwright_learning::study::{LearningStudy, run};
+use gaitwright_physics::character::Options;
+use gaitwright_physics::fault::InputError;
+use gaitwright_physics::model::{Base, Model};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::demo::QUADRUPED;
+use super::failure::CommandError;
+use super::input::read_character;
+
+/// Answers the open questions of the paper, and compares the learning with rival searches, each variant on the same budget
+/// of simulated time: table.csv, table.json, and a plot for each question.
+#[derive(Debug, clap::Args)]
+pub struct StudyCommand {
+    /// Who is to move, with legs in pairs: URDF, character JSON, or zip [default: the bundled quadruped]
+    character: Option<PathBuf>,
+    /// Folder for table.csv, table.json and the plots
+    #[arg(long)]
+    out: PathBuf,
+    /// Runs of each variant
+    #[arg(long, default_value = "5")]
+    seeds: NonZeroU64,
+    /// Budget of a run in seconds of simulated time, so that the result does not depend on the machine or on what else it
+    /// does; the generation in which it is used up is the last
+    #[arg(long, default_value = "1000", value_parser = budget)]
+    seconds: f64,
+    /// A question to be answered, and no others; may be given several times
+    #[arg(long, value_name = "NAME")]
+    question: Vec<String>,
+    /// Threads; the result does not depend on their number [default: all cores]
+    #[arg(long)]
+    threads: Option<usize>,
+}
+
+impl StudyCommand {
+    pub fn run(self) -> Result<(), CommandError> {
+        let questions = self.questions()?;
+        let file = self.character.as_deref().map_or("examples/quadruped.urdf".to_owned(), super::input::name);
+        let reading = match &self.character {
+            Some(path) => read_character(path, false)?,
+            None => read_bytes(QUADRUPED.as_bytes(), None, Options::default())
+                .map_err(CommandError::input(file.clone()))?,
+        };
+        let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
+        let arena = StudyArena::new(&model).ok_or_else(|| {
+            let reason = "the character has no legs in pairs that gaits have names for";
+            CommandError::input(file)(InputError::impossible("", reason))
+        })?;
+        let threads = self.threads.or_else(|| std::thread::available_parallelism().ok().map(Into::into));
+        let study = LearningStudy {
+            arena,
+            questions,
+            variants: variants(),
+            seeds: self.seeds.get(),
+            seconds: self.seconds,
+            threads: threads.unwrap_or(1),
+        };
+        let bar = bar();
+        let progress = |done: usize, all: usize, what: &str| match &bar {
+            Some(bar) => {
+                bar.set_length(all as u64);
+                bar.set_position(done as u64);
+                bar.set_message(what.to_owned());
+            }
+            None => eprintln!("{done}/{all} {what}"),
+        };
+        let table = run(&study, &progress).map_err(|error| match error {
+            LearnError::Input(error) => CommandError::input("study")(error),
+            error => CommandError::Work(anyhow!(error)),
+        })?;
+        leave(&self.out, "table.csv", table.to_csv().as_bytes())?;
+        leave(&self.out, "table.json", &serde_json::to_vec_pretty(&table)?)?;
+        for question in &study.questions {
+            let plot = course_diagram(&table, question.name)?;
+            leave(&self.out, &format!("{}.svg", question.name), plot.as_bytes())?;
+        }
+        Ok(())
+    }
+
+    /// Those that are asked for.
+    fn questions(&self) -> Result<Vec<Question>, CommandError> {
+        let all = questions();
+        for name in &self.question {
+            if !all.iter().any(|question| question.name == name) {
+                let names: Vec<&str> = all.iter().map(|question| question.name).collect();
+                let reason = format!("there is no question of this name; there are {}", names.join(", "));
+                return Err(CommandError::input(name.clone())(InputError::impossible("", reason)));
+            }
+        }
+        let asked = |question: &Question| self.question.iter().any(|name| name == question.name);
+        Ok(all.into_iter().filter(|question| self.question.is_empty() || asked(question)).collect())
+    }
+}
+
+fn bar() -> Option<ProgressBar> {
+    std::io::stderr().is_terminal().then(|| {
+        let bar = ProgressBar::new(1);
+        let style = ProgressStyle::with_template("{bar:40} {pos}/{len}  {elapsed}  {msg}");
+        style.map_or(bar.clone(), |style| bar.with_style(style))
+    })
+}
+
+/// Writes a file and names it on standard output.
+fn leave(folder: &Path, name: &str, contents: &[u8]) -> Result<(), CommandError> {
+    std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    let path = folder.join(name);
+    std::fs::write(&path, contents).with_context(|| format!("{} cannot be written", path.display()))?;
+    Ok(writeln!(std::io::stdout(), "{}", path.display())?)
+}
+
+fn budget(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1e9 => Ok(value),
+        _ => Err("must be a positive number of at most 1e9".to_owned()),
+    }
+}
