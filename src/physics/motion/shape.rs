@@ -9,8 +9,9 @@
 
 use super::limits::TargetLimits;
 
-/// What counts as rounding in a comparison with a limit: rad, m and their rates, relative above 1.
-const ROUNDING: f64 = 1e-9;
+/// What counts as rounding in a comparison with a limit: rad, m and their rates, relative above 1. It is far below what
+/// documents may have, so that a shaped motion is one that may be played.
+const ROUNDING: f64 = 1e-12;
 
 /// How often all segments are looked at before rates that still have to give way are set to 0. Each knot belongs to
 /// two segments, so that what one of them needs may break the other.
