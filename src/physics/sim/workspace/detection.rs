@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::velocities::Placed;
+use super::velocities::Placement;
 use crate::model::{DofKind, Model, SOLID_SLOTS};
 use crate::scene::StepPlan;
 use crate::sim::contact::solids::Solids;
@@ -14,7 +14,7 @@ use crate::sim::spatial::SpatialMotion;
 ///
 /// C is the number of candidates.
 #[derive(Debug, Clone)]
-pub struct Detection {
+pub struct ContactDetection {
     /// C contact candidates. (detect, detect_again, add_driven_in)
     pub candidates: Vec<ContactCandidate>,
     /// Number of candidates that the first detection found; the others came with an impact. (detection)
@@ -23,7 +23,7 @@ pub struct Detection {
     known: Vec<ContactCandidate>,
     /// Indices of the shapes that may touch the ground at other points than their candidates. (detect)
     close: Vec<usize>,
-    /// Detection of contacts between solids, if the plan asks for it. (detect)
+    /// ContactDetection of contacts between solids, if the plan asks for it. (detect)
     solids: Option<Solids>,
     /// Greatest distance of a point of a collision shape from its body's centre of mass, m. (new)
     reach: f64,
@@ -31,7 +31,7 @@ pub struct Detection {
     span: f64,
 }
 
-impl Detection {
+impl ContactDetection {
     /// For `model` as `plan` steps it.
     pub fn new(model: &Model, plan: &StepPlan) -> Self {
         let solids = (plan.self_collision || !plan.obstacles.is_empty())
@@ -54,7 +54,7 @@ impl Detection {
         &mut self,
         model: &Model,
         plan: &StepPlan,
-        placed: &Placed,
+        placed: &Placement,
         angles: Option<&[f64]>,
         period: f64,
         step: f64,
@@ -80,7 +80,7 @@ impl Detection {
 
     /// Whether the step changes the velocity of a body from its old one to `new` by more than the detection allows for (see
     /// [`DetectionSettings::margin`]): by an impact, or because a support is lost.
-    pub fn is_impact(&self, plan: &StepPlan, placed: &Placed, new: &[SpatialMotion], step: f64) -> bool {
+    pub fn is_impact(&self, plan: &StepPlan, placed: &Placement, new: &[SpatialMotion], step: f64) -> bool {
         if plan.ground.is_none() && self.solids.is_none() {
             return false;
         }
@@ -109,7 +109,7 @@ impl Detection {
         &mut self,
         model: &Model,
         plan: &StepPlan,
-        placed: &mut Placed,
+        placed: &mut Placement,
         new: &mut [SpatialMotion],
         angles: Option<&[f64]>,
         period: f64,
@@ -135,7 +135,7 @@ impl Detection {
         &mut self,
         model: &Model,
         plan: &StepPlan,
-        placed: &Placed,
+        placed: &Placement,
         new: &[SpatialMotion],
         step: f64,
     ) -> bool {
@@ -160,7 +160,7 @@ impl Detection {
     pub fn contacts<'a>(
         &'a self,
         plan: &StepPlan,
-        placed: &'a Placed,
+        placed: &'a Placement,
         new: &'a [SpatialMotion],
         forces: &'a [f64],
     ) -> impl Iterator<Item = Contact> + 'a {

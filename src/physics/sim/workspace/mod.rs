@@ -8,10 +8,10 @@ mod velocities;
 
 use nalgebra::Vector3;
 
-pub use detection::Detection;
+pub use detection::ContactDetection;
 pub use drives::{Drives, FeedforwardPass};
 pub use problem::RowProblem;
-pub use velocities::{Placed, Velocities};
+pub use velocities::{Placement, Velocities};
 
 use super::contact::Contact;
 use super::coordinates::reduced::kinematics::composite_inertia;
@@ -30,9 +30,9 @@ use crate::scene::{Coordinates, Feedforward, StepPlan};
 #[derive(Debug, Clone)]
 pub struct Workspace {
     /// Where the bodies are and how they move before the step. (place)
-    pub placed: Placed,
+    pub placed: Placement,
     /// Contact candidates. (detection, impact_contacts)
-    pub detection: Detection,
+    pub detection: ContactDetection,
     /// The joints' drives. (drives, loads)
     pub drives: Drives,
     /// The first of the two passes of tracking. (feedforward)
@@ -88,8 +88,8 @@ impl Workspace {
             false => Rows::new(control_rows + velocity_rows, if maximal { width } else { ROOT }),
         };
         Self {
-            placed: Placed::new(bodies),
-            detection: Detection::new(model, plan),
+            placed: Placement::new(bodies),
+            detection: ContactDetection::new(model, plan),
             feedforward: FeedforwardPass::new(model, plan, &composite, of_feedforward),
             drives: Drives::new(composite),
             friction: DryFriction { modes: vec![FrictionMode::default(); joints], torque: vec![0.0; joints] },

@@ -1,6 +1,6 @@
 //! The rows of a step and how their problem was solved.
 
-use super::detection::Detection;
+use super::detection::ContactDetection;
 use crate::scene::{SolverChoice, SolverKind, StepPlan};
 use crate::sim::lcp::{Equality, Lemke, Newton, Pgs, Problem, Solution, SolveStatus, Solver};
 use crate::sim::restitution;
@@ -73,7 +73,7 @@ impl RowProblem {
     }
 
     /// Solves the rows' problem for a step of `step` seconds; the rows of the contacts of `detection` come first.
-    pub fn solve(&mut self, plan: &StepPlan, detection: &Detection, step: f64) -> SolveStatus {
+    pub fn solve(&mut self, plan: &StepPlan, detection: &ContactDetection, step: f64) -> SolveStatus {
         (self.residual, self.unsolved) = (0.0, false);
         if self.rows.is_empty() {
             return SolveStatus::Solved;

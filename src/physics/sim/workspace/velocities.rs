@@ -7,7 +7,7 @@ use crate::sim::spatial::SpatialMotion;
 
 /// Where the bodies are, and how they move before the step. (CoordinateSystem::place)
 #[derive(Debug, Clone)]
-pub struct Placed {
+pub struct Placement {
     /// Common point of the step: the root's origin in the world at its beginning, m.
     pub common_point: Point3<f64>,
     /// B poses and inertias, and the velocities at which velocity-dependent forces are taken (place, predict_mean,
@@ -19,7 +19,7 @@ pub struct Placed {
     pub mean_rates: Vec<f64>,
 }
 
-impl Placed {
+impl Placement {
     /// Room for `bodies` bodies.
     pub fn new(bodies: usize) -> Self {
         Self {

@@ -12,6 +12,7 @@ mod free_motion;
 pub mod kinematics;
 mod place;
 pub mod response;
+mod rigid;
 pub mod root;
 mod sticking;
 mod tension;
@@ -38,7 +39,7 @@ use articulated::Articulated;
 use displaced::Displaced;
 use flight::Flight;
 use kinematics::moment_arms;
-use velocity_control::VelocityControl;
+use rigid::RigidCharacter;
 
 /// Joint coordinates, and what they compute in a step.
 ///
@@ -68,7 +69,7 @@ pub struct ReducedCoordinates {
     /// B wrenches that bodies transmit to their parents. (sticking_torques)
     wrenches: Vec<SpatialForce>,
     /// The rigid character of the feedforward pass, if the plan asks for it and the joints are independent. (feedforward)
-    control: Option<VelocityControl>,
+    control: Option<RigidCharacter>,
 }
 
 impl ReducedCoordinates {
@@ -88,7 +89,7 @@ impl ReducedCoordinates {
             transmitted_force: vec![Vector3::zeros(); bodies],
             loops: vec![SpatialForce::ZERO; model.loops.len()],
             wrenches: vec![SpatialForce::ZERO; bodies],
-            control: rigid.then(|| VelocityControl::new(bodies)),
+            control: rigid.then(|| RigidCharacter::new(bodies)),
         }
     }
 }
