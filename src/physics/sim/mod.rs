@@ -2,8 +2,7 @@
 //! linear complementarity problem each step.
 //!
 //! A [`Simulator`] is a model, a step plan, a state and a workspace; a step is a function of the four
-//! ([`Simulator::step`]; the stages are listed by name in `coordinates/reduced/stages/mod.rs` and
-//! `coordinates/maximal/stages.rs`). It allocates nothing once it is warm.
+//! ([`Simulator::step`]; the stages are listed by name in `step.rs`). It allocates nothing once it is warm.
 //!
 //! Its kernels are free functions that are compiled for AVX2 as well, and the processor decides at run time
 //! (`multiversion`). Helpers that would not be compiled along with them by themselves are `inline(always)`. A product and
@@ -13,12 +12,14 @@ pub(crate) mod actuator;
 pub mod bodies;
 mod command;
 pub mod contact;
+mod convergence;
 pub mod coordinates;
 mod diagnostics;
 mod energy;
 mod failure;
 mod integrate;
 pub(crate) mod joint_friction;
+mod joint_load;
 pub mod lcp;
 mod memory;
 mod momentum;
@@ -30,8 +31,10 @@ pub mod spatial;
 mod state;
 mod step;
 mod step_control;
+mod step_data;
 mod step_record;
 mod step_totals;
+mod substeps;
 pub mod tracking;
 mod workspace;
 

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Point3};
 
 use super::contact::Contact;
-use super::coordinates::maximal::MaximalWorkspace;
+use super::coordinates::maximal::MaximalCoordinates;
+use super::coordinates::reduced::ReducedCoordinates;
 use super::diagnostics;
 use super::energy::Energy;
 use super::lcp::SolverWork;
@@ -26,9 +27,25 @@ pub struct Simulator {
     pub(super) plan: Arc<StepPlan>,
     pub(super) state: State,
     pub(super) work: Workspace,
-    /// Scratch memory of maximal coordinates, if the plan has them.
-    pub(super) maximal: Option<MaximalWorkspace>,
+    /// The coordinates that the plan chose.
+    pub(super) system: ChosenCoordinates,
     pub(super) step_control: StepControl,
+}
+
+/// The coordinates that a plan chose.
+#[derive(Debug, Clone)]
+pub(super) enum ChosenCoordinates {
+    Reduced(Box<ReducedCoordinates>),
+    Maximal(Box<MaximalCoordinates>),
+}
+
+impl ChosenCoordinates {
+    fn new(model: &Model, plan: &StepPlan) -> Self {
+        match plan.accuracy.coordinates {
+            Coordinates::Reduced => Self::Reduced(Box::new(ReducedCoordinates::new(model, plan))),
+            Coordinates::Maximal => Self::Maximal(Box::new(MaximalCoordinates::new(model, plan))),
+        }
+    }
 }
 
 impl Simulator {
@@ -37,9 +54,8 @@ impl Simulator {
         let model = plan.model.clone();
         let work = Workspace::new(&model, &plan);
         let step_control = StepControl::new(&model, &plan);
-        let maximal =
-            (plan.accuracy.coordinates == Coordinates::Maximal).then(|| MaximalWorkspace::new(&model, &plan));
-        Self { model, plan, state, work, maximal, step_control }
+        let system = ChosenCoordinates::new(&model, &plan);
+        Self { model, plan, state, work, system, step_control }
     }
 
     /// The model.
@@ -64,7 +80,7 @@ impl Simulator {
 
     /// Torques of the actuators, N m or N, one a joint: the means over the last step.
     pub fn torques(&self) -> &[f64] {
-        self.step_control.totals.of_substeps().map_or(&self.work.torque, StepTotals::torques)
+        self.step_control.totals.of_substeps().map_or(&self.work.drives.torque, StepTotals::torques)
     }
 
     /// Torques of dry friction, N m or N, one a joint: those of the last substep.
@@ -75,7 +91,7 @@ impl Simulator {
     /// Residual of the last step's complementarity problem, m/s or rad/s (see [`lcp::residual`](super::lcp::residual())); the greatest if the
     /// step was computed in several substeps.
     pub fn residual(&self) -> f64 {
-        self.step_control.totals.of_substeps().map_or(self.work.residual, StepTotals::residual)
+        self.step_control.totals.of_substeps().map_or(self.work.problem.residual, StepTotals::residual)
     }
 
     /// How often new velocities have been computed since this simulator was made: once a step where the mean
@@ -87,7 +103,7 @@ impl Simulator {
 
     /// What the solver has done since this simulator was made.
     pub fn solver_work(&self) -> SolverWork {
-        self.work.solver.work
+        self.work.problem.solver.work
     }
 
     /// Number of substeps computed since this simulator was made, refused ones included.
@@ -102,7 +118,7 @@ impl Simulator {
 
     /// What each row of the last step's complementarity problem belonged to, in the order of the rows.
     pub fn rows(&self) -> &[rows::RowOwner] {
-        &self.work.rows.owner
+        &self.work.problem.rows.owner
     }
 
     /// Greatest distance by which a joint is outside its range of motion, rad or m.

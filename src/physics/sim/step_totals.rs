@@ -36,19 +36,20 @@ impl StepTotals {
     /// Counts the substep that `work` has just computed.
     pub fn count(&mut self, work: &Workspace) {
         self.substeps += 1;
-        self.residual = self.residual.max(work.residual);
-        self.depth = work.candidates.iter().map(|candidate| candidate.depth).fold(self.depth, f64::max);
-        self.unsolved |= work.unsolved;
+        self.residual = self.residual.max(work.problem.residual);
+        let candidates = &work.detection.candidates;
+        self.depth = candidates.iter().map(|candidate| candidate.depth).fold(self.depth, f64::max);
+        self.unsolved |= work.problem.unsolved;
         self.coarse |= work.coarse;
     }
 
     /// Adds the forces and torques of that substep, whose length is `share` of the step.
     pub fn add_forces(&mut self, work: &Workspace, plan: &StepPlan, share: f64) {
-        self.torques.resize(work.torque.len(), 0.0);
-        for (mean, torque) in self.torques.iter_mut().zip(&work.torque) {
+        self.torques.resize(work.drives.torque.len(), 0.0);
+        for (mean, torque) in self.torques.iter_mut().zip(&work.drives.torque) {
             *mean += share * torque;
         }
-        for (candidate, mut contact) in work.candidates.iter().zip(work.contacts(plan)) {
+        for (candidate, mut contact) in work.detection.candidates.iter().zip(work.contacts(plan)) {
             contact.force *= share;
             let after = self.contacts.partition_point(|(slot, _)| *slot < candidate.slot);
             let same = self.contacts[after..]

@@ -24,7 +24,7 @@ pub struct ContactCandidate {
     pub depth: f64,
     /// Least separation speed along the normal if it closes within the step, m/s: 0 without restitution.
     pub rebound: f64,
-    /// Coefficients of the pair of surfaces. (Workspace::touch)
+    /// Coefficients of the pair of surfaces. (ContactDetection::detect)
     pub material: PairMaterial,
 }
 

@@ -7,7 +7,7 @@
 //! | solver | exact | circular cone | cost of a solve with n rows |
 //! |---|---|---|---|
 //! | [`Pgs`] | in the limit | yes | n² a sweep |
-//! | [`Newton`] | to rounding | yes | n³/3 a step, one or two steps from a good start, more where rows depend on each other |
+//! | [`Newton`] | to rounding | yes | n³/3 a step, one or two steps from a good start, more where rows depend on each other, thousands of n² where it takes splitting |
 //! | [`Lemke`] | to rounding | no | 2 m² a pivot, where the lifted problem has m ≤ 7 n / 3 variables |
 //!
 //! [`Equality`] stands before any of them: it solves the free rows by a factor that knows where they are
@@ -24,6 +24,7 @@ mod problem;
 mod proximal;
 mod residual;
 mod skyline;
+mod splitting;
 mod standard;
 mod symmetric;
 

@@ -12,7 +12,9 @@
 //!
 //! Neither may lead on where many contacts press a mechanism with one or two freedoms left: few of the many active sets
 //! are consistent. What is left unsolved then is given to the
-//! pivoting method, with the pyramid for the cone, and the Newton steps start again from what it finds.
+//! pivoting method, with the pyramid for the cone, and the Newton steps start again from what it finds. What is still unsolved is
+//! approached by a splitting method, which converges slowly but hardly ever goes astray: Newton steps and proximal-point steps from
+//! its points, ever farther apart, find the solution to rounding.
 
 use super::active::{self, ActiveSet, NewtonStep};
 use super::lemke::Lemke;
@@ -20,6 +22,7 @@ use super::pgs::Sweeper;
 use super::problem::{Problem, Solution, SolveStatus, Solver};
 use super::proximal::{Nearby, longest_way};
 use super::residual::{evaluate, project};
+use super::splitting::Splitting;
 
 /// Newton steps in a row that may fail to lessen the residual before sweeps take over.
 const PATIENCE: u32 = 3;
@@ -42,6 +45,16 @@ const GREATEST_SHARE: f64 = 10.0;
 /// Most Newton steps in proximal steps, as a multiple of those allowed otherwise.
 const APPROACH: u32 = 4;
 
+/// Iterations of the splitting method before the first of its points is tried, the ratio from one to the next, and how many
+/// are tried.
+const FIRST_SPLIT: u32 = 20;
+const SPLIT_GROWTH: u32 = 2;
+const SPLITS: u32 = 9;
+
+/// A point found by splitting is taken if it leaves no more than this share of the residual: rows that contradict each other
+/// have forces without bound that leave hardly less.
+const WORTH: f64 = 0.1;
+
 /// Semi-smooth Newton method, warm-started, with projected Gauss-Seidel and Lemke's method behind it.
 #[derive(Debug, Clone)]
 pub struct Newton {
@@ -58,6 +71,7 @@ pub struct Newton {
     nearby: Nearby,
     point: Vec<f64>,
     pivoting: Lemke,
+    splitting: Splitting,
     /// n.
     pivoted: Vec<f64>,
 }
@@ -78,6 +92,7 @@ impl Newton {
             nearby: Nearby::default(),
             point: Vec::new(),
             pivoting: Lemke::new(PIVOTS),
+            splitting: Splitting::default(),
             pivoted: Vec::new(),
         }
     }
@@ -203,6 +218,44 @@ impl Newton {
         (iterations, contradiction)
     }
 
+    /// Newton steps and proximal-point steps from points of the splitting method, which starts from `lambda`, whose residual is
+    /// `residual`; both are left at the best point that is worth taking. Returns how many steps and iterations that took.
+    fn split(&mut self, problem: &Problem<'_>, lambda: &mut [f64], residual: &mut f64) -> u32 {
+        let mut splitting = std::mem::take(&mut self.splitting);
+        let mut found = std::mem::take(&mut self.pivoted);
+        evaluate(problem, lambda, &mut self.velocity);
+        splitting.begin(problem, lambda, &self.velocity);
+        let (mut taken, mut least) = (0, WORTH * *residual);
+        for round in 0..SPLITS {
+            let count = FIRST_SPLIT * SPLIT_GROWTH.pow(round);
+            splitting.iterate(problem, count);
+            found.clear();
+            found.extend_from_slice(splitting.point());
+            project(problem, &mut found);
+            let mut left = evaluate(problem, &found, &mut self.velocity);
+            if !left.is_finite() {
+                break;
+            }
+            self.trial.clear();
+            self.trial.extend_from_slice(&found);
+            let (steps, _) = self.walk(problem, &mut found, &mut left, self.iterations);
+            taken += count + steps;
+            if left > self.tolerance {
+                taken += self.approach(problem, &mut found, &mut left);
+            }
+            if left < least || left <= self.tolerance {
+                (least, *residual) = (left, left);
+                lambda.copy_from_slice(&found);
+            }
+            if *residual <= self.tolerance {
+                break;
+            }
+        }
+        self.splitting = splitting;
+        self.pivoted = found;
+        taken
+    }
+
     /// The pivoting method's point in `pivoted`, and its residual.
     fn pivot(&mut self, problem: &Problem<'_>) -> f64 {
         self.pivoted.resize(problem.rows(), 0.0);
@@ -263,6 +316,11 @@ impl Solver for Newton {
                 }
                 self.pivoted = pivoted;
             }
+        }
+        if residual > self.tolerance && problem.cone {
+            let before = residual;
+            iterations += self.split(problem, lambda, &mut residual);
+            contradiction &= residual == before;
         }
         let status = if residual <= self.tolerance {
             SolveStatus::Solved

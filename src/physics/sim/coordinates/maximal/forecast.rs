@@ -4,9 +4,11 @@ use crate::model::Model;
 use crate::scene::{Accuracy, Coordinates, StepPlan};
 use crate::sim::command::Command;
 use crate::sim::coordinates::outcome::StepOutcome;
-use crate::sim::coordinates::reduced::stages;
+use crate::sim::coordinates::reduced::ReducedCoordinates;
 use crate::sim::failure::Failure;
 use crate::sim::state::State;
+use crate::sim::step::step;
+use crate::sim::step_data::StepData;
 use crate::sim::workspace::Workspace;
 
 /// A step in joint coordinates on a copy of the state.
@@ -16,6 +18,7 @@ pub struct Forecast {
     pub state: State,
     /// Scratch memory of that step: its bodies move with the mean velocities.
     pub work: Workspace,
+    system: ReducedCoordinates,
 }
 
 impl Forecast {
@@ -23,22 +26,21 @@ impl Forecast {
     pub fn new(model: &Model, plan: &StepPlan) -> Self {
         let accuracy = Accuracy { coordinates: Coordinates::Reduced, ..plan.accuracy };
         let reduced = StepPlan { accuracy, ..plan.clone() };
-        Self { state: State::new(model), work: Workspace::new(model, &reduced) }
+        Self {
+            state: State::new(model),
+            work: Workspace::new(model, &reduced),
+            system: ReducedCoordinates::new(model, &reduced),
+        }
     }
 
-    /// Computes the step of `step` seconds from `state`.
+    /// Computes the step of `data`.
     ///
     /// # Errors
     /// As [`Simulator::step`](crate::sim::Simulator::step).
-    pub fn run(
-        &mut self,
-        model: &Model,
-        plan: &StepPlan,
-        state: &State,
-        command: Command<'_>,
-        step: f64,
-    ) -> Result<StepOutcome, Failure> {
-        self.state.clone_from(state);
-        stages::step(model, plan, &mut self.state, &mut self.work, command, step)
+    pub fn run(&mut self, data: &StepData<'_>, command: Command<'_>) -> Result<StepOutcome, Failure> {
+        let Self { state, work, system } = self;
+        state.clone_from(data.state);
+        work.feedforward.reference.copy_from_slice(&data.work.feedforward.reference);
+        step(data.model, data.plan, state, work, system, command, data.step)
     }
 }

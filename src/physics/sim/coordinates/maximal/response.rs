@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::model::Body;
+use crate::model::{Body, Model};
 use crate::sim::bodies::BodyMotion;
 use crate::sim::rows::{LANES, Lanes, ROOT};
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
@@ -127,4 +127,10 @@ pub fn along(body: &BodyMotion) -> SpatialForce {
     } else {
         SpatialForce { moment: axis, force: Vector3::zeros() }
     }
+}
+
+/// Velocity of joint `joint` when its bodies have the velocities `velocities`, rad/s or m/s.
+pub fn rate(model: &Model, bodies: &[BodyMotion], joint: usize, velocities: &[SpatialMotion]) -> f64 {
+    let (child, parent) = (joint + 1, model.bodies[joint + 1].parent);
+    velocities[child].minus(velocities[parent]).dot(along(&bodies[child]))
 }

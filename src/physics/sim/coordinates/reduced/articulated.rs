@@ -11,9 +11,9 @@
 use super::root::RootFactor;
 use crate::model::Model;
 use crate::sim::bodies::BodyMotion;
+use crate::sim::joint_load::JointLoad;
 use crate::sim::root_freedom::RootFreedom;
 use crate::sim::spatial::{ArticulatedInertia, SpatialForce, SpatialMotion};
-use crate::sim::tracking::Spring;
 use multiversion::multiversion;
 
 /// A joint's share of the factorised mass matrix.
@@ -25,26 +25,6 @@ pub struct JointFactor {
     pub inverse_d: f64,
     /// Its square root.
     pub root_inverse_d: f64,
-}
-
-/// Load of a joint: a force, and a force per joint acceleration.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct JointLoad {
-    /// Force along the joint at its present velocity, N m or N.
-    pub torque: f64,
-    /// Inertia along the joint besides that of bodies: armature, and h times
-    /// the coefficients of forces that are implicit in the new velocity; kg m² or kg.
-    pub inertia: f64,
-    /// The acceleration that the joint is to have whatever it takes, rad/s² or m/s².
-    pub held: Option<f64>,
-}
-
-impl JointLoad {
-    /// What the drive `spring` adds to a joint that moves at `rate` before the step.
-    #[inline]
-    pub fn of_drive(spring: Spring, rate: f64, step: f64) -> Self {
-        Self { torque: spring.torque(rate), inertia: step * spring.resistance, held: None }
-    }
 }
 
 /// The factor of a step's mass matrix and the sweeps' intermediate values.

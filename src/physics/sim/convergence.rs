@@ -6,7 +6,7 @@ const MAX_ITERATIONS: usize = 20;
 /// The fixed-point iteration for the velocities at which velocity-dependent forces are taken: they depend on the new
 /// velocities, which they help to determine.
 #[derive(Debug)]
-pub(super) struct FixedPoint {
+pub struct FixedPoint {
     count: usize,
     /// Error of the last iteration, rad or m a step.
     last: f64,
@@ -14,7 +14,7 @@ pub(super) struct FixedPoint {
 
 /// State of an iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Convergence {
+pub enum Convergence {
     /// The error is within the tolerance.
     Converged,
     /// The error is likely to halve in the next iteration.
@@ -25,11 +25,11 @@ pub(super) enum Convergence {
 
 impl FixedPoint {
     /// Before the first iteration.
-    pub(super) const START: Self = Self { count: 0, last: f64::INFINITY };
+    pub const START: Self = Self { count: 0, last: f64::INFINITY };
 
     /// Judges an iteration whose error was `error`, where no more than `tolerance` may be. The error of the next one
     /// will be about that times `rotation_angle` (rad), by which a body rotates in the step.
-    pub(super) fn judge(&mut self, error: f64, rotation_angle: f64, tolerance: f64) -> Convergence {
+    pub fn judge(&mut self, error: f64, rotation_angle: f64, tolerance: f64) -> Convergence {
         let ratio = rotation_angle.max(error / self.last);
         self.count += 1;
         self.last = error;

@@ -6,11 +6,11 @@
 //! to the step's second order. The new velocities show the prediction's error, and only if that matters is the
 //! iteration repeated.
 
-use super::Stages;
-use super::convergence::{Convergence, FixedPoint};
-use crate::sim::coordinates::reduced::articulated;
-use crate::sim::coordinates::reduced::kinematics::move_along;
+use super::kinematics::move_along;
+use super::{ReducedCoordinates, articulated};
+use crate::sim::convergence::{Convergence, FixedPoint};
 use crate::sim::spatial::SpatialMotion;
+use crate::sim::step_data::StepData;
 
 /// The mean velocity has converged when its error would displace no joint and not the root by more than this in the step, rad
 /// or ℓ.
@@ -30,16 +30,16 @@ const SHARE_IN_FLIGHT: f64 = 0.01;
 /// displacement by half the change of velocity: in the paper's step, and in the midpoint rule.
 const SHARE_OF_GAIN: [f64; 2] = [0.1, 0.001];
 
-impl Stages<'_> {
+impl ReducedCoordinates {
     /// Predicts the mean of old and new velocities from the last step's acceleration.
-    pub(super) fn predict_mean(&mut self) {
-        let Self { model, plan, state, work, step, .. } = self;
+    pub(super) fn predict(&mut self, data: &mut StepData<'_>) {
+        let StepData { model, plan, state, work, step, .. } = data;
         if !plan.velocity_forces {
             return;
         }
         let (half, last) = (0.5 * *step, &state.memory.acceleration);
         let rates = state.velocities.iter().zip(&last.joints);
-        for (mean, (rate, acceleration)) in work.mean_rates.iter_mut().zip(rates) {
+        for (mean, (rate, acceleration)) in work.placed.mean_rates.iter_mut().zip(rates) {
             *mean = rate + half * acceleration;
         }
         let root = if model.fixed_base {
@@ -47,52 +47,54 @@ impl Stages<'_> {
         } else {
             state.root.motion().plus_scaled(last.root, half)
         };
-        self.move_with_mean(root);
+        self.move_with_mean(data, root);
     }
 
     /// Compares the mean with the new velocities, and sets it anew if another iteration is needed.
-    pub(super) fn correct_mean(&mut self, iteration: &mut FixedPoint) -> Convergence {
-        let Self { model, plan, state, work, step, rotation_angle, midpoint, .. } = self;
+    pub(super) fn correct(&mut self, data: &mut StepData<'_>, iteration: &mut FixedPoint) -> Convergence {
+        let rotation_angle = self.rotation_angle;
+        let StepData { model, plan, state, work, step, midpoint, .. } = data;
         if !plan.velocity_forces {
             return Convergence::Converged;
         }
         // Half the change of velocity, and the error of the mean.
         let (mut gain, mut error) = (0.0_f64, 0.0_f64);
-        let rates = work.mean_rates.iter().zip(&state.velocities).zip(&work.joint_rates);
-        for (((mean, old), new), per_unit) in rates.zip(&work.per_unit) {
+        let rates = work.placed.mean_rates.iter().zip(&state.velocities).zip(&work.new.rates);
+        for (((mean, old), new), per_unit) in rates.zip(&self.per_unit) {
             gain = gain.max((0.5 * (new - old)).abs() * per_unit);
             error = error.max((0.5 * (new + old) - mean).abs() * per_unit);
         }
         let mut root = SpatialMotion::ZERO;
         if !model.fixed_base {
-            let (old, new, mean) = (state.root.motion(), work.new[0], work.bodies[0].velocity);
+            let (old, new, mean) = (state.root.motion(), work.new.bodies[0], work.placed.bodies[0].velocity);
             root = old.plus(new).scaled(0.5);
             let in_units = |it: SpatialMotion| it.angular.amax().max(it.linear.amax() / plan.units.length);
             gain = gain.max(in_units(root.minus(old)));
             error = error.max(in_units(root.minus(mean)));
         }
         let gain = gain * *step;
-        let tolerance = match (*midpoint, work.rows.is_empty()) {
+        let tolerance = match (*midpoint, work.problem.rows.is_empty()) {
             (false, true) => TOLERANCE,
             (false, false) => TOLERANCE.max(SHARE_OF_GAIN[0] * gain),
             (true, true) => TOLERANCE_IN_FLIGHT.max(SHARE_IN_FLIGHT * gain * rotation_angle.powi(3)),
             (true, false) => TOLERANCE_AT_MIDPOINT.max(SHARE_OF_GAIN[1] * gain),
         };
-        let convergence = iteration.judge(error * *step, *rotation_angle, tolerance);
+        let convergence = iteration.judge(error * *step, rotation_angle, tolerance);
         if convergence == Convergence::Improving {
-            for ((mean, old), new) in work.mean_rates.iter_mut().zip(&state.velocities).zip(&work.joint_rates)
+            for ((mean, old), new) in
+                work.placed.mean_rates.iter_mut().zip(&state.velocities).zip(&work.new.rates)
             {
                 *mean = 0.5 * (old + new);
             }
-            self.move_with_mean(root);
+            self.move_with_mean(data, root);
         }
         convergence
     }
 
     /// Sets the mean velocities of the bodies, of which `root` is the root's, and the velocity-dependent forces at them.
-    fn move_with_mean(&mut self, root: SpatialMotion) {
-        let Self { model, work, .. } = self;
-        move_along(model, root, &work.mean_rates, &mut work.bodies);
-        articulated::prepare(&mut work.articulated, model, &work.bodies, &work.mean_rates);
+    fn move_with_mean(&mut self, data: &mut StepData<'_>, root: SpatialMotion) {
+        let placed = &mut data.work.placed;
+        move_along(data.model, root, &placed.mean_rates, &mut placed.bodies);
+        articulated::prepare(&mut self.articulated, data.model, &placed.bodies, &placed.mean_rates);
     }
 }

@@ -11,39 +11,35 @@
 
 use nalgebra::Vector3;
 
-use super::Stages;
+use super::ReducedCoordinates;
 use crate::sim::spatial::SpatialMotion;
 use crate::sim::step_control::{
     BALANCE_SAFETY, ENERGY_GROWTH, FINEST_DIVISION, MAX_PENETRATION_GAIN, NEGLIGIBLE_ROTATION, SHORTENING,
 };
+use crate::sim::step_data::StepData;
 
-impl Stages<'_> {
+impl ReducedCoordinates {
     /// The longest step that is likely to create no energy and to let no contact sink in, s, if this one does;
     /// `angular_rate` is the greatest of a body, rad/s. Not used under error control, where the step's error alone
     /// counts.
-    pub(super) fn shorter_step(&mut self, angular_rate: f64) -> Option<f64> {
-        let whole = self.plan.step();
-        let straight = angular_rate * whole <= NEGLIGIBLE_ROTATION
-            && self.work.residual * self.step <= self.greatest_gain();
-        let exempt = self.plan.accuracy.step_tolerance.is_some();
-        self.work.coarse = false;
+    pub(super) fn shorter_step(&mut self, data: &mut StepData<'_>, angular_rate: f64) -> Option<f64> {
+        let (whole, step) = (data.plan.step(), data.step);
+        let greatest_gain = MAX_PENETRATION_GAIN * data.plan.units.length;
+        let straight =
+            angular_rate * whole <= NEGLIGIBLE_ROTATION && data.work.problem.residual * step <= greatest_gain;
+        let exempt = data.plan.accuracy.step_tolerance.is_some();
+        data.work.coarse = false;
         if straight || exempt {
             return None;
         }
-        let created = self.spurious_energy();
-        let sunk = self.penetration_gain() / self.greatest_gain();
+        let created = self.spurious_energy(data);
+        let sunk = self.penetration_gain(data) / greatest_gain;
         // Both grow with the square of the step, the energy against what is allowed in it.
         let excess = created.max(sunk);
         let [least, most] = SHORTENING;
         let too_coarse = excess > 1.0;
-        self.work.coarse = too_coarse && self.step * FINEST_DIVISION <= whole;
-        (too_coarse && !self.work.coarse)
-            .then(|| self.step * (BALANCE_SAFETY / excess.sqrt()).clamp(least, most))
-    }
-
-    /// Greatest depth by which a contact may penetrate farther, m.
-    fn greatest_gain(&self) -> f64 {
-        MAX_PENETRATION_GAIN * self.plan.units.length
+        data.work.coarse = too_coarse && step * FINEST_DIVISION <= whole;
+        (too_coarse && !data.work.coarse).then(|| step * (BALANCE_SAFETY / excess.sqrt()).clamp(least, most))
     }
 
     /// Energy that the step creates, as a multiple of what is allowed. Leaves `displaced` half a step along the new
@@ -52,21 +48,22 @@ impl Stages<'_> {
     /// The kinetic energy is that of the motion against the centre of mass and that of the centre of mass (König). The second
     /// grows by the work of the weight and of the contacts' sum of forces on it, so that of the weight only the latter is left
     /// to be counted; in flight nothing is, whatever the frame.
-    fn spurious_energy(&mut self) -> f64 {
-        let half = 0.5 * self.step;
-        let Self { model, plan, state, work, step, .. } = self;
+    fn spurious_energy(&mut self, data: &StepData<'_>) -> f64 {
+        let StepData { model, plan, state, work, step, .. } = data;
+        let (half, new) = (0.5 * step, &work.new);
         let old = state.root.motion();
-        let new = if model.fixed_base { SpatialMotion::ZERO } else { work.new[0] };
-        let before = work.displaced.displace(model, state, old, &state.velocities, -half);
-        let after = work.displaced.displace(model, state, new, &work.joint_rates, half);
+        let root = if model.fixed_base { SpatialMotion::ZERO } else { new.bodies[0] };
+        let before = self.displaced.displace(model, state, old, &state.velocities, -half);
+        let after = self.displaced.displace(model, state, root, &new.rates, half);
         let mut twice_power = if model.fixed_base {
-            let parts = work.bodies.iter().zip(work.old.iter().zip(&work.new)).zip(&model.bodies);
+            let velocities = work.placed.old.iter().zip(&new.bodies);
+            let parts = work.placed.bodies.iter().zip(velocities).zip(&model.bodies);
             let moments = parts.map(|((body, (old, new)), part)| old.plus(*new).at(body.center) * part.mass);
             plan.gravity.dot(&moments.sum::<Vector3<f64>>())
         } else {
             -work.outer_force(plan).dot(&(before.center + after.center))
         };
-        for ((torque, old), new) in work.torque.iter().zip(&state.velocities).zip(&work.joint_rates) {
+        for ((torque, old), new) in work.drives.torque.iter().zip(&state.velocities).zip(&new.rates) {
             twice_power += torque * (old + new);
         }
         let created = after.kinetic - before.kinetic - half * twice_power;
@@ -79,18 +76,18 @@ impl Stages<'_> {
 
     /// Greatest depth by which a contact penetrates farther in the step, m, because its path curves away from its velocity
     /// or because the solver left it a velocity. Needs `displaced` from [`spurious_energy`](Self::spurious_energy).
-    fn penetration_gain(&self) -> f64 {
-        let Self { model, work, step, .. } = self;
-        let velocity = |index: usize| work.new[index];
+    fn penetration_gain(&self, data: &StepData<'_>) -> f64 {
+        let StepData { model, work, step, .. } = data;
+        let velocity = |index: usize| work.new.bodies[index];
         let half = 0.5 * step;
         let root = if model.fixed_base { Vector3::zeros() } else { velocity(0).linear * half };
         // Where half a step takes a body's point, less where its velocity alone would take it.
         let curve = |index: usize, at: Vector3<f64>| {
-            let (here, there) = (&work.bodies[index], &work.displaced.bodies[index]);
+            let (here, there) = (&work.placed.bodies[index], &self.displaced.bodies[index]);
             let local = here.rotation.tr_mul(&(at - here.origin));
             there.point(local) + root - at - velocity(index).at(at) * half
         };
-        let gains = work.candidates.iter().map(|candidate| {
+        let gains = work.detection.candidates.iter().map(|candidate| {
             let normal = candidate.frame[0];
             let other = candidate.against.body().map_or(Vector3::zeros(), |other| curve(other, candidate.at));
             // A whole step curves four times as far as half of it.

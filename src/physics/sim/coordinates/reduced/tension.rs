@@ -1,28 +1,19 @@
 //! The joint tensions, and the frequency of the fastest pendulum under them, which bounds the next step's length.
 
-use super::Stages;
+use super::ReducedCoordinates;
 use crate::sim::memory::Pendulum;
 use crate::sim::rows::{contact, loops};
-use crate::sim::workspace::Workspace;
+use crate::sim::step_data::StepData;
 
-impl Stages<'_> {
+impl ReducedCoordinates {
     /// The tension in each joint, under which its body is a pendulum, and the fastest pendulum: ω² = F r / d, with the
     /// tension F, the moment arm r and the inertia d that the joint shows. Working with ω⁴ and F² takes no root for each
     /// joint.
-    pub(super) fn joint_tensions(&mut self) {
-        let Self { model, plan, state, work, step, .. } = self;
-        let Workspace {
-            bodies,
-            new,
-            transmitted_force,
-            candidates,
-            rows,
-            articulated,
-            moment_arms,
-            old,
-            loops: forces_of_loops,
-            ..
-        } = &mut **work;
+    pub(super) fn joint_tensions(&mut self, data: &mut StepData<'_>) {
+        let StepData { model, plan, state, work, step, .. } = data;
+        let Self { articulated, transmitted_force, moment_arms, loops: forces_of_loops, .. } = self;
+        let (bodies, old, new) = (&work.placed.bodies, &work.placed.old, &work.new.bodies);
+        let rows = &work.problem.rows;
         let per_second = 1.0 / *step;
         // The velocity of the root's origin, which moves, changes by ω × v more than that of the body's point there: see
         // `after` in `free_motion`.
@@ -36,7 +27,9 @@ impl Stages<'_> {
                 (change * per_second + by_velocities - plan.gravity) * model.bodies[index].mass;
         }
         let rows_per_contact = contact::rows_per_contact(plan.friction);
-        for (candidate, forces) in candidates.iter().zip(rows.force.chunks_exact(rows_per_contact)) {
+        for (candidate, forces) in
+            work.detection.candidates.iter().zip(rows.force.chunks_exact(rows_per_contact))
+        {
             let force = candidate.force(forces);
             transmitted_force[candidate.body] -= force;
             if let Some(other) = candidate.against.body() {

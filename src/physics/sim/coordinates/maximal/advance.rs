@@ -1,0 +1,73 @@
+//! Positions after the step, and the momentum of a flight.
+
+use nalgebra::UnitQuaternion;
+
+use super::MaximalCoordinates;
+use super::kinematics::{joints_from_bodies, place};
+use crate::sim::momentum::Composite;
+use crate::sim::root_freedom::RootFreedom;
+use crate::sim::spatial::SpatialMotion;
+use crate::sim::step_data::StepData;
+
+impl MaximalCoordinates {
+    /// Keeps what the forecast found about the step's length.
+    pub(super) fn take_judgement(&self, data: &mut StepData<'_>) {
+        let (ahead, memory) = (&self.forecast.state.memory, &mut data.state.memory);
+        data.work.coarse = self.forecast.work.coarse;
+        memory.tension_squared.copy_from_slice(&ahead.tension_squared);
+        memory.pendulum = ahead.pendulum;
+    }
+
+    /// Moves the bodies, and gives the joints their angles.
+    pub(super) fn move_bodies(&mut self, data: &mut StepData<'_>) {
+        let StepData { model, state, work, step, .. } = data;
+        if !model.joints_are_independent() {
+            state.memory.feedforward_contacts.clone_from(&self.forecast.state.memory.feedforward_contacts);
+        }
+        for (index, body_state) in state.body_states.iter_mut().enumerate() {
+            if self.factors[index].is_fixed() {
+                continue;
+            }
+            let center = work.placed.bodies[index].center;
+            let row_correction = self.row_correction[index].scaled(*step);
+            let velocity = work.new.bodies[index].minus(row_correction);
+            body_state.linear_velocity = velocity.at(center);
+            body_state.angular_velocity = velocity.angular;
+            let drift = work.recovery.bodies[index].minus(row_correction);
+            body_state.center += drift.at(center) * *step;
+            body_state.orientation =
+                UnitQuaternion::from_scaled_axis(drift.angular * *step) * body_state.orientation;
+            body_state.orientation.renormalize();
+        }
+        joints_from_bodies(model, state, *step);
+        self.keep_momentum(data);
+    }
+
+    /// Gives the bodies the momentum that a step in flight ends with, by a rigid motion of them all.
+    fn keep_momentum(&mut self, data: &mut StepData<'_>) {
+        let StepData { model, plan, state, work, step, .. } = data;
+        if !RootFreedom::keeps_momentum(model, plan) || !work.is_in_flight(plan) {
+            return;
+        }
+        let placed = &mut work.placed;
+        // The common motion of all bodies is added to velocities in which the root's is contained.
+        for (body, old) in placed.bodies.iter_mut().zip(&placed.old) {
+            body.velocity = *old;
+        }
+        let before = Composite::new(&placed.bodies).momentum(SpatialMotion::ZERO);
+        let wanted = before.after_flight(model.mass, plan.gravity, *step);
+        place(model, state, &mut placed.bodies);
+        let Some(motion) = Composite::new(&placed.bodies).correction(SpatialMotion::ZERO, wanted) else {
+            return;
+        };
+        for (body_state, body) in state.body_states.iter_mut().zip(&placed.bodies) {
+            body_state.linear_velocity += motion.at(body.center);
+            body_state.angular_velocity += motion.angular;
+        }
+        // The root's velocity is the one of joint coordinates, with the correction that it has there.
+        let ahead = &self.forecast;
+        let correction = ahead.state.root.motion().minus(ahead.work.new.bodies[0]);
+        state.root.linear_velocity += correction.linear;
+        state.root.angular_velocity += correction.angular;
+    }
+}

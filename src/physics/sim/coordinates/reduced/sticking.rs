@@ -1,0 +1,48 @@
+//! The torques of dry friction with which joints stick (see `sim/joint_friction.rs`).
+
+use super::ReducedCoordinates;
+use super::free_motion::minus_gravity;
+use crate::sim::rows::contact;
+use crate::sim::spatial::{SpatialForce, SpatialMotion};
+use crate::sim::step_data::StepData;
+
+impl ReducedCoordinates {
+    /// Torques of friction in the joints that stick: what their bodies, with all beyond, require at the new velocities and
+    /// under the contacts' forces, less what the joints' drives and dampers give (Featherstone 2008, section 5.3).
+    pub(super) fn stick(&mut self, data: &mut StepData<'_>) {
+        let minus_gravity = minus_gravity(data);
+        let StepData { model, plan, work, step, .. } = data;
+        let (bodies, wrenches) = (&work.placed.bodies, &mut self.wrenches);
+        let per_second = 1.0 / *step;
+        // Bias forces contain what the velocities accelerate; see `after` for the root's.
+        let mut constant = minus_gravity;
+        if plan.velocity_forces {
+            let root = bodies[0].velocity;
+            constant.linear -= root.angular.cross(&root.linear);
+        }
+        for (index, wrench) in wrenches.iter_mut().enumerate() {
+            let change = work.new.bodies[index].minus(work.placed.old[index]);
+            let acceleration: SpatialMotion = constant.plus_scaled(change, per_second);
+            let required = bodies[index].inertia.times(acceleration);
+            *wrench = self.articulated.bias_force(index).plus(required);
+        }
+        let forces = work.problem.rows.force.chunks_exact(contact::rows_per_contact(plan.friction));
+        for (candidate, forces) in work.detection.candidates.iter().zip(forces) {
+            let force = SpatialForce::at(candidate.at, candidate.force(forces));
+            wrenches[candidate.body] = wrenches[candidate.body].plus(force.scaled(-1.0));
+            if let Some(other) = candidate.against.body() {
+                wrenches[other] = wrenches[other].plus(force);
+            }
+        }
+        for &index in model.outward.iter().rev() {
+            let (joint, wrench) = (index - 1, wrenches[index]);
+            let load = &work.drives.loads[joint];
+            if let Some(acceleration) = load.held {
+                let required = bodies[index].motion_subspace.dot(wrench) + load.inertia * acceleration;
+                work.friction.torque[joint] = required - load.torque;
+            }
+            let parent = model.bodies[index].parent;
+            wrenches[parent] = wrenches[parent].plus(wrench);
+        }
+    }
+}

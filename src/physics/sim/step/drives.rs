@@ -1,0 +1,134 @@
+//! The joints' drives under a command, and the loads that they are.
+
+use super::Stages;
+use crate::scene::DrivePlan;
+use crate::sim::actuator::ActuatorMode;
+use crate::sim::command::Command;
+use crate::sim::coordinates::CoordinateSystem;
+use crate::sim::failure::Failure;
+use crate::sim::joint_load::JointLoad;
+use crate::sim::tracking::{ImplicitWeights, Spring, Target, implicit_damper_weight};
+use crate::sim::workspace::Workspace;
+
+impl<C: CoordinateSystem> Stages<'_, C> {
+    /// The joints' drives under `command`, with their feedforward torques.
+    pub(super) fn drives(&mut self, command: Command<'_>) -> Result<(), Failure> {
+        let (plan, step) = (self.data.plan, self.data.step);
+        let work = &mut *self.data.work;
+        work.drives.release();
+        work.problem.near_limit.fill([false; 2]);
+        work.feedforward.rows.clear();
+        match command {
+            Command::Passive => {}
+            Command::Torque(prescribed) => {
+                for (joint, torque) in prescribed.iter().enumerate() {
+                    let spring = Spring { at_rest: *torque, resistance: 0.0 };
+                    self.drive(joint, spring.clamped(plan.actuator_limits(joint).torque));
+                }
+            }
+            Command::Velocity(wanted) => {
+                for (joint, wanted) in wanted.iter().enumerate() {
+                    let Some(wanted) = wanted else { continue };
+                    let inertia = self.data.work.drives.composite_inertia[joint];
+                    let spring = Spring::servo_within(*wanted, plan.actuator_limits(joint), inertia / step);
+                    self.drive(joint, spring);
+                    let mode = &mut self.data.work.drives.actuators[joint];
+                    if *mode == ActuatorMode::Line {
+                        *mode = ActuatorMode::Boxed;
+                    }
+                }
+            }
+            Command::Track { now, next } => {
+                if let Some(drive) = &plan.drive {
+                    self.track(drive, now, next)?;
+                }
+            }
+        }
+        self.system.foresee(&mut self.data);
+        Ok(())
+    }
+
+    /// Drives every joint by `drive` from its target `now` to the `next`.
+    fn track(&mut self, drive: &DrivePlan, now: &[f64], next: &[f64]) -> Result<(), Failure> {
+        self.feedforward(drive)?;
+        for joint in 0..now.len() {
+            let target = Target { now: now[joint], next: next[joint] };
+            let offset = self.data.work.feedforward.torque[joint] + drive.offset[joint];
+            let spring = self.spring(drive.stiffness[joint], drive.damping[joint], offset, joint, target);
+            self.drive(joint, spring.clamped(drive.limits(joint).torque));
+        }
+        Ok(())
+    }
+
+    /// Drives joint `joint` by `spring`.
+    #[inline]
+    fn drive(&mut self, joint: usize, spring: Spring) {
+        let drives = &mut self.data.work.drives;
+        drives.springs[joint] = spring;
+        let last = self.data.state.memory.saturated[joint];
+        drives.actuators[joint] = ActuatorMode::first(spring, self.data.plan.actuator_limits(joint), last);
+    }
+
+    /// The drive of joint `joint` toward `target`.
+    #[inline]
+    fn spring(&self, stiffness: f64, damping: f64, offset: f64, joint: usize, target: Target) -> Spring {
+        let (state, step) = (&self.data.state, self.data.step);
+        let angle = state.angles[joint];
+        if !self.data.midpoint {
+            return Spring::new(stiffness, damping, offset, angle, target, step);
+        }
+        let per_inertia = step / self.data.work.drives.composite_inertia[joint];
+        let weights = ImplicitWeights::new(per_inertia * step * stiffness, per_inertia * damping);
+        let rate = state.velocities[joint];
+        Spring::at_midpoint(stiffness, damping, weights, offset, angle, rate, target, step)
+    }
+
+    /// The line and the box of joint `joint`'s actuator, if it has a row. Where joints have rows anyway, it has one wherever it
+    /// has a greatest torque.
+    #[inline]
+    pub(super) fn actuator_row(&self, joint: usize) -> Option<(Spring, [f64; 2])> {
+        let drives = &self.data.work.drives;
+        let (mode, spring) = (drives.actuators[joint], drives.springs[joint]);
+        if mode == ActuatorMode::Line && !C::JOINTS_BY_ROWS {
+            return None;
+        }
+        let limits = self.data.plan.actuator_limits(joint);
+        match mode {
+            ActuatorMode::Line if limits.torque.is_infinite() || spring.is_prescribed() => None,
+            ActuatorMode::Line => ActuatorMode::Boxed.row(spring, limits),
+            mode => mode.row(spring, limits),
+        }
+    }
+
+    /// The loads of the joints but for their dry friction.
+    pub(super) fn loads(&mut self) {
+        let (model, plan, step) = (self.data.model, self.data.plan, self.data.step);
+        for joint in 0..self.data.work.drives.loads.len() {
+            let rate = self.data.state.velocities[joint];
+            let mut load = JointLoad { torque: 0.0, inertia: model.armature[joint], held: None };
+            let drives = &self.data.work.drives;
+            if let Some(damping) = &plan.damping {
+                let whole = step * damping[joint];
+                let share = if self.data.midpoint {
+                    implicit_damper_weight(whole / drives.composite_inertia[joint])
+                } else {
+                    1.0
+                };
+                load.torque -= damping[joint] * rate;
+                load.inertia += share * whole;
+            }
+            if self.actuator_row(joint).is_none() {
+                let drive = JointLoad::of_drive(drives.springs[joint], rate, step);
+                load.torque += drive.torque;
+                load.inertia += drive.inertia;
+            }
+            self.data.work.drives.loads[joint] = load;
+        }
+    }
+
+    /// Which line each actuator is to follow at the new velocities; whether one has to follow another than it did.
+    pub(super) fn switch_actuators(&mut self) -> bool {
+        let Workspace { drives, new, problem, .. } = &mut *self.data.work;
+        drives.switch_actuators(self.data.plan, &new.rates, &problem.rows)
+    }
+}

@@ -1,0 +1,228 @@
+//! Contact candidates: those that the bodies' places and velocities suggest, and those that an impact brings about.
+
+use nalgebra::Vector3;
+
+use super::velocities::Placement;
+use crate::model::{DofKind, Model, SOLID_SLOTS};
+use crate::scene::StepPlan;
+use crate::sim::contact::solids::Solids;
+use crate::sim::contact::{Against, Contact, ContactCandidate, DetectionSettings, ground};
+use crate::sim::rows::contact;
+use crate::sim::spatial::SpatialMotion;
+
+/// Contact candidates. (detection, impact_contacts)
+///
+/// C is the number of candidates.
+#[derive(Debug, Clone)]
+pub struct ContactDetection {
+    /// C contact candidates. (detect, detect_again, add_driven_in)
+    pub candidates: Vec<ContactCandidate>,
+    /// Number of candidates that the first detection found; the others came with an impact. (detection)
+    pub first: usize,
+    /// The candidates known before the detection was repeated. (detect_again)
+    known: Vec<ContactCandidate>,
+    /// Indices of the shapes that may touch the ground at other points than their candidates. (detect)
+    close: Vec<usize>,
+    /// ContactDetection of contacts between solids, if the plan asks for it. (detect)
+    solids: Option<Solids>,
+    /// Greatest distance of a point of a collision shape from its body's centre of mass, m. (new)
+    reach: f64,
+    /// Greatest distance that a body's centre of mass can have from the root's origin, m. (new)
+    span: f64,
+}
+
+impl ContactDetection {
+    /// For `model` as `plan` steps it.
+    pub fn new(model: &Model, plan: &StepPlan) -> Self {
+        let solids = (plan.self_collision || !plan.obstacles.is_empty())
+            .then(|| Solids::new(model, plan.self_collision, plan.obstacles.len()));
+        let slots = slots(model, plan);
+        Self {
+            candidates: Vec::with_capacity(slots),
+            first: 0,
+            known: Vec::with_capacity(slots),
+            close: Vec::with_capacity(model.ground_shapes.len()),
+            solids,
+            reach: reach(model),
+            span: span(model),
+        }
+    }
+
+    /// Detects the contact candidates of a step of `step` seconds; `period` is that of the feedforward, s. `angles` are those of
+    /// the joints if the bodies' poses follow from them.
+    pub fn detect(
+        &mut self,
+        model: &Model,
+        plan: &StepPlan,
+        placed: &Placement,
+        angles: Option<&[f64]>,
+        period: f64,
+        step: f64,
+    ) {
+        let Self { candidates, close, solids, .. } = self;
+        let settings = DetectionSettings {
+            step,
+            ahead: plan.drive.as_ref().map_or(step, |drive| step.max(0.5 * drive.horizon(period, step))),
+            gravity: plan.gravity.norm(),
+            anticipate: plan.stabilization,
+            restitution: plan.restitution.unwrap_or(0.0),
+        };
+        let origin = placed.common_point.coords;
+        candidates.clear();
+        if let Some(ground) = &plan.ground {
+            ground::detect(model, &placed.bodies, ground, origin, &settings, candidates, close);
+        }
+        if let Some(solids) = solids {
+            solids.detect(model, &placed.bodies, angles, &plan.obstacles, origin, &settings, candidates);
+        }
+        touch(plan, candidates);
+    }
+
+    /// Whether the step changes the velocity of a body from its old one to `new` by more than the detection allows for (see
+    /// [`DetectionSettings::margin`]): by an impact, or because a support is lost.
+    pub fn is_impact(&self, plan: &StepPlan, placed: &Placement, new: &[SpatialMotion], step: f64) -> bool {
+        if plan.ground.is_none() && self.solids.is_none() {
+            return false;
+        }
+        let expected = 4.0 * step * plan.gravity.norm();
+        // In most steps nothing can change as much, wherever the bodies are.
+        let (mut linear, mut angular) = (0.0_f64, 0.0_f64);
+        for (new, old) in new.iter().zip(&placed.old) {
+            let change = new.minus(*old);
+            linear = linear.max(change.linear.amax());
+            angular = angular.max(change.angular.amax());
+        }
+        if linear + angular * (2.0 * self.span + self.reach) <= expected {
+            return false;
+        }
+        let mut changes = new.iter().zip(&placed.old).zip(&placed.bodies);
+        changes.any(|((new, old), body)| {
+            let change = new.minus(*old);
+            change.at(body.center).amax() + change.angular.amax() * self.reach > expected
+        })
+    }
+
+    /// Detects contacts again at the velocities `new`, and adds those that were not known; whether there are any. The others
+    /// as for [`detect`](Self::detect).
+    #[allow(clippy::too_many_arguments)] // those of the detection, and the velocities
+    pub fn detect_again(
+        &mut self,
+        model: &Model,
+        plan: &StepPlan,
+        placed: &mut Placement,
+        new: &mut [SpatialMotion],
+        angles: Option<&[f64]>,
+        period: f64,
+        step: f64,
+    ) -> bool {
+        placed.exchange_velocities(new);
+        self.known.clone_from(&self.candidates);
+        self.detect(model, plan, placed, angles, period, step);
+        placed.exchange_velocities(new);
+        let Self { known, candidates, .. } = self;
+        let count = known.len();
+        for candidate in candidates.iter() {
+            if known[..count].iter().all(|other| other.slot != candidate.slot) {
+                known.push(ContactCandidate { rebound: 0.0, ..*candidate });
+            }
+        }
+        std::mem::swap(known, candidates);
+        candidates.len() > count
+    }
+
+    /// Adds the points that the velocities `new` would drive in during a step of `step` seconds; whether there are any.
+    pub fn add_driven_in(
+        &mut self,
+        model: &Model,
+        plan: &StepPlan,
+        placed: &Placement,
+        new: &[SpatialMotion],
+        step: f64,
+    ) -> bool {
+        let Self { candidates, close, solids, .. } = self;
+        if !plan.stabilization {
+            return false;
+        }
+        let (bodies, origin) = (&placed.bodies, placed.common_point.coords);
+        let ground = plan.ground.as_ref();
+        let driven = ground.is_some_and(|ground| {
+            ground::add_driven_in(model, close, bodies, new, ground, origin, step, candidates)
+        });
+        let into = solids.as_ref().is_some_and(|solids| {
+            solids.add_driven_in(model, bodies, new, &plan.obstacles, origin, step, candidates)
+        }) || driven;
+        touch(plan, candidates);
+        into
+    }
+
+    /// Every candidate with the force that belongs to it in `forces`, those of the rows of contacts; `new` are the bodies'
+    /// velocities.
+    pub fn contacts<'a>(
+        &'a self,
+        plan: &StepPlan,
+        placed: &'a Placement,
+        new: &'a [SpatialMotion],
+        forces: &'a [f64],
+    ) -> impl Iterator<Item = Contact> + 'a {
+        let rows = contact::rows_per_contact(plan.friction);
+        self.candidates.iter().enumerate().map(move |(index, candidate)| Contact {
+            link: candidate.link,
+            position: placed.common_point + candidate.at,
+            against: candidate.against,
+            normal: candidate.frame[0],
+            force: candidate.force(forces.get(index * rows..(index + 1) * rows).unwrap_or_default()),
+            velocity: candidate.slip(|body| new[body]),
+            depth: candidate.depth,
+        })
+    }
+}
+
+/// Greatest number of candidates of `model` under `plan`.
+pub fn slots(model: &Model, plan: &StepPlan) -> usize {
+    let ground = if plan.ground.is_some() { model.ground_slots } else { 0 };
+    let solid = plan.self_collision || !plan.obstacles.is_empty();
+    ground + if solid { SOLID_SLOTS * model.solids.len() } else { 0 }
+}
+
+/// Greatest distance of a point of a collision shape from its body's centre of mass, m.
+fn reach(model: &Model) -> f64 {
+    let reaches = model.ground_shapes.iter().map(|shape| {
+        let from_center: Vector3<f64> = shape.center - model.bodies[shape.body].center;
+        from_center.norm() + shape.reach
+    });
+    reaches.fold(0.0, f64::max)
+}
+
+/// Greatest distance that a body's centre of mass can have from the root's origin, m.
+fn span(model: &Model) -> f64 {
+    let mut origins = vec![0.0; model.bodies.len()];
+    for (index, body) in model.bodies.iter().enumerate().skip(1) {
+        let slide = match body.dof {
+            DofKind::Revolute => 0.0,
+            DofKind::Prismatic => f64::INFINITY,
+        };
+        origins[index] = origins[body.parent] + body.offset.norm() + slide;
+    }
+    origins.iter().zip(&model.bodies).map(|(origin, body)| origin + body.center.norm()).fold(0.0, f64::max)
+}
+
+/// Gives the candidates the coefficients of their surfaces, and the rebounds of those that were detected with the greatest
+/// coefficient their own.
+fn touch(plan: &StepPlan, candidates: &mut [ContactCandidate]) {
+    let surfaces = &plan.surfaces;
+    for candidate in candidates {
+        let other = match candidate.against {
+            Against::Ground => surfaces.ground,
+            Against::Obstacle(index) => surfaces.obstacles[index],
+            Against::Link { link, .. } => surfaces.links[link],
+        };
+        let material = surfaces.links[candidate.link].with(other);
+        if let Some(greatest) = plan.restitution
+            && candidate.material == ContactCandidate::SMOOTH
+            && material.restitution < greatest
+        {
+            candidate.rebound *= material.restitution / greatest;
+        }
+        candidate.material = material;
+    }
+}
