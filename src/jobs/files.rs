@@ -312,7 +312,12 @@ pub(super) fn sweep(data: &Path, known: &BTreeSet<Uuid>) -> io::Result<()> {
     Ok(())
 }
 
-fn sweep_folder(folder: &Path) -> io::Result<()> {
+/// Removes the files without a lasting name in `folder`, which nobody else writes into.
+///
+/// # Errors
+///
+/// When the folder cannot be read.
+pub(super) fn sweep_folder(folder: &Path) -> io::Result<()> {
     let entries = match std::fs::read_dir(folder) {
         Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
             return Ok(());

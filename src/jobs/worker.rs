@@ -246,6 +246,8 @@ impl Worker {
     /// Learns what a job wants, on from its checkpoint.
     fn learn(&self, job: &mut Job, live: &Live, settings: Settings) -> Result<(), RunError> {
         let folder = files::make_folder(&self.shared.data, job.id)?;
+        // An earlier attempt may have broken off, or be stuck, in the middle of a file.
+        files::sweep_folder(&folder)?;
         let checkpoint = read_checkpoint(&folder);
         // Generations after the checkpoint are gone through again.
         let curve = checkpoint.as_ref().map(TrainingCheckpoint::curve).unwrap_or_default();
