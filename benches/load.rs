@@ -75,7 +75,7 @@ struct Seen {
 
 /// Posts a job that learns for longer than this bench runs, and gives its address.
 async fn post(client: &Client, base: &str) -> String {
-    let job = json!({ "character": { "urdf": QUADRUPED }, "learning": { "generations": 1_000_000 } });
+    let job = json!({ "character": { "urdf": QUADRUPED }, "learning": { "generations": 400_000 } });
     let answer = client.post(format!("{base}/v1/jobs")).json(&job).send().await.expect("an answer");
     assert_eq!(answer.status(), 202, "the job is queued");
     let job: Value = answer.json().await.expect("a job");
