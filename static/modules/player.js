@@ -8,6 +8,8 @@ import { Stage } from "./stage.js";
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
 /** How long a simulation goes on after the motion has entered its loop, s. */
 const SIMULATED = 4;
+/** How long before its end a motion is shown at its end, s: the end itself is the start of the next turn. */
+const END = 1e-6;
 
 export class Player {
   /** `character` is the check document; `label` names the view. */
@@ -15,7 +17,8 @@ export class Player {
     this.character = character;
     this.stage = new Stage(label);
     this.shown = { ghost: false, forces: false };
-    Object.assign(this, { time: 0, playing: false, speed: 1, loops: true, track: null, motion: null });
+    // Whole turns of the loop, and the time in the present one, s.
+    Object.assign(this, { turns: 0, within: 0, playing: false, speed: 1, loops: true, track: null, motion: null });
     this.title = make("p", { class: "player-title" });
     this.problem = make("div");
     this.element = make("div", { class: "player" }, this.stage.element, this.title, this.controls(), this.problem);
@@ -66,7 +69,7 @@ export class Player {
 
   use(track) {
     this.track = track;
-    this.time = 0;
+    [this.turns, this.within] = [0, 0];
     this.slider.max = track.duration;
     this.show();
   }
@@ -116,6 +119,7 @@ export class Player {
 
   play() {
     if (!this.track || this.playing) return;
+    if (this.within >= this.track.duration - END) this.within = 0;
     this.playing = true;
     this.playButton.textContent = "Pause";
     let last = null;
@@ -137,31 +141,28 @@ export class Player {
 
   advance(seconds) {
     const { duration, repeats } = this.track;
-    const within = this.time % duration;
-    if (!this.loops && within + seconds >= duration) {
-      this.time += duration - within - 1e-6;
+    this.within += seconds;
+    if (this.within >= duration && !this.loops) {
+      this.within = duration - END;
       this.pause();
-    } else if (!repeats && this.time + seconds >= duration) {
-      this.time = 0;
-    } else {
-      this.time += seconds;
+    } else if (this.within >= duration) {
+      if (repeats) this.turns += Math.floor(this.within / duration);
+      this.within %= duration;
     }
     this.show();
   }
 
-  /** Goes to a time in the cycle that is played. */
+  /** Goes to a time in the turn that is played. */
   seek(within) {
-    const { duration } = this.track;
-    this.time = Math.floor(this.time / duration + 1e-9) * duration + Math.min(within, duration - 1e-6);
+    this.within = Math.min(within, this.track.duration - END);
     this.show();
   }
 
   show() {
     if (!this.track) return;
-    const within = this.time % this.track.duration;
-    this.slider.value = within;
-    this.clock.textContent = `${digits(within)} s`;
-    this.stage.pose(this.track.at(this.time), this.shown);
+    this.slider.value = this.within;
+    this.clock.textContent = `${digits(this.within)} s`;
+    this.stage.pose(this.track.at(this.turns * this.track.duration + this.within), this.shown);
   }
 
   dispose() {

@@ -133,11 +133,13 @@ export function shadowProgram(gl) {
   return program;
 }
 
+/** Draws the ground, before all else and under it: its square is so large that its depths are not exact enough to compare. */
 export function groundProgram(gl) {
   return new Program(gl, {
     vertex: GROUND_VERTEX,
     fragment: GROUND_FRAGMENT,
     cullFace: false,
+    depthWrite: false,
     uniforms: {
       ground: { value: [1, 1, 1] }, line: { value: [0, 0, 0] }, background: { value: [1, 1, 1] },
       middle: { value: [0, 0, 0] }, cell: { value: 0.1 }, reach: { value: 5 },

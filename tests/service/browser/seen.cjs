@@ -1,6 +1,9 @@
 // What is seen on a page: colors of a picture, and the contrast of every text.
 
-/** The colors of an element as it is drawn: how many there are, how many pixels are red, and a digest of all. */
+/**
+ * The colors of an element as it is drawn: how many there are, how many pixels are red, how many have the gray of ground
+ * in the shadow (in the light scheme), and a digest of all.
+ */
 exports.inksOf = async function inksOf(page, element) {
   const png = (await element.screenshot()).toString("base64");
   return page.evaluate(async (png) => {
@@ -13,14 +16,15 @@ exports.inksOf = async function inksOf(page, element) {
     context.drawImage(image, 0, 0);
     const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
     const colors = new Set();
-    let [red, digest] = [0, 0];
+    let [red, shade, digest] = [0, 0, 0];
     for (let at = 0; at < data.length; at += 4) {
       const [r, g, b] = [data[at], data[at + 1], data[at + 2]];
       colors.add((r << 16) | (g << 8) | b);
       if (r > 120 && r > 2 * g && r > 2 * b && Math.abs(g - b) < 30) red += 1;
+      if (r > 165 && r < 195 && Math.abs(r - g) < 6 && Math.abs(g - b) < 8) shade += 1;
       digest = (Math.imul(digest, 31) + r * 7 + g * 3 + b) | 0;
     }
-    return { colors: colors.size, red, digest };
+    return { colors: colors.size, red, shade, digest };
   }, png);
 };
 
