@@ -107,9 +107,10 @@ fn a_study_is_reproducible_and_its_table_has_every_row() {
                 ["paper", "repaired", "locked"].contains(&&*row.variant)
             );
         }
-        // Leg programs try their seeds first, which nothing is drawn for, and have no time for more.
+        // What starts from force templates tries those first, for which nothing is drawn, and may find nothing better.
+        let seeded = ["genetic", "programs"].contains(&&*row.variant);
         let same = row.runs[0].course == row.runs[1].course;
-        assert_eq!(same, row.variant == "programs", "{}: another seed is another run", row.variant);
+        assert!(seeded || !same, "{}: another seed is another run", row.variant);
         let gaits: usize = row.gaits.values().sum();
         assert_eq!((row.found, gaits), (row.runs.iter().filter(|run| run.best.is_some()).count(), row.found));
     }

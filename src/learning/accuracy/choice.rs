@@ -14,7 +14,7 @@ use super::fault::StudyError;
 use super::figures::{Figures, TrialOutcome};
 use super::reference::{Pieces, reference};
 use super::settings::TrialSettings;
-use super::spread::Spread;
+use super::spread::ErrorSpread;
 use super::truth::Truth;
 use crate::scenario::{Files, PreparedScenario, Scenario, ScenarioSetup, Script};
 use gaitwright_physics::fault::InputError;
@@ -87,7 +87,7 @@ pub struct AccuracyCheck {
     /// Mean error of the settings on pieces of the learned motion, m; `null` where the simulation broke off.
     pub error: Option<f64>,
     /// How the errors are spread over the pieces, m.
-    pub spread: Option<Spread>,
+    pub spread: Option<ErrorSpread>,
     /// Whether the mean error is within the tolerance.
     pub holds: bool,
     /// What it was tried on, and what came of it.

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::fault::{Divergence, LeftOutReason};
-use super::spread::Spread;
+use super::spread::ErrorSpread;
 
 /// What was measured of a setting. Means and extremes are over all marks, that is, all states that were compared
 /// with true ones; what is about single steps is the extreme over all steps.
@@ -14,7 +14,7 @@ pub struct Figures {
     /// Mean error, in the unit of the subject.
     pub error: f64,
     /// How the errors are spread over the marks, in the unit of the subject.
-    pub spread: Spread,
+    pub spread: ErrorSpread,
     /// Computing time of the steps alone for a simulated second, s: the sum over the pieces of the shortest of
     /// several repeats. 0 for a trial that was not timed.
     pub seconds: f64,

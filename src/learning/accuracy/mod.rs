@@ -40,7 +40,7 @@ pub use recommendation::Recommendation;
 pub use reference::{Pieces, reference};
 pub use row::{RowStatus, TableRow};
 pub use settings::TrialSettings;
-pub use spread::Spread;
+pub use spread::ErrorSpread;
 pub use study::{StudyObserver, study};
 pub use sweep::{Method, Series, Sweep};
 pub use table::{StudySubject, Table, TableFormat};

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// 1996, "Sample quantiles in statistical packages").
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Spread {
+pub struct ErrorSpread {
     /// The least.
     pub least: f64,
     /// A quarter of the values are below.
@@ -22,7 +22,7 @@ pub struct Spread {
     pub greatest: f64,
 }
 
-impl Spread {
+impl ErrorSpread {
     /// Of `values`; all 0 where there are none.
     pub fn of(values: &[f64]) -> Self {
         let mut sorted = values.to_vec();

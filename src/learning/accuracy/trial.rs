@@ -8,7 +8,7 @@ use super::figures::{Figures, TrialOutcome};
 use super::problem::{AccuracyProblem, Piece};
 use super::rapier::Unsupported;
 use super::settings::TrialSettings;
-use super::spread::Spread;
+use super::spread::ErrorSpread;
 use super::stepper::Stepper;
 use gaitwright_physics::scene::StepPlan;
 use gaitwright_physics::sim::{Failure, State, energy, momentum};
@@ -242,7 +242,7 @@ impl Sum {
         let (marks, seconds) = (problem.marks() as f64, problem.seconds());
         Figures {
             error: self.errors.iter().sum::<f64>() / marks,
-            spread: Spread::of(&self.errors),
+            spread: ErrorSpread::of(&self.errors),
             seconds: computing.as_secs_f64() / seconds,
             evaluations: self.evaluations.map(|count| count as f64 / seconds),
             energy_error: self.energy / marks,

@@ -121,7 +121,11 @@ impl Player {
         } else {
             player.loop_start = knots - 1;
         }
-        player.times = (0..knots).map(|knot| knot as f64 * transition_time).collect();
+        // From the start of the loop on as a document counts them, so that both play the same to the last bit.
+        let time = |knots: usize| knots as f64 * transition_time;
+        player.times = (0..knots)
+            .map(|knot| time(knot.min(player.loop_start)) + time(knot.saturating_sub(player.loop_start)))
+            .collect();
         player
     }
 

@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use gaitwright_learning::accuracy::scenes::ClosedForm;
 use gaitwright_learning::accuracy::{
-    AccuracyProblem, Engine, Spread, TrialOutcome, TrialSettings, displacement,
+    AccuracyProblem, Engine, ErrorSpread, TrialOutcome, TrialSettings, displacement,
 };
 use gaitwright_physics::scene::Accuracy;
 use gaitwright_physics::sim::{Simulator, State};
@@ -143,7 +143,7 @@ fn quartiles_are_those_of_definition_seven() {
         (&[7.0], [7.0; 5]),
         (&[1.0, 2.0], [1.0, 1.25, 1.5, 1.75, 2.0]),
     ] {
-        let Spread { least, lower_quartile, median, upper_quartile, greatest } = Spread::of(values);
+        let ErrorSpread { least, lower_quartile, median, upper_quartile, greatest } = ErrorSpread::of(values);
         assert_eq!([least, lower_quartile, median, upper_quartile, greatest], quartiles, "{values:?}");
     }
 }

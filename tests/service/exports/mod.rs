@@ -18,7 +18,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::common;
 
-/// A bundled motion and its character.
+/// A motion of two keyframes a round, 168 ms long, and its character.
 struct Example {
     motion: Motion,
     model: Arc<Model>,
@@ -26,8 +26,8 @@ struct Example {
 
 impl Example {
     fn new() -> Self {
-        let motion = std::fs::read(common::example_path("quadruped-walk.motion.json")).unwrap();
-        Self { motion: Motion::parse(&motion).unwrap(), model: common::example("quadruped.urdf") }
+        let motion = include_bytes!("two_beats.motion.json");
+        Self { motion: Motion::parse(motion).unwrap(), model: common::example("quadruped.urdf") }
     }
 
     /// The same with simulated poses that lag behind the targets, do not quite close, and lie off the frames.
