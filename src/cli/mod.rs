@@ -38,7 +38,7 @@ enum Command {
     /// Start the service and have it train the bundled quadruped
     Demo(demo::DemoCommand),
     /// Run the service
-    Serve(serve::ServeCommand),
+    Serve(Box<serve::ServeCommand>),
     /// Learn a motion without a service
     Train(train::TrainCommand),
     /// Report what is understood of a character, as JSON

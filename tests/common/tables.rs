@@ -1,14 +1,14 @@
 //! A table of accuracy made by hand, and a reader of its CSV.
 
 use gaitwright_learning::accuracy::{
-    Engine, Figures, RowStatus, Spread, StudySubject, Table, TableRow, Truth,
+    Engine, ErrorSpread, Figures, RowStatus, StudySubject, Table, TableRow, Truth,
 };
 use gaitwright_physics::scene::{Accuracy, Feedforward};
 
 fn row(method: &str, step: f64, figures: Option<(f64, f64)>) -> TableRow {
     let figures = figures.map(|(seconds, error)| Figures {
         error,
-        spread: Spread::of(&[0.5 * error, error, 2.0 * error]),
+        spread: ErrorSpread::of(&[0.5 * error, error, 2.0 * error]),
         seconds,
         evaluations: Some(1.0 / step),
         energy_error: 0.0,

@@ -43,7 +43,7 @@ impl AccuracyProblem {
             match trial.measure(piece, &mut sum, stop) {
                 Ok(true) => {}
                 Ok(false) => return None,
-                Err(outcome) => return Some(outcome),
+                Err(outcome) => return Some(*outcome),
             }
             let mut shortest = None;
             for _ in 0..repeats {
@@ -143,7 +143,7 @@ impl<'a> Trial<'a> {
         piece: &Piece,
         sum: &mut Sum,
         stop: &dyn Fn() -> bool,
-    ) -> Result<bool, TrialOutcome> {
+    ) -> Result<bool, Box<TrialOutcome>> {
         self.stepper.restart(&piece.start).map_err(diverged)?;
         let seconds = self.problem.interval * piece.marks.len() as f64;
         let allowed = (MOST_EVALUATIONS as f64 * seconds) as u64;
@@ -156,7 +156,8 @@ impl<'a> Trial<'a> {
                 self.step(index).map_err(diverged)?;
                 sum.add_step(&self.stepper, &setup.model.limits);
                 if self.stepper.evaluations().is_some_and(|count| count > allowed) {
-                    return Err(TrialOutcome::LeftOut(LeftOutReason::TooCostly(MOST_EVALUATIONS)));
+                    let reason = LeftOutReason::TooCostly(MOST_EVALUATIONS);
+                    return Err(Box::new(TrialOutcome::LeftOut(reason)));
                 }
             }
             let state = self.stepper.state();
@@ -193,8 +194,8 @@ impl<'a> Trial<'a> {
     }
 }
 
-fn diverged(cause: impl Into<Divergence>) -> TrialOutcome {
-    TrialOutcome::Diverged(cause.into())
+fn diverged(cause: impl Into<Divergence>) -> Box<TrialOutcome> {
+    Box::new(TrialOutcome::Diverged(cause.into()))
 }
 
 /// Sums and extremes over the pieces, in the units of [`Figures`].

@@ -60,6 +60,11 @@ impl TargetLimits {
     }
 }
 
+/// Angle and rate of a joint at a keyframe.
+type Knot = (f64, f64);
+/// The extreme of a spline from one knot to another over some seconds, and how far it is beyond a limit.
+type Extreme<'a> = dyn Fn(Knot, Knot, f64) -> (f64, f64) + 'a;
+
 /// Adds to `faults` where the splines between `keyframes`, which stand at `place` of the document, break the limits of
 /// the document's joint number `index`, called `name`: of each limit the worst place.
 pub(super) fn limit_faults(
@@ -77,7 +82,7 @@ pub(super) fn limit_faults(
     };
     // Gives the extreme that is farthest beyond, with the number of the keyframe at or after which it is: the first of
     // several as far.
-    let worst = |extreme: &dyn Fn((f64, f64), (f64, f64), f64) -> (f64, f64), end: fn((f64, f64)) -> f64| {
+    let worst = |extreme: &Extreme<'_>, end: fn(Knot) -> f64| {
         segments().fold(None, |worst: Option<(usize, f64, f64)>, (number, from, to, duration)| {
             let (value, beyond) = extreme(from, to, duration);
             let number = if value == end(to) { number + 1 } else { number };

@@ -70,21 +70,15 @@ fn results_are_the_same_however_often_the_service_is_killed() {
         }
         let paths: Vec<&String> = accepted.keys().collect();
         let path = paths[rng.random_range(0..paths.len())].clone();
-        match rng.random_range(0..20) {
-            // One that has ended otherwise refuses.
-            0 if !cancelled.contains(&path) => {
-                if service.cancel(&path).status == 202 {
-                    cancelled.insert(path.clone());
-                }
-            }
-            1 if cancelled.contains(&path) => {
-                if service.curl(&path, &["-X", "DELETE"]).status == 204 {
-                    accepted.remove(&path);
-                    cancelled.remove(&path);
-                    deleted.insert(path.clone());
-                }
-            }
-            _ => {}
+        let drawn = rng.random_range(0..20);
+        // One that has ended otherwise refuses.
+        if drawn == 0 && !cancelled.contains(&path) && service.cancel(&path).status == 202 {
+            cancelled.insert(path.clone());
+        }
+        if drawn == 1 && cancelled.contains(&path) && service.curl(&path, &["-X", "DELETE"]).status == 204 {
+            accepted.remove(&path);
+            cancelled.remove(&path);
+            deleted.insert(path.clone());
         }
         let follower = accepted.contains_key(&path).then(|| Follower::start(&service, &path));
         // Mostly while a job is being taken up, now and then when it is far.
