@@ -168,8 +168,7 @@ fn every_step_of_a_thousand_random_characters_is_solved() {
         Some(case) => vec![case],
         None => (0..common::number("CASES").unwrap_or(STATES)).collect(),
     };
-    let examples =
-        ["quadruped.urdf", "biped.urdf", "hexapod.json", "snake.json"].map(|name| common::example(name));
+    let examples = ["quadruped.urdf", "biped.urdf", "hexapod.json", "snake.json"].map(common::example);
     let stances: Vec<Stance> = examples.iter().map(|model| Stance::find(model, &Scene::default())).collect();
     let results = common::in_parallel(&cases, |case| {
         let mut rng = ChaCha8Rng::seed_from_u64(1_000_000 + *case);

@@ -6,12 +6,12 @@ use std::process::{Command, Output};
 
 use tempfile::TempDir;
 
-use super::Example;
+use super::{Example, MOTION};
 use crate::common::example_path;
 use gaitwright::export::{ExportFormat, ExportOptions};
 
 fn run(arguments: &[&str], out: &Path) -> Output {
-    let motion = File::open(example_path("quadruped-walk.motion.json")).unwrap();
+    let motion = File::open(Path::new(env!("CARGO_MANIFEST_DIR")).join(MOTION)).unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_gaitwright"));
     command.args(["export", "-"]).args(arguments).arg("--out").arg(out).stdin(motion);
     command.output().unwrap()

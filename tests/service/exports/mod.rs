@@ -7,6 +7,7 @@ mod glb;
 mod mujoco;
 mod tables;
 
+use std::path::Path;
 use std::sync::Arc;
 
 use gaitwright::export::{ExportFormat, ExportOptions, export};
@@ -18,6 +19,9 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::common;
 
+/// The file of the motion.
+const MOTION: &str = "tests/service/exports/two_beats.motion.json";
+
 /// A motion of two keyframes a round, 168 ms long, and its character.
 struct Example {
     motion: Motion,
@@ -26,8 +30,8 @@ struct Example {
 
 impl Example {
     fn new() -> Self {
-        let motion = include_bytes!("two_beats.motion.json");
-        Self { motion: Motion::parse(motion).unwrap(), model: common::example("quadruped.urdf") }
+        let motion = std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(MOTION)).unwrap();
+        Self { motion: Motion::parse(&motion).unwrap(), model: common::example("quadruped.urdf") }
     }
 
     /// The same with simulated poses that lag behind the targets, do not quite close, and lie off the frames.
