@@ -106,7 +106,7 @@ pub struct Candidate {
     pub figures: RolloutFigures,
     /// What it did when disturbed.
     pub disturbed: RolloutFigures,
-    /// Less is better (see [`cost`]).
+    /// Less is better (see [`cost`](super::cost::cost)).
     pub cost: f64,
 }
 

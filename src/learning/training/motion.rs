@@ -19,7 +19,7 @@ pub struct LearnedMotion {
     /// The speed that was asked for, m/s; `None` where none was.
     pub speed: Option<f64>,
     /// Targets of the joints over time. Its fitness is 1 / (1 + cost) of a leg program
-    /// ([`cost`](crate::program::rollout::cost)), from 0 to 1, and m/s of QDSEGA; its generation is the number of
+    /// ([`cost`](crate::program::cost::cost)), from 0 to 1, and m/s of QDSEGA; its generation is the number of
     /// those done when it was found.
     pub behaviour: Behaviour,
     /// Springs and dampers that it was learned with.

@@ -24,7 +24,7 @@
 //! **Velocity-dependent forces.** The paper's f\[t\] is that of the old velocities. Joint coordinates take those forces,
 //! and the row correction with them, at the mean of old and new velocities, because at the old ones alone they add
 //! energy to every rotation (see `sim/step.rs`). To give the same motion, both coordinates need the same
-//! means, and so the means are those of a step in joint coordinates, which a [`Forecast`](forecast::Forecast) computes
+//! means, and so the means are those of a step in joint coordinates, which a forecast computes
 //! ahead on a copy of the state. The paper's own rows take the old velocities as the equations stand. In either case
 //! the forecast decides whether a body rotates or a pendulum oscillates too fast for the step, and which limits are near.
 
