@@ -19,6 +19,7 @@ mod dry_friction;
 mod dynamics;
 mod effects;
 mod flight;
+mod grain;
 mod impacts;
 mod lcp;
 mod loops;

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use gaitwright_physics::character::{self, About, NoteKind, Options, Reading, Source, SurfaceMaterial};
+use gaitwright_physics::character::{
+    self, About, Friction, NoteKind, Options, Reading, Source, SurfaceMaterial,
+};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Coordinates, Obstacle, Scene};
@@ -153,7 +155,8 @@ fn leg(gazebo: &str) -> Result<Reading, InputError> {
 #[test]
 fn a_link_takes_its_friction_from_gazebo() {
     let shin = |gazebo: &str| leg(gazebo).unwrap().character.links[1].surface;
-    let of = |friction: f64| SurfaceMaterial { friction: Some(friction), restitution: None };
+    let of =
+        |friction: f64| SurfaceMaterial { friction: Some(Friction::Uniform(friction)), restitution: None };
     assert_eq!(shin(r#"<gazebo reference="shin"><mu1>0.6</mu1><mu2>0.6</mu2></gazebo>"#), of(0.6));
     assert_eq!(shin(r#"<gazebo reference="shin"><mu> 0.3 </mu></gazebo>"#), of(0.3));
     assert_eq!(shin(r#"<gazebo reference="shin"><mu1 value="0.9"/></gazebo>"#), of(0.9));
@@ -168,7 +171,8 @@ fn a_link_takes_its_friction_from_gazebo() {
         [
             (
                 NoteKind::Approximated,
-                "<gazebo> has the friction 0.6 along and 0.4 across; 0.4 is taken for both"
+                "<gazebo> has the friction 0.6 along and 0.4 across, without one <fdir1> for all collisions; \
+                 0.4 is taken for both"
             ),
             (NoteKind::Ignored, "<kp> in <gazebo> is not used (once)"),
         ]

@@ -31,6 +31,6 @@ pub use json::{ShapeDocument, read_shape, schema};
 pub use read::{Source, read, read_file};
 pub use size::{ARCHIVE_BYTES, DOCUMENT_BYTES, LINKS};
 pub use types::{
-    About, Character, Inertial, Joint, JointKind, Limits, Link, Loop, LoopKind, Note, NoteKind, Options,
-    Placed, Reading, Shape, SurfaceMaterial,
+    About, Character, Friction, Inertial, Joint, JointKind, Limits, Link, Loop, LoopKind, Note, NoteKind,
+    Options, Placed, Reading, Shape, SurfaceMaterial,
 };

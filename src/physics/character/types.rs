@@ -60,20 +60,62 @@ pub struct Inertial {
 /// What a surface is like to touch; the scene's values hold where it has none of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SurfaceMaterial {
-    /// Coefficient of Coulomb friction, at least 0.
-    pub friction: Option<f64>,
+    /// Of Coulomb friction.
+    pub friction: Option<Friction>,
     /// Coefficient of restitution, 0 to 1.
     pub restitution: Option<f64>,
+}
+
+/// Coefficients of Coulomb friction of a surface, at least 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Friction {
+    /// The same in all directions.
+    Uniform(f64),
+    /// Of a link whose skin grips otherwise along an axis than across it.
+    Directional {
+        /// Where the link slides along the axis.
+        along: f64,
+        /// Where it slides across it.
+        across: f64,
+        /// In the link frame; both of its directions are the same.
+        axis: Unit<Vector3<f64>>,
+    },
+}
+
+impl Friction {
+    /// The greatest coefficient in any direction.
+    pub fn greatest(self) -> f64 {
+        match self {
+            Self::Uniform(coefficient) => coefficient,
+            Self::Directional { along, across, .. } => along.max(across),
+        }
+    }
+
+    /// Everything impossible in it, with JSON pointers to its fields.
+    fn faults(self) -> Vec<Fault> {
+        let coefficients = match self {
+            Self::Uniform(coefficient) => vec![("", "", coefficient)],
+            Self::Directional { along, across, .. } => {
+                vec![("/along", " along its axis", along), ("/across", " across its axis", across)]
+            }
+        };
+        let impossible =
+            |(_, _, coefficient): &(&str, &str, f64)| !(coefficient.is_finite() && *coefficient >= 0.0);
+        let fault = |(pointer, which, _): (&str, &str, f64)| {
+            Fault::new(
+                pointer,
+                format!("the friction coefficient{which} must be a finite number of at least 0"),
+            )
+        };
+        coefficients.into_iter().filter(impossible).map(fault).collect()
+    }
 }
 
 impl SurfaceMaterial {
     /// Everything impossible in it, with JSON pointers to its fields.
     pub fn faults(&self) -> Vec<Fault> {
-        let mut faults = Vec::new();
-        if self.friction.is_some_and(|friction| !(friction.is_finite() && friction >= 0.0)) {
-            let reason = "the friction coefficient must be a finite number of at least 0";
-            faults.push(Fault::new("/friction", reason));
-        }
+        let of_friction = self.friction.into_iter().flat_map(Friction::faults);
+        let mut faults: Vec<Fault> = of_friction.map(|fault| fault.under("/friction")).collect();
         if self.restitution.is_some_and(|restitution| !(0.0..=1.0).contains(&restitution)) {
             faults
                 .push(Fault::new("/restitution", "the coefficient of restitution must lie between 0 and 1"));

@@ -62,6 +62,7 @@ impl Motion {
         keyframe_faults("/entry", &self.entry, self.joints.len(), &mut faults);
         self.drive_faults(&mut faults);
         self.pose_faults(&mut faults);
+        self.stance_faults(&mut faults);
         faults.extend(self.scene.faults().into_iter().map(|fault| fault.under("/scene")));
         faults.extend(self.provenance.accuracy.faults().into_iter().map(|f| f.under("/provenance/accuracy")));
         self.metric_faults(&mut faults);
@@ -115,6 +116,19 @@ impl Motion {
             finite_faults(&format!("{place}/angles"), &pose.angles, faults);
             finite_faults(&format!("{place}/root/position"), &pose.root.position, faults);
             unit_fault(&format!("{place}/root/orientation"), &pose.root.orientation, faults);
+        }
+    }
+
+    fn stance_faults(&self, faults: &mut Vec<Fault>) {
+        let period = self.cycle.end - self.cycle.start;
+        for (index, stance) in self.stances.iter().enumerate() {
+            if !(0.0 <= stance.start && stance.start < stance.end && stance.end <= period) {
+                let reason = format!(
+                    "a stance from {} s to {} s; it has to lie within the cycle of {period} s",
+                    stance.start, stance.end
+                );
+                faults.push(Fault::new(format!("/stances/{index}"), reason));
+            }
         }
     }
 

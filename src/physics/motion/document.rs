@@ -51,6 +51,22 @@ pub struct Motion {
     /// players without physics; the root as in `keyframes`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub poses: Option<Vec<SampledPose>>,
+    /// When links carried weight over the cycle of `poses`; none where that is not told.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stances: Vec<StanceTime>,
+}
+
+/// A time in which a link stood on the ground.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StanceTime {
+    /// Name of the link.
+    pub link: String,
+    /// Since the start of the cycle, s.
+    pub start: f64,
+    /// Since the start of the cycle, s; where the link stands on into the next cycle, the end of the cycle, and there is
+    /// another stance that starts at 0.
+    pub end: f64,
 }
 
 /// The document's kind and version.

@@ -11,7 +11,7 @@ mod spline;
 
 pub use document::{
     CharacterRef, Interpolation, Keyframe, Motion, MotionFormat, MotionLoop, Provenance, RootAdvance,
-    RootMotion, RootPose, SampledPose,
+    RootMotion, RootPose, SampledPose, StanceTime,
 };
 pub use limits::TargetLimits;
 pub use metrics::{MeasureLimit, Metrics, NaturalnessMeasure, RootAdjustment, Trial, Validity};

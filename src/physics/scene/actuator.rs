@@ -11,8 +11,20 @@ pub struct ActuatorLimits {
 
 impl ActuatorLimits {
     /// Whether the torque falls with the speed.
+    #[inline]
     pub fn falls_with_speed(self) -> bool {
         self.speed.is_finite() && self.torque.is_finite() && self.torque > 0.0
+    }
+
+    /// Whether `torque` is available at the velocity `rate` whichever the direction of either; false also where that is a
+    /// matter of rounding.
+    #[inline]
+    pub fn surely_has(self, torque: f64, rate: f64) -> bool {
+        if self.falls_with_speed() {
+            torque.abs() * self.speed <= self.torque * (self.speed - rate.abs()) * (1.0 - 1e-12)
+        } else {
+            torque.abs() <= self.torque
+        }
     }
 
     /// l and u at the velocity `rate`, N m or N.

@@ -14,7 +14,7 @@ pub use actuator::ActuatorLimits;
 pub use asked::{AccuracyChoice, AskedAccuracy};
 pub use decision::Decision;
 pub use plan::{DrivePlan, StepPlan};
-pub use surfaces::{PairMaterial, Surfaces};
+pub use surfaces::{Grain, PairMaterial, Surfaces};
 pub use terrain::{HeightField, Terrain};
 pub(crate) use units::STANDARD_GRAVITY;
 pub use units::{CharacterUnits, usual_step};

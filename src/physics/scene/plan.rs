@@ -78,6 +78,8 @@ pub struct DrivePlan {
     pub feedforward_period: f64,
     /// Constant torque beside spring and feedforward, N m or N, one a joint; 0 for one without an actuator.
     pub offset: Vec<f64>,
+    /// `max_torque` and `max_speed`, one a joint.
+    limits: Vec<ActuatorLimits>,
 }
 
 impl DrivePlan {
@@ -90,13 +92,23 @@ impl DrivePlan {
                 .map(|(value, driven)| if *driven { *value } else { 0.0 })
                 .collect()
         };
+        let finite = |limits: &[Option<f64>]| -> Vec<f64> {
+            limits.iter().map(|limit| limit.unwrap_or(f64::INFINITY)).collect()
+        };
+        let max_torque = on(Effect::TorqueLimits).then(|| finite(&gains.max_torque));
+        let max_speed = on(Effect::SpeedLimits).then(|| finite(&model.speed));
+        let of = |limits: &Option<Vec<f64>>, joint: usize| {
+            limits.as_ref().map_or(f64::INFINITY, |limits| limits[joint])
+        };
+        let limits = (0..model.joint_count())
+            .map(|joint| ActuatorLimits { torque: of(&max_torque, joint), speed: of(&max_speed, joint) })
+            .collect();
         Self {
             stiffness: at_driven(&gains.stiffness),
             damping: at_driven(&gains.damping),
-            max_torque: on(Effect::TorqueLimits)
-                .then(|| gains.max_torque.iter().map(|limit| limit.unwrap_or(f64::INFINITY)).collect()),
-            max_speed: on(Effect::SpeedLimits)
-                .then(|| model.speed.iter().map(|limit| limit.unwrap_or(f64::INFINITY)).collect()),
+            max_torque,
+            max_speed,
+            limits,
             feedforward: if on(Effect::Feedforward) { gains.feedforward } else { Feedforward::None },
             feedforward_period: gains.feedforward_period,
             offset: match gains.offset.is_empty() {
@@ -118,9 +130,9 @@ impl DrivePlan {
     }
 
     /// What the actuator of joint `joint` can do.
+    #[inline]
     pub fn limits(&self, joint: usize) -> ActuatorLimits {
-        let of = |limits: &Option<Vec<f64>>| limits.as_ref().map_or(f64::INFINITY, |limits| limits[joint]);
-        ActuatorLimits { torque: of(&self.max_torque), speed: of(&self.max_speed) }
+        self.limits[joint]
     }
 }
 
@@ -156,7 +168,7 @@ impl StepPlan {
             );
             return Err(InputError::impossible("/accuracy/coordinates", reason));
         }
-        let surfaces = Surfaces::new(scene, &model.character);
+        let surfaces = Surfaces::new(scene, model);
         let greatest = surfaces.greatest();
         let decisions = decide(scene, gains, model, maximal, greatest);
         let on = |effect| decisions.get(&effect).is_some_and(|decision: &Decision| decision.on);
@@ -185,6 +197,7 @@ impl StepPlan {
     }
 
     /// What the actuator of joint `joint` can do.
+    #[inline]
     pub fn actuator_limits(&self, joint: usize) -> ActuatorLimits {
         let unlimited = ActuatorLimits { torque: f64::INFINITY, speed: f64::INFINITY };
         self.drive.as_ref().map_or(unlimited, |drive| drive.limits(joint))

@@ -37,6 +37,8 @@ pub struct CharacterUnits {
     pub length: f64,
     /// √(ℓ / g), s.
     pub time: f64,
+    /// g, m/s².
+    pub acceleration: f64,
 }
 
 impl CharacterUnits {
@@ -45,7 +47,7 @@ impl CharacterUnits {
     pub fn new(size: f64, gravity: &Vector3<f64>) -> Self {
         let acceleration = gravity.norm();
         let acceleration = if acceleration > 0.0 { acceleration } else { STANDARD_GRAVITY };
-        Self { length: size, time: (size / acceleration).sqrt() }
+        Self { length: size, time: (size / acceleration).sqrt(), acceleration }
     }
 
     /// ℓ / √(ℓ / g), m/s.

@@ -33,12 +33,16 @@ pub enum ActuatorMode {
 impl ActuatorMode {
     /// The first to be tried for an actuator driven by `spring` that had the torque `last` at its bound in the last step
     /// (0: it was not at its bound).
+    #[inline]
     pub fn first(spring: Spring, limits: ActuatorLimits, last: f64) -> Self {
-        if limits.falls_with_speed() && last > 0.0 {
+        if last == 0.0 {
+            // In most steps an actuator is not at its bound.
+            if spring.is_servo() { Self::Boxed } else { Self::Line }
+        } else if limits.falls_with_speed() && last > 0.0 {
             Self::Forward
         } else if limits.falls_with_speed() && last < 0.0 {
             Self::Backward
-        } else if spring.is_servo() || (last != 0.0 && !spring.is_prescribed()) {
+        } else if spring.is_servo() || !spring.is_prescribed() {
             Self::Boxed
         } else {
             Self::Line

@@ -54,6 +54,13 @@ impl SpatialMotion {
         Self { angular: self.angular * scale, linear: self.linear * scale }
     }
 
+    /// Its six components, rotation first.
+    #[inline]
+    pub fn components(self) -> [f64; 6] {
+        let (angular, linear) = (self.angular, self.linear);
+        [angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]
+    }
+
     /// Greatest magnitude of a component, rad/s or m/s.
     #[inline]
     pub fn amax(self) -> f64 {

@@ -44,6 +44,10 @@ pub const ENERGY_GROWTH: f64 = 0.04;
 /// Greatest depth by which a contact may penetrate farther in a substep, ℓ.
 pub const MAX_PENETRATION_GAIN: f64 = 1.5e-3;
 
+/// Greatest distance by which the solver may leave a correction of positions wrong in a substep, ℓ, before the step counts as
+/// unsolved: a thousandth of what a contact may sink in.
+pub const MAX_RECOVERY_ERROR: f64 = 1e-3 * MAX_PENETRATION_GAIN;
+
 /// A substep as short as the whole step divided by this is accepted as it is, and counted as coarse where it creates energy
 /// or drives a contact in.
 pub const FINEST_DIVISION: f64 = 32.0;

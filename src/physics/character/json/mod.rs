@@ -3,13 +3,14 @@
 mod wire;
 
 pub use wire::ShapeDocument;
+use wire::{DirectionalFriction, FrictionDocument};
 
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::bounds::{LENGTH, shape_fault};
+use super::bounds::{LENGTH, check_axis, shape_fault, unit};
 use super::draft::{At, Diagnostics, Draft, DraftInertial, DraftJoint, DraftLink, DraftLoop, name_fault};
 use super::solid::Solid;
-use super::{About, JointKind, LoopKind, NoteKind, Placed, Shape, SurfaceMaterial, mesh};
+use super::{About, Friction, JointKind, LoopKind, NoteKind, Placed, Shape, SurfaceMaterial, mesh};
 use crate::fault::{self, Fault, InputError};
 
 const FORMAT: &str = "gaitwright/character@1";
@@ -128,12 +129,27 @@ fn read_link(diagnostics: &mut Diagnostics, index: usize, link: wire::LinkDocume
         inertial,
         collisions,
         surface: At::new(
-            SurfaceMaterial { friction: link.friction, restitution: link.restitution },
+            SurfaceMaterial {
+                friction: link.friction.map(|document| friction(diagnostics, &place, document)),
+                restitution: link.restitution,
+            },
             place.clone(),
         ),
         visuals,
         missing_collisions: Vec::new(),
         missing_visuals: Vec::new(),
+    }
+}
+
+/// The friction that `document` of the link at `place` describes.
+fn friction(diagnostics: &mut Diagnostics, place: &str, document: FrictionDocument) -> Friction {
+    match document {
+        FrictionDocument::Uniform(coefficient) => Friction::Uniform(coefficient),
+        FrictionDocument::Directional(DirectionalFriction { along, across, axis }) => {
+            let axis = At::new(Vector3::from(axis), format!("{place}/friction/axis"));
+            check_axis(&axis, diagnostics);
+            Friction::Directional { along, across, axis: unit(axis.value) }
+        }
     }
 }
 

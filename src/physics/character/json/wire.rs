@@ -1,8 +1,11 @@
 //! The words of a `gaitwright/character@1` document.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use schemars::JsonSchema;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 use crate::fault::object;
@@ -54,10 +57,9 @@ pub struct LinkDocument {
     /// What touches the world.
     #[serde(default)]
     pub shapes: Vec<ShapeDocument>,
-    /// Friction coefficient of the shapes; the scene's when left out. In a contact the smaller of both sides holds.
+    /// Friction of the shapes; the scene's when left out. In a contact the smaller of both sides holds.
     #[serde(default)]
-    #[schemars(range(min = 0))]
-    pub friction: Option<f64>,
+    pub friction: Option<FrictionDocument>,
     /// Coefficient of restitution of the shapes; the scene's when left out. In a contact the greater of both sides holds.
     #[serde(default)]
     #[schemars(range(min = 0, max = 1))]
@@ -65,6 +67,64 @@ pub struct LinkDocument {
     /// What is only looked at; the shapes when left out.
     #[serde(default)]
     pub visuals: Vec<ShapeDocument>,
+}
+
+/// Friction of a link's shapes: a coefficient, or one along an axis of the link and another across it.
+#[derive(Debug, Clone, Copy, JsonSchema)]
+#[serde(untagged)]
+#[schemars(rename = "Friction")]
+pub enum FrictionDocument {
+    /// The same in all directions.
+    Uniform(#[schemars(range(min = 0))] f64),
+    /// Depending on the direction in which the link slides.
+    Directional(DirectionalFriction),
+}
+
+/// Coefficients of friction along an axis of a link and across it, as of a snake's scales or of a skate.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DirectionalFriction {
+    /// Where the link slides along the axis.
+    #[schemars(range(min = 0))]
+    pub along: f64,
+    /// Where it slides across it.
+    #[schemars(range(min = 0))]
+    pub across: f64,
+    /// In the link frame; it is normalised.
+    pub axis: [f64; 3],
+}
+
+impl<'de> Deserialize<'de> for FrictionDocument {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Coefficients;
+
+        impl<'de> Visitor<'de> for Coefficients {
+            type Value = FrictionDocument;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number, or an object with `along`, `across` and `axis`")
+            }
+
+            fn visit_f64<E>(self, coefficient: f64) -> Result<FrictionDocument, E> {
+                Ok(FrictionDocument::Uniform(coefficient))
+            }
+
+            fn visit_u64<E>(self, coefficient: u64) -> Result<FrictionDocument, E> {
+                Ok(FrictionDocument::Uniform(coefficient as f64))
+            }
+
+            fn visit_i64<E>(self, coefficient: i64) -> Result<FrictionDocument, E> {
+                Ok(FrictionDocument::Uniform(coefficient as f64))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<FrictionDocument, A::Error> {
+                DirectionalFriction::deserialize(MapAccessDeserializer::new(map))
+                    .map(FrictionDocument::Directional)
+            }
+        }
+
+        deserializer.deserialize_any(Coefficients)
+    }
 }
 
 /// A symmetric matrix of inertia, kg m².

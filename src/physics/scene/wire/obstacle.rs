@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::character::{self, Placed, ShapeDocument, SurfaceMaterial};
+use crate::character::{self, Friction, Placed, ShapeDocument, SurfaceMaterial};
 use crate::fault::Fault;
 
 /// Greatest number of obstacles of a scene.
@@ -42,7 +42,7 @@ impl Obstacle {
 
     /// What it is like to touch.
     pub fn surface(&self) -> SurfaceMaterial {
-        SurfaceMaterial { friction: self.friction, restitution: self.restitution }
+        SurfaceMaterial { friction: self.friction.map(Friction::Uniform), restitution: self.restitution }
     }
 
     /// The name by which results call the obstacle at `index` of its list.

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::scene::PairMaterial;
+use crate::scene::{PairMaterial, Surfaces};
 use crate::sim::spatial::SpatialMotion;
 
 /// A point considered before the solve: a contact, or a point that may become one within the step.
@@ -18,7 +18,8 @@ pub struct ContactCandidate {
     pub against: Against,
     /// The point of contact, relative to the common point, m.
     pub at: Vector3<f64>,
-    /// Unit normal, from the other side into the body, and two tangents, along the world axes.
+    /// Unit normal, from the other side into the body, and two tangents, along the world axes. The tangents have unit length but
+    /// where friction depends on the direction (see [`super::grip`]).
     pub frame: [Vector3<f64>; 3],
     /// Depth of penetration, m; negative for a gap.
     pub depth: f64,
@@ -51,6 +52,15 @@ impl Against {
         match self {
             Self::Ground | Self::Obstacle(_) => None,
             Self::Link { body, .. } => Some(body),
+        }
+    }
+
+    /// Its coefficients.
+    pub fn material(self, surfaces: &Surfaces) -> PairMaterial {
+        match self {
+            Self::Ground => surfaces.ground,
+            Self::Obstacle(index) => surfaces.obstacles[index],
+            Self::Link { link, .. } => surfaces.links[link],
         }
     }
 }

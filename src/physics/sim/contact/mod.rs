@@ -4,6 +4,7 @@ mod candidate;
 mod detection;
 mod displacement;
 mod field;
+pub mod grip;
 pub mod ground;
 mod manifold;
 pub mod solids;

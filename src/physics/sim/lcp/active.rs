@@ -119,6 +119,7 @@ pub(super) fn step(
 
 impl ActiveSet {
     /// Solves the equations of the active set; `None` when elimination found no pivot.
+    #[inline(always)] // part of the kernels
     fn solve(&mut self, problem: &Problem<'_>, velocity: &[f64]) -> Option<Extent> {
         let m = self.unknowns.len();
         self.system.clear();
@@ -132,6 +133,7 @@ impl ActiveSet {
 
     /// The same where every unknown is the force of one row. Elimination without a search for pivots does the same in
     /// every scale, so that only the share of the identity is scaled. `None` when a pivot is not positive.
+    #[inline(always)] // part of the kernels
     fn solve_symmetric(&mut self, problem: &Problem<'_>, velocity: &[f64]) -> Option<Extent> {
         let n = problem.rows();
         let Self { unknown_of, chosen, direct, solution, .. } = self;
@@ -160,6 +162,7 @@ impl ActiveSet {
     }
 
     /// Puts every row on its piece and moves held and sliding forces there; whether one moved.
+    #[inline(always)] // part of the kernels
     fn classify(&mut self, problem: &Problem<'_>, lambda: &mut [f64], velocity: &[f64]) -> bool {
         let n = problem.rows();
         self.unknowns.clear();
@@ -281,6 +284,7 @@ impl ActiveSet {
 
     /// Scales every unknown to a unit diagonal and fills the augmented system. Returns the greatest
     /// magnitude on its right-hand side.
+    #[inline(always)] // part of the kernels
     fn assemble(&mut self, problem: &Problem<'_>, velocity: &[f64]) -> f64 {
         let n = problem.rows();
         let m = self.unknowns.len();
@@ -329,6 +333,7 @@ impl ActiveSet {
     }
 
     /// Adds the solution to `lambda` and lets sliding friction follow.
+    #[inline(always)] // part of the kernels
     fn apply(&self, lambda: &mut [f64]) {
         for (row, unknown) in self.unknown_of.iter().enumerate() {
             if let Some(index) = *unknown {

@@ -51,6 +51,15 @@ const FIRST_SPLIT: u32 = 20;
 const SPLIT_GROWTH: u32 = 2;
 const SPLITS: u32 = 9;
 
+/// When splitting is given up. On a convex problem that has a solution the method's error falls at least as the inverse of its
+/// iterations (He & Yuan 2012), which every round doubles: by this share in a round, if not in each then over some. Where a
+/// problem has none, the residual stays and the forces grow in proportion to the iterations (Banjac, Goulart, Stellato & Boyd
+/// 2019): by this factor in a round, and in as many in a row as make chance unlikely.
+const SLOWEST: f64 = 0.5;
+const STALE_ROUNDS: u32 = 5;
+const LEAST_GROWTH: f64 = 1.5;
+const GROWING_ROUNDS: u32 = 3;
+
 /// A point found by splitting is taken if it leaves no more than this share of the residual: rows that contradict each other
 /// have forces without bound that leave hardly less.
 const WORTH: f64 = 0.1;
@@ -226,6 +235,7 @@ impl Newton {
         evaluate(problem, lambda, &mut self.velocity);
         splitting.begin(problem, lambda, &self.velocity);
         let (mut taken, mut least) = (0, WORTH * *residual);
+        let mut given_up = Futility::default();
         for round in 0..SPLITS {
             let count = FIRST_SPLIT * SPLIT_GROWTH.pow(round);
             splitting.iterate(problem, count);
@@ -233,7 +243,7 @@ impl Newton {
             found.extend_from_slice(splitting.point());
             project(problem, &mut found);
             let mut left = evaluate(problem, &found, &mut self.velocity);
-            if !left.is_finite() {
+            if !left.is_finite() || given_up.after(left, splitting.point()) {
                 break;
             }
             self.trial.clear();
@@ -278,6 +288,40 @@ impl Newton {
         }
         project(problem, &mut self.trial);
         evaluate(problem, &self.trial, &mut self.velocity)
+    }
+}
+
+/// Whether the rounds of the splitting method lead nowhere.
+#[derive(Debug)]
+struct Futility {
+    /// The residual that the last round had to undercut, m/s or rad/s.
+    least: f64,
+    /// Rounds since one did.
+    stale: u32,
+    /// The greatest force of the last round, N or N m.
+    reach: f64,
+    /// Rounds in a row in which it grew and the residual did not fall.
+    growing: u32,
+}
+
+impl Default for Futility {
+    fn default() -> Self {
+        Self { least: f64::INFINITY, stale: 0, reach: f64::INFINITY, growing: 0 }
+    }
+}
+
+impl Futility {
+    /// Judges a round that ended at the forces `point` with `residual`.
+    fn after(&mut self, residual: f64, point: &[f64]) -> bool {
+        let falls = residual <= SLOWEST * self.least;
+        self.stale = if falls { 0 } else { self.stale + 1 };
+        if falls || self.least.is_infinite() {
+            self.least = residual;
+        }
+        let reach = point.iter().fold(0.0_f64, |reach, force| reach.max(force.abs()));
+        self.growing = if !falls && reach >= LEAST_GROWTH * self.reach { self.growing + 1 } else { 0 };
+        self.reach = reach;
+        self.growing == GROWING_ROUNDS || self.stale == STALE_ROUNDS
     }
 }
 

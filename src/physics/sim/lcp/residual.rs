@@ -35,8 +35,9 @@ pub(super) fn evaluate(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f6
     let mut worst = 0.0_f64;
     let mut row = 0;
     while row < problem.rows() {
-        worst = worst.max(error(problem, row, lambda, velocity));
-        row += problem.block(row);
+        let (error, block) = error_of_block(problem, row, lambda, velocity);
+        worst = worst.max(error);
+        row += block;
     }
     worst + poison
 }
@@ -74,15 +75,27 @@ pub(super) fn greatest_velocity(problem: &Problem<'_>, lambda: &[f64]) -> f64 {
 }
 
 /// The natural map of the block of rows that begins at `row` (see [`Problem::block`]).
-#[inline(always)] // part of the kernels
 pub(super) fn error(problem: &Problem<'_>, row: usize, lambda: &[f64], velocity: &[f64]) -> f64 {
-    let (lower, upper) = problem.bounds[row].interval(lambda);
-    if problem.block(row) == 2 {
-        let scale = tangent_scale(problem, row);
-        disc_error(scale, upper, [lambda[row], lambda[row + 1]], [velocity[row], velocity[row + 1]])
-    } else {
-        let scale = row_scale(problem, row);
-        (scale * (lambda[row] - lower)).min(velocity[row].max(scale * (lambda[row] - upper))).abs()
+    error_of_block(problem, row, lambda, velocity).0
+}
+
+/// [`error`], and the number of rows of the block.
+#[inline(always)] // part of the kernels
+fn error_of_block(problem: &Problem<'_>, row: usize, lambda: &[f64], velocity: &[f64]) -> (f64, usize) {
+    let (force, w) = (lambda[row], velocity[row]);
+    match problem.bounds[row] {
+        Bound::Free => (w.abs(), 1),
+        Bound::NonNegative => ((row_scale(problem, row) * force).min(w).abs(), 1),
+        Bound::Friction { normal, coefficient } if problem.cone => {
+            let radius = coefficient * lambda[normal].max(0.0);
+            let scale = tangent_scale(problem, row);
+            (disc_error(scale, radius, [force, lambda[row + 1]], [w, velocity[row + 1]]), 2)
+        }
+        bound => {
+            let (lower, upper) = bound.interval(lambda);
+            let scale = row_scale(problem, row);
+            ((scale * (force - lower)).min(w.max(scale * (force - upper))).abs(), 1)
+        }
     }
 }
 

@@ -129,7 +129,8 @@ impl HalfSolved {
             // What is written beyond the group is written again with the next one.
             match line.first_chunk_mut() {
                 Some(entries) => *entries = *lanes,
-                None => line.copy_from_slice(&lanes[..line.len()]),
+                // A call of memcpy takes longer than three numbers.
+                None => line.iter_mut().zip(lanes).for_each(|(entry, product)| *entry = *product),
             }
         }
     }
@@ -173,7 +174,11 @@ pub fn combine(half: &HalfSolved, forces: &[f64], scale: f64, sum: &mut [f64]) {
         let (root, places) = half.numbers[group.start..].split_at(ROOT);
         let (sum_of_root, sum) = sum.split_at_mut(ROOT);
         let sum = &mut sum[group.places.start - ROOT..group.places.end - ROOT];
-        for (sum, lanes) in sum_of_root.iter_mut().zip(root).chain(sum.iter_mut().zip(places)) {
+        // Two loops: one over both would ask at every number which of them it is in.
+        for (sum, lanes) in sum_of_root.iter_mut().zip(root) {
+            *sum += dot(&scales, lanes);
+        }
+        for (sum, lanes) in sum.iter_mut().zip(places) {
             *sum += dot(&scales, lanes);
         }
     }

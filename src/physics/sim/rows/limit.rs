@@ -41,6 +41,9 @@ pub fn add(
     mut half_solve: impl FnMut(usize, &mut Vec<Lanes>) -> Range<usize>,
 ) {
     for (joint, limit) in limits.iter().enumerate() {
+        if near[joint] == [false; 2] {
+            continue;
+        }
         let Some([lower, upper]) = *limit else { continue };
         let ends = [
             (RowOwner::LowerLimit(joint), 1.0, angles[joint] - lower),

@@ -61,7 +61,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     }
 
     /// Drives joint `joint` by `spring`.
-    #[inline]
+    #[inline(always)] // in the loop over the joints
     fn drive(&mut self, joint: usize, spring: Spring) {
         let drives = &mut self.data.work.drives;
         drives.springs[joint] = spring;
@@ -85,7 +85,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
 
     /// The line and the box of joint `joint`'s actuator, if it has a row. Where joints have rows anyway, it has one wherever it
     /// has a greatest torque.
-    #[inline]
+    #[inline(always)] // in most steps it is one comparison
     pub(super) fn actuator_row(&self, joint: usize) -> Option<(Spring, [f64; 2])> {
         let drives = &self.data.work.drives;
         let (mode, spring) = (drives.actuators[joint], drives.springs[joint]);

@@ -5,8 +5,9 @@ use nalgebra::Vector3;
 use super::velocities::Placement;
 use crate::model::{DofKind, Model, SOLID_SLOTS};
 use crate::scene::StepPlan;
+use crate::sim::bodies::BodyMotion;
 use crate::sim::contact::solids::Solids;
-use crate::sim::contact::{Against, Contact, ContactCandidate, DetectionSettings, ground};
+use crate::sim::contact::{Contact, ContactCandidate, DetectionSettings, grip, ground};
 use crate::sim::rows::contact;
 use crate::sim::spatial::SpatialMotion;
 
@@ -75,7 +76,7 @@ impl ContactDetection {
         if let Some(solids) = solids {
             solids.detect(model, &placed.bodies, angles, &plan.obstacles, origin, &settings, candidates);
         }
-        touch(plan, candidates);
+        touch(plan, &placed.bodies, candidates);
     }
 
     /// Whether the step changes the velocity of a body from its old one to `new` by more than the detection allows for (see
@@ -84,7 +85,8 @@ impl ContactDetection {
         if plan.ground.is_none() && self.solids.is_none() {
             return false;
         }
-        let expected = 4.0 * step * plan.gravity.norm();
+        // Without weight as under standard gravity: or every change of velocity would be an impact.
+        let expected = 4.0 * step * plan.units.acceleration;
         // In most steps nothing can change as much, wherever the bodies are.
         let (mut linear, mut angular) = (0.0_f64, 0.0_f64);
         for (new, old) in new.iter().zip(&placed.old) {
@@ -151,7 +153,7 @@ impl ContactDetection {
         let into = solids.as_ref().is_some_and(|solids| {
             solids.add_driven_in(model, bodies, new, &plan.obstacles, origin, step, candidates)
         }) || driven;
-        touch(plan, candidates);
+        touch(plan, bodies, candidates);
         into
     }
 
@@ -207,16 +209,11 @@ fn span(model: &Model) -> f64 {
 }
 
 /// Gives the candidates the coefficients of their surfaces, and the rebounds of those that were detected with the greatest
-/// coefficient their own.
-fn touch(plan: &StepPlan, candidates: &mut [ContactCandidate]) {
+/// coefficient their own; where friction depends on the direction also the tangents, by the poses of `bodies`.
+fn touch(plan: &StepPlan, bodies: &[BodyMotion], candidates: &mut [ContactCandidate]) {
     let surfaces = &plan.surfaces;
     for candidate in candidates {
-        let other = match candidate.against {
-            Against::Ground => surfaces.ground,
-            Against::Obstacle(index) => surfaces.obstacles[index],
-            Against::Link { link, .. } => surfaces.links[link],
-        };
-        let material = surfaces.links[candidate.link].with(other);
+        let material = surfaces.links[candidate.link].with(candidate.against.material(surfaces));
         if let Some(greatest) = plan.restitution
             && candidate.material == ContactCandidate::SMOOTH
             && material.restitution < greatest
@@ -224,5 +221,8 @@ fn touch(plan: &StepPlan, candidates: &mut [ContactCandidate]) {
             candidate.rebound *= material.restitution / greatest;
         }
         candidate.material = material;
+        if surfaces.has_grains() {
+            grip::align(candidate, surfaces, bodies);
+        }
     }
 }

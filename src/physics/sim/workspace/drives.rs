@@ -67,6 +67,9 @@ impl Drives {
         let mut switched = false;
         for (joint, mode) in self.actuators.iter_mut().enumerate() {
             let (spring, limits) = (self.springs[joint], drive.limits(joint));
+            if *mode == ActuatorMode::Line && limits.surely_has(self.torque[joint], rates[joint]) {
+                continue;
+            }
             let next = mode.next(spring, limits, self.torque[joint], rates[joint], returns);
             switched |= next != *mode;
             *mode = next;

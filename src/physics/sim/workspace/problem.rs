@@ -5,6 +5,7 @@ use crate::scene::{SolverChoice, SolverKind, StepPlan};
 use crate::sim::lcp::{Counted, Equality, Lemke, Newton, Pgs, Problem, Solution, SolveStatus, Solver};
 use crate::sim::restitution;
 use crate::sim::rows::Rows;
+use crate::sim::step_control::MAX_RECOVERY_ERROR;
 
 /// The rows of a step and their solution. N is the number of rows.
 #[derive(Debug, Clone)]
@@ -94,7 +95,8 @@ impl RowProblem {
     }
 
     /// Solves the problem of the velocities along which positions move, and leaves the half-solved impulse of its
-    /// forces in `half`; the rows keep those of the step.
+    /// forces in `half`; the rows keep those of the step. Its forces leave no velocity, so that what the solver leaves of it
+    /// counts by how far it moves a position.
     pub fn solve_recovery(&mut self, plan: &StepPlan, step: f64) -> SolveStatus {
         self.kept.clone_from(&self.rows.force);
         self.rows.ask_for_recovery(true);
@@ -103,7 +105,8 @@ impl RowProblem {
         self.rows.impulse(step, &mut self.half);
         self.rows.ask_for_recovery(false);
         self.rows.force.clone_from(&self.kept);
-        self.unsolved |= solution.status != SolveStatus::Solved;
+        let astray = solution.residual * step > MAX_RECOVERY_ERROR * plan.units.length;
+        self.unsolved |= solution.status != SolveStatus::Solved && (astray || solution.residual.is_nan());
         solution.status
     }
 

@@ -110,9 +110,8 @@ fn climb(
     while body > 0 {
         let joint = body - 1;
         let JointFactor { u, inverse_d, root_inverse_d } = &factor.joints[joint];
-        let subspace = &bodies[body].motion_subspace;
         let mut along = [0.0; LANES];
-        for (component, lanes) in subspace.angular.iter().chain(&subspace.linear).zip(&*forces) {
+        for (component, lanes) in bodies[body].motion_subspace.components().iter().zip(&*forces) {
             along = std::array::from_fn(|lane| along[lane] + component * lanes[lane]);
         }
         let share = &mut shares[ROOT + joint - joints.start];

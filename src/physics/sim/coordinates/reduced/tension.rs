@@ -1,9 +1,16 @@
 //! The joint tensions, and the frequency of the fastest pendulum under them, which bounds the next step's length.
 
+use multiversion::multiversion;
+use nalgebra::Vector3;
+
 use super::ReducedCoordinates;
+use super::articulated::Articulated;
+use crate::model::Model;
 use crate::sim::memory::Pendulum;
 use crate::sim::rows::{contact, loops};
+use crate::sim::spatial::SpatialMotion;
 use crate::sim::step_data::StepData;
+use crate::sim::workspace::Placement;
 
 impl ReducedCoordinates {
     /// The tension in each joint, under which its body is a pendulum, and the fastest pendulum: ω² = F r / d, with the
@@ -12,20 +19,8 @@ impl ReducedCoordinates {
     pub(super) fn joint_tensions(&mut self, data: &mut StepData<'_>) {
         let StepData { model, plan, state, work, step, .. } = data;
         let Self { articulated, transmitted_force, moment_arms, loops: forces_of_loops, .. } = self;
-        let (bodies, old, new) = (&work.placed.bodies, &work.placed.old, &work.new.bodies);
-        let rows = &work.problem.rows;
-        let per_second = 1.0 / *step;
-        // The velocity of the root's origin, which moves, changes by ω × v more than that of the body's point there: see
-        // `after` in `free_motion`.
-        let root = bodies[0].velocity;
-        let of_root = root.angular.cross(&root.linear);
-        for (index, body) in bodies.iter().enumerate() {
-            let change = new[index].minus(old[index]).at(body.center);
-            let centripetal = body.velocity.angular.cross(&body.velocity.at(body.center)) - of_root;
-            let by_velocities = articulated.bias_acceleration(index).at(body.center) + centripetal;
-            transmitted_force[index] =
-                (change * per_second + by_velocities - plan.gravity) * model.bodies[index].mass;
-        }
+        let (bodies, rows) = (&work.placed.bodies, &work.problem.rows);
+        required(model, &work.placed, &work.new.bodies, articulated, plan.gravity, *step, transmitted_force);
         let rows_per_contact = contact::rows_per_contact(plan.friction);
         for (candidate, forces) in
             work.detection.candidates.iter().zip(rows.force.chunks_exact(rows_per_contact))
@@ -57,5 +52,31 @@ impl ReducedCoordinates {
             }
         }
         state.memory.pendulum = Some(Pendulum { body: fastest, frequency: greatest.sqrt().sqrt() });
+    }
+}
+
+/// The force, less its weight, that each body requires to get the velocities `new` in `step` seconds, N.
+#[multiversion(targets("x86_64+avx2"))]
+fn required(
+    model: &Model,
+    placed: &Placement,
+    new: &[SpatialMotion],
+    articulated: &Articulated,
+    gravity: Vector3<f64>,
+    step: f64,
+    forces: &mut [Vector3<f64>],
+) {
+    let per_second = 1.0 / step;
+    // The velocity of the root's origin, which moves, changes by ω × v more than that of the body's point there: see
+    // `after` in `free_motion`.
+    let root = placed.bodies[0].velocity;
+    let of_root = root.angular.cross(&root.linear);
+    let velocities = placed.old.iter().zip(new);
+    let bodies = placed.bodies.iter().zip(velocities).zip(&model.bodies);
+    for (index, (force, ((body, (old, new)), part))) in forces.iter_mut().zip(bodies).enumerate() {
+        // All accelerations of the centre of mass but ω × v are of one spatial motion.
+        let acceleration = articulated.bias_acceleration(index).plus_scaled(new.minus(*old), per_second);
+        let centripetal = body.velocity.angular.cross(&body.velocity.at(body.center)) - of_root;
+        *force = (acceleration.at(body.center) + centripetal - gravity) * part.mass;
     }
 }
