@@ -17,6 +17,7 @@ fn row(method: &str, step: f64, figures: Option<(f64, f64)>) -> TableRow {
         limit_overshoot: 0.0,
         joint_separation: Some(0.0),
         residual: Some(1e-12),
+        unsolved_steps: Some(0),
     });
     TableRow {
         method: method.to_owned(),

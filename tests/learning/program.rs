@@ -3,11 +3,13 @@
 
 use std::sync::Arc;
 
-use gaitwright_learning::learn::{Cancel, Stop};
+use gaitwright_learning::check::MotionCheck;
+use gaitwright_learning::learn::{Cancel, Posture, Stop};
 use gaitwright_learning::program::cma::Cma;
 use gaitwright_learning::program::cost::{HOLDS, undisturbed};
-use gaitwright_learning::program::figures::{LegFigures, RolloutFigures};
+use gaitwright_learning::program::figures::RolloutFigures;
 use gaitwright_learning::program::gaits::{gaits, named};
+use gaitwright_learning::program::leg_watch::LegFigures;
 use gaitwright_learning::program::legs::Legs;
 use gaitwright_learning::program::refine::{Refinement, Subject, seeds};
 use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, SWAY, Wanted, program};
@@ -335,7 +337,7 @@ fn refined(subject: &Subject, threads: usize) -> Refinement {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let arena = subject.arena().unwrap();
     let stop = Stop::new(&Cancel::default(), None);
-    let starts = &seeds()[..4];
+    let starts = &seeds(&wanted.gait)[..4];
     let mut refinement = Refinement::new(&pool, subject, &arena, &wanted, starts, 7);
     for _ in 0..2 {
         refinement.generation((&pool, &stop), subject, &arena, &wanted).unwrap();
@@ -365,7 +367,14 @@ fn what_breaks_a_constraint_costs_more_than_all_that_holds_and_limits_come_befor
     let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
     let legs = &subject.legs;
     let wanted = trot(legs);
-    let leg = |phase: f64| LegFigures { duty: 0.5, phase, peak: 1.0, extension: 0.88 };
+    let leg = |phase: f64| LegFigures {
+        duty: 0.5,
+        phase,
+        spread: 0.0,
+        peak: 1.0,
+        extension: 0.88,
+        clearance: 0.15,
+    };
     let good = RolloutFigures {
         upright: 1.0,
         speed: wanted.speed,
@@ -405,7 +414,7 @@ fn the_template_walks_before_any_search() {
     let arena = subject.arena().unwrap();
     // More than half of the seeds stay up over twenty strides, and more than without the sway.
     let upright = |sway: f64| {
-        seeds()
+        seeds(&wanted.gait)
             .iter()
             .filter(|seed| {
                 let mut parameters = (*seed).clone();
@@ -416,7 +425,10 @@ fn the_template_walks_before_any_search() {
             .count()
     };
     let (swaying, stiff) = (upright(0.0), upright(-2.5));
-    assert!(2 * swaying > seeds().len() && swaying > stiff, "{swaying} with the sway, {stiff} without");
+    assert!(
+        2 * swaying > seeds(&wanted.gait).len() && swaying > stiff,
+        "{swaying} with the sway, {stiff} without"
+    );
 }
 
 #[test]
@@ -439,4 +451,46 @@ fn the_template_trots_before_any_search() {
     let finer = Subject { accuracy: Accuracy { step: 0.001, ..subject.accuracy }, ..subject.clone() };
     let again = finer.arena().unwrap().run(&ring, &gains, false, 4 * STRIDES);
     assert!((again.speed / figures.speed - 1.0).abs() < 0.05, "{} and {} m/s", figures.speed, again.speed);
+}
+
+#[test]
+fn the_search_sees_the_steps_that_the_judge_sees() {
+    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
+    let arena = subject.arena().unwrap();
+    let (ring, gains) = subject.ring(&trot(&subject.legs), &brisk());
+    let figures = arena.run(&ring, &gains, false, 40);
+    let player = Player::from_postures(
+        &subject.stance.angles,
+        ring.entry.iter().map(Posture::parts),
+        ring.cycle.iter().map(Posture::parts),
+        ring.transition_time(),
+    );
+    let check = MotionCheck {
+        model: &subject.model,
+        stance: &subject.stance,
+        gains: &gains,
+        scene: &subject.scene,
+        accuracy: &subject.accuracy,
+        player: &player,
+        direction: subject.direction,
+        speed: None,
+    };
+    let judged = check.run(&|| false).unwrap().gait;
+    let near = |seen: f64, judged: f64, bound: f64, what: &str| {
+        assert!((seen - judged).abs() < bound, "{what}: {seen} seen, {judged} judged");
+    };
+    let cost = judged.cost_of_transport.unwrap();
+    near(figures.speed / judged.speed, 1.0, 0.02, "speed");
+    near(figures.cost_of_transport / cost, 1.0, 0.02, "cost of transport");
+    // The judge samples every 5 ms: a fiftieth of this stride.
+    let first = (figures.legs[0].phase, judged.feet[0].phase.unwrap());
+    for (leg, foot) in figures.legs.iter().zip(&judged.feet) {
+        near(leg.duty, foot.duty_factor, 0.02, "duty factor");
+        let apart = leg.phase - first.0 - (foot.phase.unwrap() - first.1);
+        near(apart - apart.round(), 0.0, 0.02, "phase");
+        near(leg.clearance, foot.clearance.unwrap() / judged.hip_height.unwrap(), 0.02, "clearance");
+    }
+    let worst = |of: fn(&LegFigures) -> f64| figures.legs.iter().map(of).fold(f64::INFINITY, f64::min);
+    near(worst(|leg| leg.extension), judged.naturalness["extension"].value, 0.01, "extension");
+    near(figures.smoothness, judged.naturalness["smoothness"].value, 0.01, "smoothness");
 }

@@ -2,7 +2,7 @@
 //!
 //! The choice must not depend on how busy the machine is, or the same job would not give the same motion twice.
 //! Settings are therefore compared by work, not by computing time: by how often new velocities are computed for a
-//! simulated second.
+//! simulated second. A setting that leaves a step of them unsolved is not chosen, whatever its error.
 
 use std::sync::Arc;
 
@@ -60,9 +60,11 @@ pub fn settle(
     for accuracy in candidates() {
         let settings = TrialSettings { engine: Engine::Gaitwright, accuracy };
         let Some(outcome) = problem.try_out(&settings, 0, stop) else { return Ok(None) };
-        let TrialOutcome::Measured(Figures { error, evaluations: Some(work), .. }) = outcome else {
+        let TrialOutcome::Measured(figures) = outcome else { continue };
+        let Figures { error, evaluations: Some(work), .. } = figures else { continue };
+        if !figures.is_solved() {
             continue;
-        };
+        }
         most_exact = most_exact.min(error);
         if error <= tolerance && cheapest.is_none_or(|(least, _, own)| (work, error) < (least, own)) {
             cheapest = Some((work, accuracy, error));
@@ -88,7 +90,7 @@ pub struct AccuracyCheck {
     pub error: Option<f64>,
     /// How the errors are spread over the pieces, m.
     pub spread: Option<ErrorSpread>,
-    /// Whether the mean error is within the tolerance.
+    /// Whether the mean error is within the tolerance, and every step was solved.
     pub holds: bool,
     /// What it was tried on, and what came of it.
     pub because: String,
@@ -114,13 +116,19 @@ pub fn check(
     };
     let settings = TrialSettings { engine: Engine::Gaitwright, accuracy: *accuracy };
     Ok(problem.try_out(&settings, 0, stop).map(|outcome| match outcome {
-        TrialOutcome::Measured(Figures { error, spread, .. }) => AccuracyCheck {
-            tolerance,
-            error: Some(error),
-            spread: Some(spread),
-            holds: error <= tolerance,
-            because: format!("tried on the motion that was learned: {}", truth.because),
-        },
+        TrialOutcome::Measured(figures) => {
+            let mut because = format!("tried on the motion that was learned: {}", truth.because);
+            if let Some(unsolved @ 1..) = figures.unsolved_steps {
+                because.push_str(&format!("; {unsolved} steps were left unsolved"));
+            }
+            AccuracyCheck {
+                tolerance,
+                error: Some(figures.error),
+                holds: figures.error <= tolerance && figures.is_solved(),
+                spread: Some(figures.spread),
+                because,
+            }
+        }
         TrialOutcome::Diverged(divergence) => without(divergence.to_string()),
         TrialOutcome::LeftOut(reason) => without(reason.to_string()),
     }))

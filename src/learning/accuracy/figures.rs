@@ -34,6 +34,17 @@ pub struct Figures {
     pub joint_separation: Option<f64>,
     /// Greatest residual of the complementarity problem, m/s or rad/s; `null` where the engine has none.
     pub residual: Option<f64>,
+    /// Steps that went on with forces that do not solve their complementarity problem; `null` where the engine does not report
+    /// it.
+    pub unsolved_steps: Option<u64>,
+}
+
+impl Figures {
+    /// Whether every step's problem was solved, as far as the engine says. A setting of which one was not is not recommended,
+    /// however small its error on the pieces that were tried.
+    pub fn is_solved(&self) -> bool {
+        self.unsolved_steps.unwrap_or(0) == 0
+    }
 }
 
 /// How the trial of a setting ended.

@@ -26,7 +26,7 @@ pub struct Recommendation {
 
 impl Table {
     /// The cheapest setting of this simulator whose mean error is at most `tolerance`, in the unit of the
-    /// subject.
+    /// subject, and that left no step unsolved.
     pub fn recommend(&self, tolerance: f64) -> Recommendation {
         let none =
             |because| Recommendation { tolerance, accuracy: None, error: None, seconds: None, because };
@@ -38,7 +38,8 @@ impl Table {
             return none(because);
         }
         let ours = self.rows.iter().filter(|row| row.engine == Engine::Gaitwright);
-        let measured: Vec<_> = ours.filter_map(|row| Some((row, row.comparable()?, row.accuracy?))).collect();
+        let comparable = ours.filter_map(|row| Some((row, row.comparable()?, row.accuracy?)));
+        let measured: Vec<_> = comparable.filter(|(_, figures, _)| figures.is_solved()).collect();
         let within = measured.iter().filter(|(_, figures, _)| figures.error <= tolerance);
         let cheapest = within.min_by(|(_, own, _), (_, other, _)| {
             own.seconds.total_cmp(&other.seconds).then(own.error.total_cmp(&other.error))

@@ -53,7 +53,7 @@ pub struct TableRow {
 }
 
 /// Names of the cells of [`TableRow::cells`].
-pub(super) const COLUMNS: [&str; 29] = [
+pub(super) const COLUMNS: [&str; 30] = [
     "method",
     "engine",
     "status",
@@ -82,6 +82,7 @@ pub(super) const COLUMNS: [&str; 29] = [
     "limit_overshoot",
     "joint_separation",
     "residual",
+    "unsolved_steps",
     "because",
 ];
 
@@ -93,7 +94,7 @@ impl TableRow {
 
     /// The row as cells of comma-separated values, see [`COLUMNS`]. What does not apply is empty; numbers have as
     /// many digits as give back the same number.
-    pub(super) fn cells(&self) -> [String; 29] {
+    pub(super) fn cells(&self) -> [String; 30] {
         let figures = self.figures.as_ref();
         let figure = |pick: fn(&Figures) -> f64| figures.map(|own| pick(own).to_string()).unwrap_or_default();
         let maybe = |pick: fn(&Figures) -> Option<f64>| {
@@ -131,6 +132,7 @@ impl TableRow {
             figure(|own| own.limit_overshoot),
             maybe(|own| own.joint_separation),
             maybe(|own| own.residual),
+            figures.and_then(|own| own.unsolved_steps).map(|steps| steps.to_string()).unwrap_or_default(),
             self.because.clone().unwrap_or_default(),
         ]
     }

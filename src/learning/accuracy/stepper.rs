@@ -76,6 +76,11 @@ impl Stepper {
         }
     }
 
+    /// Steps since the stepper was made whose problem was not solved, if the engine reports it.
+    pub fn unsolved_steps(&self) -> Option<u64> {
+        self.own().map(|simulator| simulator.record().unsolved_steps)
+    }
+
     /// This simulator, if it is the engine; others do not report what they compute within a step.
     pub fn own(&self) -> Option<&Simulator> {
         match self {

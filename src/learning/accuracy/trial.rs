@@ -145,6 +145,7 @@ impl<'a> Trial<'a> {
         stop: &dyn Fn() -> bool,
     ) -> Result<bool, Box<TrialOutcome>> {
         self.stepper.restart(&piece.start).map_err(diverged)?;
+        let before = self.stepper.unsolved_steps();
         let seconds = self.problem.interval * piece.marks.len() as f64;
         let allowed = (MOST_EVALUATIONS as f64 * seconds) as u64;
         let AccuracyProblem { setup, measure, .. } = self.problem;
@@ -174,6 +175,8 @@ impl<'a> Trial<'a> {
             let linear = |of| momentum(&setup.model, of).linear;
             sum.momentum += (linear(state) - linear(truth)).norm();
         }
+        let unsolved = self.stepper.unsolved_steps().zip(before).map(|(after, before)| after - before);
+        sum.unsolved = sum.unsolved.zip(unsolved).map(|(sum, own)| sum + own);
         sum.evaluations = sum.evaluations.zip(self.stepper.evaluations()).map(|(sum, own)| sum + own);
         Ok(true)
     }
@@ -209,6 +212,7 @@ struct Sum {
     overshoot: f64,
     separation: Option<f64>,
     residual: Option<f64>,
+    unsolved: Option<u64>,
 }
 
 impl Sum {
@@ -221,6 +225,7 @@ impl Sum {
         overshoot: 0.0,
         separation: None,
         residual: None,
+        unsolved: Some(0),
     };
 
     /// Adds the extremes of the last step, of which its state alone does not tell.
@@ -252,6 +257,7 @@ impl Sum {
             limit_overshoot: self.overshoot,
             joint_separation: self.separation,
             residual: self.residual,
+            unsolved_steps: self.unsolved,
         }
     }
 }

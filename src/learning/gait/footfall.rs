@@ -12,9 +12,10 @@ pub struct Detection {
 }
 
 impl Detection {
-    /// For a character of `weight` newtons: a hundredth of its weight, and 25 ms, a tenth of a fast animal's stride.
-    pub fn for_weight(weight: f64) -> Self {
-        Self { threshold: 0.01 * weight, debounce: 0.025 }
+    /// For a character of `weight` newtons with the unit of time √(h / g) seconds of its hip height: a hundredth of its weight,
+    /// and a tenth of that time, which is a tenth of the quickest strides.
+    pub fn of(weight: f64, unit_time: f64) -> Self {
+        Self { threshold: 0.01 * weight, debounce: 0.1 * unit_time }
     }
 }
 

@@ -34,10 +34,25 @@ pub struct GaitContext<'a> {
     pub direction: [f64; 3],
 }
 
+impl GaitContext<'_> {
+    /// Mean height of the hips over the ground in the standing pose, m; `None` where nothing but the root carries.
+    pub(super) fn hip_height(&self) -> Option<f64> {
+        legs::hip_height(self.character, self.support, self.standing, self.ground)
+    }
+
+    /// How stances are told from swings.
+    pub(super) fn detection(&self) -> Detection {
+        let root = || self.standing.first().map_or(0.0, |root| root.translation.z - self.ground);
+        let height = self.hip_height().unwrap_or_else(root).max(0.0);
+        let unit_time = if self.gravity > 0.0 { (height / self.gravity).sqrt() } else { 0.0 };
+        Detection::of(self.mass * self.gravity, unit_time)
+    }
+}
+
 /// Measures the gait in `trace`, which should consist of at least ten cycles of a looping motion. A trace without steps
 /// gives a report without phases.
 pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
-    let detection = Detection::for_weight(setting.mass * setting.gravity);
+    let detection = setting.detection();
     let legs = legs::place(setting.character, setting.support, setting.standing, setting.direction);
     let footings: Vec<Footing> =
         legs.iter().map(|&(link, _)| Footing::detect(trace, link, detection)).collect();
@@ -77,7 +92,7 @@ pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
         .map(|(&(_, leg), phase)| Some((leg?, phase.as_ref()?.mean)))
         .collect();
     let named = placed.as_ref().and_then(|feet| classify(feet, duty.unwrap_or(1.0)));
-    let hip_height = legs::hip_height(setting.character, setting.support, setting.standing, setting.ground);
+    let hip_height = setting.hip_height();
     let has_names = !templates(legs.len()).is_empty();
     let unnamed_because = has_names
         .then(|| unnamed(&strides, &clearances, (hip_height, setting.gravity), named.as_ref()))

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use super::foot_force::peak_forces;
-use super::footfall::{Detection, Footing};
+use super::footfall::Footing;
 use super::harmonics::smooth_shares;
 use super::limb::Limb;
 use super::limits::{self, GaitLimits};
@@ -184,7 +184,7 @@ fn feet(
         found.worst("duty_factor", MeasureLimit::within(range), duties);
     }
     found.one("scuffing", MeasureLimit::AtMost(limits::SCUFFING), report.scuffing);
-    let detection = Detection::for_weight(gait.mass * gait.gravity);
+    let detection = gait.detection();
     let footings: Vec<Footing> =
         gait.support.iter().map(|&link| Footing::detect(trace, link, detection)).collect();
     if let Some(height) = report.hip_height.filter(|height| *height > 0.0) {

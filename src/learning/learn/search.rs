@@ -157,7 +157,10 @@ impl<W: World> Search<W> {
                     let generation = progress.generations;
                     let mut rng = stream(self.seed, Purpose::Episodes, generation, *island, *place);
                     let incumbent = progress.islands[*island].accepted.as_deref();
-                    judge(context, world, &progress.cache, genome, (generation, incumbent), &mut rng)
+                    let verdict =
+                        judge(context, world, &progress.cache, genome, (generation, incumbent), &mut rng);
+                    stop.count();
+                    verdict
                 },
             );
             judged.collect::<Result<_, Interrupted>>()

@@ -1,7 +1,7 @@
 //! When and why a learner stops.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use schemars::JsonSchema;
@@ -16,6 +16,7 @@ struct CancelState {
     cancelled: AtomicBool,
     /// Somebody has looked since the last [`Cancel::take_looked`].
     looked: AtomicBool,
+    tried: AtomicU64,
 }
 
 impl Cancel {
@@ -36,6 +37,12 @@ impl Cancel {
     /// Whether anybody has asked [`Cancel::is_cancelled`] since this was asked last: a learner that does not is stuck.
     pub fn take_looked(&self) -> bool {
         self.0.looked.swap(false, Ordering::Relaxed)
+    }
+
+    /// How many candidates have been tried since the learner began: a sign of how far it is long before the first
+    /// generation is whole.
+    pub fn tried(&self) -> u64 {
+        self.0.tried.load(Ordering::Relaxed)
     }
 }
 
@@ -72,6 +79,11 @@ impl Stop {
             cancel: cancel.clone(),
             deadline: length.and_then(|length| Instant::now().checked_add(length)),
         }
+    }
+
+    /// Counts a candidate that has been tried.
+    pub fn count(&self) {
+        self.cancel.0.tried.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Whether to continue; called every few milliseconds during all work of the learner.

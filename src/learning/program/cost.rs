@@ -4,16 +4,15 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use gaitwright_physics::motion::MeasureLimit;
 
-use super::figures::{LegFigures, RolloutFigures};
+use super::figures::RolloutFigures;
 use super::gaits::NamedGait;
+use super::leg_watch::LegFigures;
 use super::legs::Legs;
 use super::ring::Wanted;
 use crate::gait::limits::{self, GaitLimits};
 
 /// What a gait that holds all constraints costs at most (see [`cost`]).
-pub const HOLDS: f64 = 100.0;
-/// Cost of going beyond a limit of natural motion by the whole of it.
-const BEYOND: f64 = 20.0;
+pub const HOLDS: f64 = 1000.0;
 /// How far inside the limits a gait should stay, as a share of them: what holds for a few strides by a hair does not hold
 /// for long.
 const MARGIN: f64 = 0.05;
@@ -32,7 +31,7 @@ pub fn cost(
 
 /// What is known before a gait is disturbed: the least that [`cost`] can be.
 pub fn undisturbed(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) -> f64 {
-    let natural = effort(wanted, period, legs, figures) + BEYOND * beyond(wanted, legs, figures);
+    let natural = effort(wanted, period, legs, figures) + wanted.strictness * beyond(wanted, legs, figures);
     // What holds the constraints costs less than this; both parts keep their slope.
     natural.min(0.9 * HOLDS) + broken(violation(wanted, figures))
 }
@@ -80,13 +79,20 @@ fn beyond(wanted: &Wanted, legs: &Legs, figures: &RolloutFigures) -> f64 {
         sum += worst(MeasureLimit::within(range), |leg| leg.duty);
     }
     sum += worst(at_most(limits::PEAK_FORCE), |leg| leg.peak);
+    // Where pairs of legs push together, long strides and short ones like to alternate. The others find their beat, and would be
+    // kept from long strides by what the entry leaves in the first few.
+    if !wanted.gait.symmetrical() {
+        sum += worst(at_most(limits::PERIOD_SPREAD), |leg| leg.spread);
+    }
+    sum += worst(MeasureLimit::within(limits::CLEARANCE), |leg| leg.clearance);
     if legs.legs.len() <= limits::UPRIGHT_LEGS {
         sum += worst(MeasureLimit::within(limits::EXTENSION), |leg| leg.extension);
     }
     sum
 }
 
-/// How far `value` is beyond a limit, or nearer to it than the margin, as a share of the limit, up to the whole of it.
+/// How far `value` is beyond a limit, or nearer to it than the margin, as a share of the limit; far beyond it grows ever
+/// less, up to 1.
 fn excess(limit: MeasureLimit, value: f64) -> f64 {
     let (least, greatest) = match limit {
         MeasureLimit::AtMost(greatest) => (None, Some(greatest)),
@@ -94,7 +100,8 @@ fn excess(limit: MeasureLimit, value: f64) -> f64 {
     };
     let under = least.map_or(0.0, |least| 1.0 + MARGIN - value / least);
     let over = greatest.map_or(0.0, |greatest| value / greatest - 1.0 + MARGIN);
-    under.max(over).clamp(0.0, 1.0)
+    let excess = under.max(over).max(0.0);
+    excess / (1.0 + excess)
 }
 
 /// Distance of the legs' phases from those of the gait, parts of a stride; the time from which phases are counted is left

@@ -1,20 +1,18 @@
 //! What is seen of a gait while it is simulated.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use gaitwright_physics::model::Model;
-use gaitwright_physics::sim::Simulator;
+use gaitwright_physics::sim::{Simulator, State};
 
+use super::leg_watch::{LegFigures, LegRule, LegWatch};
 use super::legs::Legs;
+use crate::gait::Detection;
 
 /// Steps between two looks at the joints' angles, which change slowly beside the step.
 const POSTURE_STEPS: usize = 4;
-/// Looks at a stance that is one.
-const SHORTEST: usize = 3;
-/// Share of the weight with which a foot counts as standing.
-const STANDING: f64 = 0.01;
 /// Forces are averaged over this share of √(h / g) before their peak is taken: what rigid contact gives within one step
 /// depends on the step.
 const IMPACT: f64 = 0.05;
@@ -66,37 +64,6 @@ pub struct RolloutFigures {
     pub legs: Vec<LegFigures>,
 }
 
-/// What was seen of one leg.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct LegFigures {
-    /// Share of the stride for which it stood.
-    pub duty: f64,
-    /// When it pushed: the phase of its force, as a circular mean over the stride, parts of a stride.
-    pub phase: f64,
-    /// Peak of its force over that of a half-sine with the same mean and duty factor.
-    pub peak: f64,
-    /// Extension in the middle of the stance, mean over the stances: a share of its greatest.
-    pub extension: f64,
-}
-
-/// Sums over the steps for one leg.
-#[derive(Debug, Clone, Default)]
-struct LegSums {
-    /// Steps in which it stood.
-    stood: f64,
-    force: f64,
-    /// Greatest smoothed force, N.
-    peak: f64,
-    smooth: f64,
-    /// Of the force times cosine and sine of the stride's phase.
-    beat: [f64; 2],
-    /// Extensions in the stance that has begun.
-    stance: Vec<f64>,
-    /// Number of stances that are over, and of the extensions in their middles.
-    stances: f64,
-    extended: f64,
-}
-
 /// Sums over some of the steps for one joint: angle, its square, and its products with the harmonics' sines and cosines.
 #[derive(Debug, Clone, Copy, Default)]
 struct JointSums {
@@ -114,14 +81,18 @@ pub(super) struct Watch<'a> {
     gravity: f64,
     /// s.
     step: f64,
-    /// Steps of a stride.
+    /// Steps of a stride, exactly and as a whole number.
+    period: f64,
     stride: usize,
     /// Steps judged so far.
     judged: usize,
     /// Steps whose postures were looked at.
     postures: usize,
     leg_of: Vec<Option<usize>>,
-    leg_sums: Vec<LegSums>,
+    /// Height of the ground, m.
+    ground: f64,
+    leg_rule: LegRule,
+    leg_watches: Vec<LegWatch>,
     joint_sums: Vec<JointSums>,
     forces: Vec<f64>,
     /// Angles of one leg's joints.
@@ -147,26 +118,36 @@ pub(super) struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    /// Of a character with `legs` that goes along `direction` under `gravity` (m/s²), in strides of `stride` steps of `step`
-    /// seconds.
+    /// Of a character with `legs` that goes along `direction` under `gravity` (m/s²) on ground at the height `ground` (m), in strides of
+    /// `period` seconds, simulated in steps of `step` seconds.
     pub(super) fn new(
         model: &'a Model,
         legs: &'a Legs,
-        (direction, gravity): ([f64; 2], f64),
-        (step, stride): (f64, usize),
+        (direction, gravity, ground): ([f64; 2], f64, f64),
+        (step, period): (f64, f64),
     ) -> Self {
         let (count, joints) = (legs.legs.len(), model.joint_count());
+        let unit_time = (legs.hip_height / gravity).sqrt();
+        let detection = Detection::of(legs.mass * gravity, unit_time);
+        let leg_rule = LegRule {
+            threshold: detection.threshold,
+            shortest: (detection.debounce / step).round() as usize,
+            memory: (-step / (IMPACT * unit_time)).exp(),
+        };
         Self {
             model,
             legs,
             direction,
             gravity,
             step,
-            stride,
+            period: period / step,
+            stride: (period / step).round().max(1.0) as usize,
             judged: 0,
             postures: 0,
             leg_of: model.links.iter().map(|place| legs.on(place.body)).collect(),
-            leg_sums: vec![LegSums::default(); count],
+            ground,
+            leg_rule,
+            leg_watches: vec![LegWatch::default(); count],
             joint_sums: vec![JointSums::default(); joints],
             forces: vec![0.0; count],
             own: Vec::new(),
@@ -197,6 +178,7 @@ impl<'a> Watch<'a> {
     pub(super) fn begin(&mut self, simulator: &Simulator) {
         self.start = simulator.center_of_mass();
         self.turned = 0.0;
+        self.leg_watches.iter_mut().for_each(LegWatch::begin);
     }
 
     /// Takes in a step, which is `judged` or belongs to the entry.
@@ -211,7 +193,7 @@ impl<'a> Watch<'a> {
             self.trunk(simulator);
             self.joints(simulator);
             if self.judged.is_multiple_of(POSTURE_STEPS) {
-                self.posture(&simulator.state().angles);
+                self.posture(simulator.state());
             }
         }
         self.torques.copy_from_slice(simulator.torques());
@@ -238,18 +220,9 @@ impl<'a> Watch<'a> {
             self.aerial += f64::from(u8::from(!touching));
             self.scuffed += f64::from(u8::from(scuffing));
         }
-        let memory = (-self.step / (IMPACT * (self.size() / self.gravity).sqrt())).exp();
-        let (sine, cosine) = (TAU * (self.judged + 1) as f64 / self.stride as f64).sin_cos();
-        let weight = self.legs.mass * self.gravity;
-        for (sums, &force) in self.leg_sums.iter_mut().zip(&self.forces) {
-            sums.smooth = memory * sums.smooth + (1.0 - memory) * force;
-            if judged {
-                sums.peak = sums.peak.max(sums.smooth);
-                sums.stood += f64::from(u8::from(force > STANDING * weight));
-                sums.force += force;
-                sums.beat[0] += force * cosine;
-                sums.beat[1] += force * sine;
-            }
+        let (sine, cosine) = (TAU * (self.judged + 1) as f64 / self.period).sin_cos();
+        for (leg, &force) in self.leg_watches.iter_mut().zip(&self.forces) {
+            leg.step(force, [cosine, sine], self.leg_rule);
         }
     }
 
@@ -282,27 +255,21 @@ impl<'a> Watch<'a> {
         }
     }
 
-    fn posture(&mut self, angles: &[f64]) {
+    fn posture(&mut self, state: &State) {
         self.postures += 1;
-        let weight = self.legs.mass * self.gravity;
-        for ((leg, force), sums) in self.legs.legs.iter().zip(&self.forces).zip(&mut self.leg_sums) {
-            if *force > STANDING * weight {
-                self.own.clear();
-                self.own.extend(leg.joints.iter().map(|&joint| angles[joint]));
-                sums.stance.push(leg.extension(&self.own));
-            } else {
-                // What is shorter is a foot that chatters.
-                if sums.stance.len() >= SHORTEST {
-                    sums.stances += 1.0;
-                    sums.extended += sums.stance[sums.stance.len() / 2];
-                }
-                sums.stance.clear();
-            }
+        let Legs { to_way, hip_height, .. } = self.legs;
+        let up = to_way * (state.root.orientation.inverse() * Vector3::z());
+        for (leg, watch) in self.legs.legs.iter().zip(&mut self.leg_watches) {
+            self.own.clear();
+            self.own.extend(leg.joints.iter().map(|&joint| state.angles[joint]));
+            let placed = leg.place(&self.own);
+            let height = state.root.position.z + up.dot(&placed.foot) - leg.radius;
+            watch.look(leg.extension(&placed), (height - self.ground) / hip_height);
         }
-        let phase = TAU * self.judged as f64 / self.stride as f64;
+        let phase = TAU * self.judged as f64 / self.period;
         let beats: [(f64, f64); HARMONICS] =
             std::array::from_fn(|order| ((order + 1) as f64 * phase).sin_cos());
-        for (sums, angle) in self.joint_sums.iter_mut().zip(angles) {
+        for (sums, angle) in self.joint_sums.iter_mut().zip(&state.angles) {
             sums.sum += angle;
             sums.square += angle * angle;
             for (products, (sine, cosine)) in sums.harmonics.iter_mut().zip(&beats) {
@@ -332,7 +299,7 @@ impl<'a> Watch<'a> {
             yaw: self.turned * self.stride as f64 / time,
             cost_of_transport: self.work / (weight * way),
             slip: if self.load > 0.0 { self.slid / self.load } else { 0.0 },
-            peak: self.leg_sums.iter().map(|sums| sums.peak / weight).fold(0.0, f64::max),
+            peak: self.leg_watches.iter().map(LegWatch::peak).fold(0.0, f64::max) / weight,
             heave: range(0) / size,
             roll: range(1),
             pitch: range(2),
@@ -343,7 +310,7 @@ impl<'a> Watch<'a> {
             saturated: self.saturated / (time * self.model.joint_count() as f64),
             speed_used: self.speed_used,
             irregular: self.irregular(),
-            legs: self.leg_sums.iter().map(|sums| sums.figures(time)).collect(),
+            legs: self.leg_watches.iter().map(|leg| leg.figures(time)).collect(),
             ..fallen
         }
     }
@@ -368,21 +335,6 @@ impl<'a> Watch<'a> {
             .map(|pair| pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).powi(2)).sum::<f64>())
             .collect();
         (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
-    }
-}
-
-impl LegSums {
-    /// Over so many steps.
-    fn figures(&self, steps: f64) -> LegFigures {
-        let [cosine, sine] = self.beat;
-        let duty = self.stood / steps;
-        let usual = self.force / steps * FRAC_PI_2 / duty.max(f64::MIN_POSITIVE);
-        LegFigures {
-            duty,
-            phase: (sine.atan2(cosine) / TAU).rem_euclid(1.0),
-            peak: if usual > 0.0 && usual.is_finite() { self.peak / usual } else { 0.0 },
-            extension: if self.stances > 0.0 { self.extended / self.stances } else { 0.0 },
-        }
     }
 }
 

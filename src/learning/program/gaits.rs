@@ -1,6 +1,7 @@
 //! Named gaits: when each leg touches down, for how much of the stride it stands, and at which speeds it is used.
 
 use super::legs::Legs;
+use crate::gait::limits::GaitLimits;
 use crate::gait::templates;
 
 /// A way of going with a name.
@@ -22,6 +23,16 @@ pub struct NamedGait {
 }
 
 impl NamedGait {
+    /// Whether left and right legs step half a stride apart.
+    pub fn symmetrical(&self) -> bool {
+        GaitLimits::of_gait(self.gait).symmetrical
+    }
+
+    /// How many times the generations of a gait it takes. Gaits that are not symmetrical pitch, and most of them turn.
+    pub fn share(&self) -> u32 {
+        if self.symmetrical() { 1 } else { 2 }
+    }
+
     /// `froude` kept within those at which the gait is used.
     pub fn suited(&self, froude: f64) -> f64 {
         froude.clamp(self.froude[0], self.froude[2])
@@ -37,16 +48,16 @@ impl NamedGait {
 type Way = (&'static str, &'static str, Option<&'static str>, f64, [f64; 3]);
 
 /// Froude numbers after Alexander & Jayes 1983: horses and dogs change from walk to trot at 0.35 to 0.5, and from trot to
-/// gallop at 2 to 3. The walk's duty factor is that of animals at its speed, not that of its slowest strides.
+/// gallop at 2 to 3. A canter or a gallop that is a tenth slower than its least Froude number asks is still judged one. The walk's duty factor is that of animals at its speed, not that of its slowest strides.
 const FOUR: [Way; 9] = [
     ("walk", "walk", None, 0.65, [0.02, 0.1, 0.5]),
     ("trot", "trot", None, 0.5, [0.1, 0.4, 0.7]),
     ("running trot", "trot", None, 0.4, [0.7, 1.0, 3.0]),
     ("pace", "pace", None, 0.5, [0.1, 0.4, 3.0]),
-    ("canter", "canter", None, 0.4, [0.8, 1.0, 3.0]),
+    ("canter", "canter", None, 0.4, [1.0, 1.0, 3.0]),
     ("bound", "bound", None, 0.4, [0.3, 1.0, 5.0]),
-    ("transverse gallop", "gallop", Some("transverse"), 0.3, [0.8, 2.0, 20.0]),
-    ("rotary gallop", "gallop", Some("rotary"), 0.3, [0.8, 2.0, 20.0]),
+    ("transverse gallop", "gallop", Some("transverse"), 0.3, [1.0, 2.0, 20.0]),
+    ("rotary gallop", "gallop", Some("rotary"), 0.3, [1.0, 2.0, 20.0]),
     ("pronk", "pronk", None, 0.4, [0.1, 0.5, 3.0]),
 ];
 

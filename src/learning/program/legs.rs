@@ -105,9 +105,8 @@ impl PlacedLeg {
 }
 
 impl LegChain {
-    /// Distance from the hip to the foot point with the joints at `angles`, as a share of the greatest.
-    pub fn extension(&self, angles: &[f64]) -> f64 {
-        let placed = self.place(angles);
+    /// Distance from the hip to the foot point of the leg as it is `placed`, as a share of the greatest.
+    pub fn extension(&self, placed: &PlacedLeg) -> f64 {
         (placed.foot - placed.origin(self.first)).norm() / self.greatest
     }
 

@@ -14,7 +14,7 @@
 //! | [`gains`] | springs and dampers of the drive |
 //! | [`template`] | forces of the legs, and how the trunk moves under them |
 //! | [`ring`] | a stride as a ring of keyframes |
-//! | [`rollout`], [`figures`] | such a ring in the simulator, and what is seen of it |
+//! | [`rollout`], [`figures`], [`leg_watch`] | such a ring in the simulator, and what is seen of it and of each leg |
 //! | [`cost`] | what that costs |
 //! | [`cma`] | the evolution strategy |
 //! | [`refine`] | a gait for a character at a speed |
@@ -24,6 +24,7 @@ pub mod cost;
 pub mod figures;
 pub mod gains;
 pub mod gaits;
+pub mod leg_watch;
 pub mod legs;
 pub mod refine;
 pub mod ring;

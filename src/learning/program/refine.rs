@@ -15,8 +15,9 @@ use super::cma::Cma;
 use super::cost::{undisturbed, when_disturbed};
 use super::figures::RolloutFigures;
 use super::gains::gains;
+use super::gaits::NamedGait;
 use super::legs::Legs;
-use super::ring::{EXTENSION, PARAMETERS, PERIOD, Ring, SIDEWAYS, TURN, Wanted, program, ring};
+use super::ring::{AIM, EXTENSION, PARAMETERS, PERIOD, Ring, SIDEWAYS, TURN, Wanted, program, ring};
 use super::rollout::{Arena, STRIDES};
 use crate::learn::{Interrupted, Stop};
 
@@ -27,9 +28,12 @@ const SIGMA: f64 = 0.5;
 
 /// How many of the best are compared over a longer run.
 const FINALISTS: usize = 8;
-/// Steps of the trim at the end, and the change of a parameter with which it begins.
+/// How many of these have their ways set straight, by so many steps, which begin with this change of a parameter; not where turn
+/// (rad a stride) and way aside (a share of the way) are less than this.
+const STRAIGHTENED: usize = 4;
 const TRIMS: u32 = 3;
 const TRIM: f64 = 0.3;
+const STRAIGHT: f64 = 0.001;
 
 /// Who is to move, and where.
 #[derive(Debug, Clone)]
@@ -121,12 +125,19 @@ impl Candidate {
     ) -> Self {
         let (ring, gains) = subject.ring(wanted, parameters);
         let figures = arena.run(&ring, &gains, false, strides);
+        let disturbed = RolloutFigures::default();
+        let mut tried = Self { parameters: parameters.to_vec(), ring, gains, figures, disturbed, cost: 0.0 };
+        tried.cost = tried.least_cost(subject, wanted);
+        tried
+    }
+
+    /// What it costs without what a disturbance takes from it.
+    fn least_cost(&self, subject: &Subject, wanted: &Wanted) -> f64 {
+        let Self { parameters, ring, figures, .. } = self;
         // Parameters far out make sense to nobody; the pull back to the seed is weak.
         let far = 0.01 * parameters.iter().map(|p| (p.abs() - 3.0).max(0.0).powi(2)).sum::<f64>();
         let missed = 5.0 * ring.missed / subject.legs.length;
-        let cost = undisturbed(wanted, ring.period, &subject.legs, &figures) + far + missed;
-        let disturbed = RolloutFigures::default();
-        Self { parameters: parameters.to_vec(), ring, gains, figures, disturbed, cost }
+        undisturbed(wanted, ring.period, &subject.legs, figures) + far + missed
     }
 
     /// The same after it was disturbed, too. What does not stay up by itself does not when it is disturbed.
@@ -216,7 +227,9 @@ impl Refinement {
         let tried: Vec<Candidate> = pool.install(|| {
             let one = |parameters: &Vec<f64>| {
                 stop.check()?;
-                Ok(Candidate::undisturbed(subject, arena, wanted, parameters, STRIDES))
+                let candidate = Candidate::undisturbed(subject, arena, wanted, parameters, STRIDES);
+                stop.count();
+                Ok(candidate)
             };
             asked.par_iter().with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
         })?;
@@ -239,8 +252,7 @@ impl Refinement {
         search.tell(&asked, &costs);
         self.search = search;
         self.costs = costs;
-        self.evaluations += tried.len();
-        self.seconds += tried.iter().map(Candidate::seconds).sum::<f64>();
+        self.count(&tried);
         self.seconds += parents.iter().map(|parent| parent.disturbed.seconds).sum::<f64>();
         self.kept.extend(parents);
         self.kept.sort_by(|a, b| a.cost.total_cmp(&b.cost));
@@ -248,12 +260,21 @@ impl Refinement {
         Ok(())
     }
 
+    /// Goes on with another idea of what is wanted: the best so far is the best by that.
+    pub fn revalue(&mut self, subject: &Subject, wanted: &Wanted) {
+        for kept in &mut self.kept {
+            kept.cost = kept.least_cost(subject, wanted) + when_disturbed(&kept.figures, &kept.disturbed);
+        }
+        self.kept.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    }
+
     /// The best so far, over the few strides of the search.
     pub fn best(&self) -> &Candidate {
         &self.kept[0]
     }
 
-    /// The best so far over `strides` strides each, which show a drift that a few do not, in the order of their cost.
+    /// The best so far over `strides` strides each, which show a drift that a few do not: the four that would be best if they
+    /// went straight, set straight, in the order of their cost.
     ///
     /// # Errors
     /// The reason of `stop` to break off.
@@ -265,79 +286,101 @@ impl Refinement {
         wanted: &Wanted,
         strides: usize,
     ) -> Result<Vec<Candidate>, Interrupted> {
+        let trial = Trial { subject, arena, wanted, strides, stop };
         let mut tried: Vec<Candidate> = pool.install(|| {
-            let try_long = |candidate: &Candidate| {
-                stop.check()?;
-                Ok(evaluate(subject, arena, wanted, &candidate.parameters, strides))
-            };
+            let try_long = |candidate: &Candidate| trial.run(&candidate.parameters);
             self.kept.par_iter().with_max_len(1).map(try_long).collect::<Result<_, Interrupted>>()
         })?;
-        self.evaluations += tried.len();
-        self.seconds += tried.iter().map(Candidate::seconds).sum::<f64>();
-        tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        Ok(tried)
+        self.count(&tried);
+        // Their drift will be mended, so it does not count yet.
+        let straight = |candidate: &Candidate| {
+            let figures = RolloutFigures { yaw: 0.0, sideways: 0.0, ..candidate.figures.clone() };
+            undisturbed(wanted, candidate.ring.period, &subject.legs, &figures)
+        };
+        tried.sort_by(|a, b| straight(a).total_cmp(&straight(b)));
+        tried.truncate(STRAIGHTENED);
+        let trims: Vec<(Candidate, Vec<Candidate>)> = pool.install(|| {
+            let trims = tried.into_par_iter().with_max_len(1);
+            trims.map(|candidate| trial.straightened(candidate)).collect::<Result<_, Interrupted>>()
+        })?;
+        let mut finalists = Vec::new();
+        for (best, tried) in trims {
+            self.count(&tried);
+            finalists.push(best);
+        }
+        finalists.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        Ok(finalists)
     }
 
-    /// `best` with its way set straight over `strides` strides by trimming its turn and its way to the side, as far as that
-    /// helps: Newton's method on the change of heading in a stride and the way aside, its matrix mended by every try
-    /// (Broyden 1965).
-    ///
-    /// # Errors
-    /// The reason of `stop` to break off.
-    pub fn trim(
-        &mut self,
-        (pool, stop): (&ThreadPool, &Stop),
-        subject: &Subject,
-        arena: &Arena,
-        wanted: &Wanted,
-        strides: usize,
-        best: Candidate,
-    ) -> Result<Candidate, Interrupted> {
+    fn count(&mut self, tried: &[Candidate]) {
+        self.evaluations += tried.len();
+        self.seconds += tried.iter().map(Candidate::seconds).sum::<f64>();
+    }
+}
+
+/// Where and for how long candidates are tried.
+struct Trial<'a> {
+    subject: &'a Subject,
+    arena: &'a Arena,
+    wanted: &'a Wanted,
+    strides: usize,
+    stop: &'a Stop,
+}
+
+impl Trial<'_> {
+    fn run(&self, parameters: &[f64]) -> Result<Candidate, Interrupted> {
+        self.stop.check()?;
+        Ok(evaluate(self.subject, self.arena, self.wanted, parameters, self.strides))
+    }
+
+    /// `start` with its way set straight by trimming its turn and its way to the side, as far as that helps, and all that was
+    /// tried for it: Newton's method on the change of heading in a stride and the way aside, its matrix mended by every
+    /// try (Broyden 1965).
+    fn straightened(&self, start: Candidate) -> Result<(Candidate, Vec<Candidate>), Interrupted> {
         let off = |candidate: &Candidate| Vector2::new(candidate.figures.yaw, candidate.figures.sideways);
         let moved = |change: Vector2<f64>, from: &Candidate| {
-            stop.check()?;
             let mut parameters = from.parameters.clone();
             parameters[TURN] += change.x;
             parameters[SIDEWAYS] += change.y;
-            Ok(evaluate(subject, arena, wanted, &parameters, strides))
+            self.run(&parameters)
         };
+        if off(&start).amax() < STRAIGHT {
+            return Ok((start, Vec::new()));
+        }
         let tries = [Vector2::x() * TRIM, Vector2::y() * TRIM];
-        let tried: Vec<Candidate> = pool.install(|| {
-            let tries = tries.par_iter().with_max_len(1);
-            tries.map(|&change| moved(change, &best)).collect::<Result<_, Interrupted>>()
-        })?;
-        let slopes = tried.iter().map(|tried| (off(tried) - off(&best)) / TRIM).collect::<Vec<_>>();
+        let mut tried =
+            tries.iter().map(|&change| moved(change, &start)).collect::<Result<Vec<_>, Interrupted>>()?;
+        let slopes = tried.iter().map(|tried| (off(tried) - off(&start)) / TRIM).collect::<Vec<_>>();
         let mut matrix = Matrix2::from_columns(&slopes);
-        let mut seconds = tried.iter().map(Candidate::seconds).sum::<f64>();
-        let (mut now, mut least) = (best.clone(), best);
+        let mut now = start.clone();
         for _ in 0..TRIMS {
             let Some(inverse) = matrix.try_inverse() else { break };
             let change = (-inverse * off(&now)).map(|change| change.clamp(-1.0, 1.0));
             let next = moved(change, &now)?;
-            seconds += next.seconds();
             let missed = off(&next) - off(&now) - matrix * change;
             matrix += missed * change.transpose() / change.norm_squared().max(f64::MIN_POSITIVE);
-            if next.cost < least.cost {
-                least = next.clone();
-            }
-            now = next;
+            now = next.clone();
+            tried.push(next);
         }
-        self.evaluations += tries.len() + TRIMS as usize;
-        self.seconds += seconds;
-        Ok(tried.into_iter().fold(least, |least, tried| if tried.cost < least.cost { tried } else { least }))
+        let best = tried.iter().fold(&start, |best, tried| if tried.cost < best.cost { tried } else { best });
+        Ok((best.clone(), tried))
     }
 }
 
-/// Where a search may start: the gait as the template has it, with stride times from the usual down to half of it, with
-/// legs as long as usual and shorter. Small characters tip over within the usual time.
-pub fn seeds() -> Vec<Vec<f64>> {
-    let period = [0.0, -1.0, -2.0, -3.0];
-    let extension = [0.0, -1.0];
-    let with = |period: f64, extension: f64| {
-        let mut parameters = vec![0.0; PARAMETERS];
-        parameters[PERIOD] = period;
-        parameters[EXTENSION] = extension;
-        parameters
-    };
-    period.into_iter().flat_map(|period| extension.map(|extension| with(period, extension))).collect()
+/// Where a search for `gait` may start: the gait as the template has it, with stride times from the usual down to half of it, with
+/// legs as long as usual and shorter; where fore or hind legs push together, also with forces that spare the trunk pitching.
+/// Small characters tip over within the usual time.
+pub fn seeds(gait: &NamedGait) -> Vec<Vec<f64>> {
+    let aims: &[f64] = if gait.symmetrical() { &[0.0] } else { &[0.0, 2.0] };
+    let mut seeds = Vec::new();
+    for &aim in aims {
+        for period in [0.0, -1.0, -2.0, -3.0] {
+            for extension in [0.0, -1.0] {
+                let mut parameters = vec![0.0; PARAMETERS];
+                (parameters[PERIOD], parameters[EXTENSION], parameters[AIM]) = (period, extension, aim);
+                seeds.push(parameters);
+            }
+        }
+    }
+    seeds
 }

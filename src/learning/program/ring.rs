@@ -22,7 +22,7 @@ pub const KEYFRAMES: usize = 8;
 const ENTRY_STRIDES: f64 = 2.0;
 const GAIN: f64 = 0.2;
 /// Number of a program's parameters for a character with more legs than two.
-pub const PARAMETERS: usize = 25;
+pub const PARAMETERS: usize = 26;
 /// Index of the parameter of the stride time: a fifth more or less a unit.
 pub const PERIOD: usize = 0;
 /// Index of the parameters of the way to the side and of the turn.
@@ -30,6 +30,8 @@ pub const SIDEWAYS: usize = 13;
 pub const TURN: usize = 14;
 /// Index of the parameter of the sway: 0.4 of it a unit.
 pub const SWAY: usize = 24;
+/// Index of the parameter of the aim: a fifth of the way to the centre of mass a unit.
+pub const AIM: usize = 25;
 /// Index of the parameter of the legs' extension.
 pub const EXTENSION: usize = 12;
 /// Extension of the legs in mid-stance as a share of their length: at least, as a seed, and at most.
@@ -39,8 +41,14 @@ const EXTENSIONS: [f64; 3] = [0.82, 0.86, 0.95];
 const PHASE_SHIFT: f64 = 0.04;
 /// The most by which a stride is slowed down for the sake of the motors' greatest speeds; slower ones take shorter ways.
 const SLOWEST: f64 = 4.0;
+/// Least and greatest stride time over that of animals.
+const PERIODS: [f64; 2] = [0.5, 2.0];
 /// Least and greatest height of a swinging foot, in hip heights.
 const LIFTS: [f64; 2] = [0.08, 0.35];
+
+/// [`Wanted::strictness`] while a gait takes shape, and when it is finished: whoever is strict at once gets a costly gait.
+const LENIENT: f64 = 20.0;
+const STRICT: f64 = 60.0;
 
 /// What is asked of a gait.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,13 +61,20 @@ pub struct Wanted {
     pub gravity: f64,
     /// How much each cost counts.
     pub weights: Weights,
+    /// Cost of being far beyond a limit of natural motion.
+    pub strictness: f64,
 }
 
 impl Wanted {
     /// `gait` at Froude number v² / (g h), with the standing hip height h.
     pub fn at_froude(legs: &Legs, gait: NamedGait, froude: f64, gravity: f64) -> Self {
         let speed = (froude * gravity * legs.hip_height).sqrt();
-        Self { gait, speed, gravity, weights: Weights::default() }
+        Self { gait, speed, gravity, weights: Weights::default(), strictness: LENIENT }
+    }
+
+    /// The same, with limits that are to be kept.
+    pub fn strictly(self) -> Self {
+        Self { strictness: STRICT, ..self }
     }
 
     /// v² / (g h) of the wanted speed.
@@ -111,13 +126,14 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         / legs.legs.len() as f64;
     let extension = (EXTENSIONS[1] + 0.04 * p(EXTENSION)).clamp(EXTENSIONS[0], EXTENSIONS[2]);
     Program {
-        period: wanted.usual_period(legs) * (0.2 * p(PERIOD)).exp(),
+        period: wanted.usual_period(legs) * (0.2 * p(PERIOD)).exp().clamp(PERIODS[0], PERIODS[1]),
         speed: speed * (0.1 * p(3)).exp(),
         sideways: 0.03 * speed * p(SIDEWAYS),
         turn: 0.03 * speed / size * p(TURN),
         raise: (extension - stood) * legs.length,
         heave: 1.0 + 0.4 * p(15),
         lean: 1.0 + 0.4 * p(16),
+        aim: 0.2 * p(AIM),
         sway: 1.0 + 0.4 * p(SWAY),
         retraction: 1.0 + 0.4 * p(20),
         skew: (0.2 * p(21)).exp(),

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
 use gaitwright_physics::motion::Player;
-use gaitwright_physics::scene::{Accuracy, Gains, Scene, StepPlan};
+use gaitwright_physics::scene::{Accuracy, Gains, Scene, StepPlan, Terrain};
 use gaitwright_physics::sim::{Command, Simulator};
 use gaitwright_physics::stance::{Stance, Upright};
 
@@ -33,6 +33,8 @@ pub struct Arena {
     upright: Upright,
     direction: [f64; 2],
     gravity: f64,
+    /// Height of the ground where it stands, m.
+    ground: f64,
     accuracy: Accuracy,
     /// As asked, and disturbed.
     scenes: [Scene; 2],
@@ -60,6 +62,7 @@ impl Arena {
             upright: Upright::new(model, stance, scene),
             direction: [direction[0] / length, direction[1] / length],
             gravity: Vector3::from(scene.gravity).norm(),
+            ground: scene.ground.as_ref().map_or(0.0, |ground| Terrain::new(ground).height(0.0, 0.0)),
             accuracy: *accuracy,
             scenes: [scene.clone(), slippery],
         })
@@ -70,7 +73,12 @@ impl Arena {
     pub fn run(&self, ring: &Ring, gains: &Gains, disturbed: bool, strides: usize) -> RolloutFigures {
         let step = self.accuracy.step;
         let stride = (ring.period / step).round().max(1.0) as usize;
-        let mut watch = Watch::new(&self.model, &self.legs, (self.direction, self.gravity), (step, stride));
+        let mut watch = Watch::new(
+            &self.model,
+            &self.legs,
+            (self.direction, self.gravity, self.ground),
+            (step, ring.period),
+        );
         let mut gains = gains.clone();
         if disturbed {
             gains.stiffness.iter_mut().chain(&mut gains.damping).for_each(|gain| *gain *= SOFTENED);

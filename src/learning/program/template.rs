@@ -47,6 +47,9 @@ pub struct Program {
     pub heave: f64,
     /// Share of the lean toward the hip that the legs' forces have.
     pub lean: f64,
+    /// Share of the way from straight down to the centre of mass by which the forces of fore and hind legs point to each other,
+    /// which spares the trunk pitching.
+    pub aim: f64,
     /// How much of the sway that keeps the trunk from rolling it has.
     pub sway: f64,
     /// Speed of a foot against the trunk at touch-down, as a share of that in stance.
@@ -106,7 +109,7 @@ pub fn shares(feet: &[Vector2<f64>]) -> Vec<f64> {
 
 /// The stride of `program`, [`SAMPLES`] moments evenly spaced from phase 0. `gravity` in m/s².
 pub fn stride(legs: &Legs, program: &Program, gravity: f64) -> Vec<StrideSample> {
-    let Program { period, lean, sway, .. } = *program;
+    let Program { period, lean, aim, sway, .. } = *program;
     let count = legs.legs.len();
     let center = legs.center.xy();
     let neutral: Vec<Vector2<f64>> = program.steps.iter().map(|step| step.neutral - center).collect();
@@ -131,7 +134,8 @@ pub fn stride(legs: &Legs, program: &Program, gravity: f64) -> Vec<StrideSample>
         (0..SAMPLES).map(|sample| (0..count).map(|leg| foot(program, leg, sample)).collect()).collect();
     let along = |leg: usize, sample: usize| {
         let back = ground[sample][leg].0.x - program.steps[leg].neutral.x;
-        -lean * vertical[leg][sample] * back / height
+        let ahead = program.steps[leg].neutral.x - center.x;
+        -(lean * back + aim * ahead) * vertical[leg][sample] / height
     };
 
     let sum = |of: &dyn Fn(usize) -> f64| (0..count).map(of).sum::<f64>();

@@ -74,6 +74,10 @@ pub enum InlineCharacter {
     Urdf(String),
     /// A character document.
     Json(serde_json::Value),
+    /// A zip of a URDF with its meshes, in Base64.
+    Zip(String),
+    /// The id of a character that was posted to a service, which the service replaces by that character.
+    Id(String),
 }
 
 impl<'de> Deserialize<'de> for CharacterSource {
@@ -84,7 +88,7 @@ impl<'de> Deserialize<'de> for CharacterSource {
             type Value = CharacterSource;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a path, {\"urdf\": \"…\"} or {\"json\": {…}}")
+                f.write_str("a path, {\"urdf\": \"…\"}, {\"json\": {…}}, {\"zip\": \"…\"} or {\"id\": \"…\"}")
             }
 
             fn visit_str<E>(self, path: &str) -> Result<CharacterSource, E> {
@@ -94,9 +98,17 @@ impl<'de> Deserialize<'de> for CharacterSource {
             fn visit_map<A: MapAccess<'de>>(self, members: A) -> Result<CharacterSource, A::Error> {
                 let given = Inline::deserialize(MapAccessDeserializer::new(members))?;
                 Ok(CharacterSource::Inline(match given {
-                    Inline { urdf: Some(text), json: None } => InlineCharacter::Urdf(text),
-                    Inline { urdf: None, json: Some(document) } => InlineCharacter::Json(document),
-                    _ => return Err(A::Error::custom("give either `urdf` or `json`")),
+                    Inline { urdf: Some(text), json: None, zip: None, id: None } => {
+                        InlineCharacter::Urdf(text)
+                    }
+                    Inline { urdf: None, json: Some(document), zip: None, id: None } => {
+                        InlineCharacter::Json(document)
+                    }
+                    Inline { urdf: None, json: None, zip: Some(archive), id: None } => {
+                        InlineCharacter::Zip(archive)
+                    }
+                    Inline { urdf: None, json: None, zip: None, id: Some(id) } => InlineCharacter::Id(id),
+                    _ => return Err(A::Error::custom("give one of `urdf`, `json`, `zip` and `id`")),
                 }))
             }
         }
@@ -111,6 +123,8 @@ impl<'de> Deserialize<'de> for CharacterSource {
 struct Inline {
     urdf: Option<String>,
     json: Option<serde_json::Value>,
+    zip: Option<String>,
+    id: Option<String>,
 }
 
 /// The state in which a simulation starts.

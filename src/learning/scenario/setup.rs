@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
 use nalgebra::UnitQuaternion;
 
 use super::document::{CharacterSource, InlineCharacter, Scenario};
@@ -38,7 +40,7 @@ impl Files for NoFiles {
     fn character(&self, _path: &str) -> Result<Reading, InputError> {
         Err(InputError::impossible(
             "",
-            "a path cannot be used here; give {\"urdf\": \"…\"} or {\"json\": {…}}",
+            "a path cannot be used here; give {\"urdf\": \"…\"}, {\"json\": {…}} or {\"zip\": \"…\"}",
         ))
     }
 
@@ -110,6 +112,15 @@ impl Scenario {
             }
             CharacterSource::Inline(InlineCharacter::Json(value)) => {
                 character::read(value.to_string().as_bytes(), Source::Json, Options::default())
+            }
+            CharacterSource::Inline(InlineCharacter::Zip(text)) => {
+                let archive = BASE64_STANDARD.decode(text).map_err(|error| {
+                    InputError::impossible("/zip", format!("this is not Base64: {error}"))
+                })?;
+                character::read(&archive, Source::Zip, Options::default())
+            }
+            CharacterSource::Inline(InlineCharacter::Id(_)) => {
+                Err(InputError::impossible("/id", "only a service knows characters by their ids"))
             }
         }
     }

@@ -103,7 +103,7 @@ impl<'a> Keyframes<'a> {
             if left.iter().zip(right).any(|pair| apart(pair) > 1e-6) {
                 continue;
             }
-            for mut parameters in seeds() {
+            for mut parameters in seeds(&gait) {
                 // On a grid all rings take the same time.
                 parameters[PERIOD] = USUAL;
                 let (ring, _) = self.arena.subject.ring(&self.arena.wanted(gait), &parameters);

@@ -22,7 +22,7 @@ pub(super) fn run(arena: &StudyArena, seed: u64, seconds: f64) -> Result<Trail, 
     let pool = ThreadPoolBuilder::new().num_threads(1).build()?;
     let stop = Stop::new(&Cancel::default(), None);
     let subject = &arena.subject;
-    let mut search = Refinement::new(&pool, subject, &trials, &wanted, &seeds(), seed);
+    let mut search = Refinement::new(&pool, subject, &trials, &wanted, &seeds(&wanted.gait), seed);
     let mut trail = Trail::default();
     let mut least = f64::INFINITY;
     loop {

@@ -25,9 +25,13 @@ mod repertoire;
 mod shared;
 
 use gaitwright_physics::fault::InputError;
+use gaitwright_physics::model::Model;
+use gaitwright_physics::scene::Scene;
+use gaitwright_physics::stance::Stance;
 
 use crate::learn::{Cancel, LearnError, LearningSetup, StopReason, Task};
 use crate::program::gaits::gaits;
+use crate::program::legs::Legs;
 use crate::program::refine::Subject;
 
 pub use checkpoint::{Milestone, TrainingCheckpoint};
@@ -64,15 +68,21 @@ fn subject(setup: &LearningSetup) -> Result<Option<Subject>, InputError> {
     let LearningSetup { model, stance, scene, accuracy, task, parameters, .. } = setup;
     let walker = Subject::new(model, stance, scene, accuracy, task.direction)
         .filter(|subject| !gaits(subject.legs.legs.len()).is_empty());
-    if !task.any_gait() {
-        suits(task, walker.as_ref())?;
-    }
+    check_gait(task, model, stance, scene)?;
     Ok(walker.filter(|_| parameters.gait_by_gait()))
 }
 
-/// Whether the character has the legs for the task's gait.
-fn suits(task: &Task, subject: Option<&Subject>) -> Result<(), InputError> {
-    let legs = subject.map_or(0, |subject| subject.legs.legs.len());
+/// Whether a character that stands so has the legs for the task's gait.
+///
+/// # Errors
+/// [`InputError::Impossible`] at `/task/gait`, with the gaits that there are.
+pub fn check_gait(task: &Task, model: &Model, stance: &Stance, scene: &Scene) -> Result<(), InputError> {
+    if task.any_gait() {
+        return Ok(());
+    }
+    // Without weight there is no stride.
+    let weight = scene.gravity.iter().any(|component| *component != 0.0);
+    let legs = Legs::of(model, stance, task.direction).filter(|_| weight).map_or(0, |legs| legs.legs.len());
     let mut known: Vec<&str> = gaits(legs).iter().map(|gait| gait.gait).collect();
     known.dedup();
     if known.contains(&task.gait.as_str()) {

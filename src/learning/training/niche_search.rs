@@ -96,11 +96,13 @@ impl<'a> NicheSearch<'a> {
 
     fn search(&mut self) -> Result<(), Interrupted> {
         let parameters = &self.shared.setup.parameters;
-        let all = if parameters.refine { parameters.gait_generations } else { 0 };
+        let all = if parameters.refine { parameters.gait_generations * self.niche.gait.share() } else { 0 };
         // What other gaits have found is often a better start than the template.
         let known = self.progress.milestones.iter().filter(|milestone| milestone.finished);
-        let starts: Vec<Vec<f64>> =
-            seeds().into_iter().chain(known.map(|milestone| milestone.motion.parameters.clone())).collect();
+        let starts: Vec<Vec<f64>> = seeds(&self.niche.gait)
+            .into_iter()
+            .chain(known.map(|milestone| milestone.motion.parameters.clone()))
+            .collect();
         let first = match &self.niche.pace {
             NichePace::Cheapest { first, .. } | NichePace::Fastest { first } => *first,
         };
@@ -158,9 +160,14 @@ impl<'a> NicheSearch<'a> {
         }
     }
 
-    /// The rest of the refinement at the step that was asked for; of the best over many strides then the first that is
-    /// natural, its way set straight.
+    /// The rest of the refinement at the step that was asked for; of the best over many strides, set straight, then the
+    /// first that is natural.
     fn finish(&mut self, mut leading: Stage, generations: u32) -> Result<(), Interrupted> {
+        // What keeps the limits already has only effort left to save.
+        if !is_natural(self.shared, &self.motion(&leading.wanted, leading.best())) {
+            leading.wanted = leading.wanted.strictly();
+            leading.refinement.revalue(self.shared.subject, &leading.wanted);
+        }
         self.refine(&mut leading, &self.shared.fine, generations, Rank::Leading)?;
         let Stage { wanted, mut refinement } = leading;
         let Shared { pool, stop, subject, fine, .. } = self.shared;
@@ -172,10 +179,9 @@ impl<'a> NicheSearch<'a> {
             motions.par_iter().with_max_len(1).map(|motion| is_natural(shared, motion)).collect()
         });
         stop.check()?;
-        let chosen = natural.iter().position(|natural| *natural).unwrap_or(0);
-        let Some(best) = finalists.into_iter().nth(chosen) else { return Ok(()) };
-        let candidate = refinement.trim((pool, stop), subject, fine, &wanted, LONG, best)?;
         self.progress.simulated += refinement.seconds - before;
+        let chosen = natural.iter().position(|natural| *natural).unwrap_or(0);
+        let Some(candidate) = finalists.into_iter().nth(chosen) else { return Ok(()) };
         self.found = Some(Found { wanted, candidate });
         Ok(())
     }
@@ -260,11 +266,14 @@ impl<'a> NicheSearch<'a> {
     }
 }
 
-/// Whether a motion is natural in one continuous simulation.
+/// Whether a motion is natural in one continuous simulation, and goes by the gait that was looked for.
 fn is_natural(shared: &Shared<'_>, motion: &LearnedMotion) -> bool {
     let player = motion.player(&shared.setup.stance.angles);
     let check = motion.check(shared.setup, &player);
-    check.run(&|| shared.stop.check().is_err()).is_ok_and(|checked| checked.gait.natural)
+    check.run(&|| shared.stop.check().is_err()).is_ok_and(|checked| {
+        let named = checked.gait.gait.as_deref();
+        checked.gait.natural && (named.is_none() || named == motion.gait.as_deref())
+    })
 }
 
 /// From 0 to 1, the more the less a gait costs.

@@ -25,6 +25,16 @@ fn the_cheapest_setting_within_the_tolerance_is_recommended() {
 }
 
 #[test]
+fn a_setting_that_leaves_steps_unsolved_is_not_recommended() {
+    let mut table = table();
+    let coarse = table.rows[1].figures.as_mut().unwrap();
+    assert_eq!(coarse.error, 5e-3);
+    coarse.unsolved_steps = Some(1);
+    assert_eq!(table.recommend(6e-3).accuracy.map(|accuracy| accuracy.step), Some(0.004));
+    assert!(table.recommend(6e-3).because.contains("fine"));
+}
+
+#[test]
 fn a_tolerance_that_nothing_meets_is_told() {
     let none = table().recommend(1e-6);
     assert_eq!((none.accuracy, none.error, none.seconds), (None, None, None));

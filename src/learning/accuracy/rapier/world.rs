@@ -169,6 +169,7 @@ fn refuse(model: &Model, plan: &StepPlan) -> Result<(), Unsupported> {
         (plan.trunk_rotation_lock, Unsupported::Missing("lock of the root's rotation")),
         (feedforward != Feedforward::None, Unsupported::Missing("feedforward torque in its motors")),
         (offset, Unsupported::Missing("offset torque in its motors")),
+        (plan.surfaces.has_grains(), Unsupported::Missing("friction that depends on the direction")),
         (pyramid && plan.friction.is_some(), Unsupported::Missing("friction pyramid for multibodies")),
         (plan.accuracy.step_tolerance.is_some(), Unsupported::Missing("control of a step's error")),
         (moving && !plan.velocity_forces, Unsupported::Inseparable("velocity-dependent forces")),
