@@ -13,7 +13,8 @@ pub use course::course_diagram;
 pub use curve::{Curve, CurveFormat};
 pub use diagram::{DiagramError, gait_diagram};
 pub use formats::{
-    DEFAULT_FPS, ExportFormat, ExportOptions, MotionClip, MotionFrame, SampledMotion, export, export_pose,
+    DEFAULT_FPS, ExportFormat, ExportOptions, Exported, LoopCertificate, Mended, MotionClip, MotionFrame,
+    PoseChange, SampledMotion, StandingFoot, export, export_pose,
 };
 pub use front::front_diagram;
 pub use motion::{Performance, motion};

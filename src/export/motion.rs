@@ -3,12 +3,12 @@
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::bend::Bend;
-use gaitwright_learning::gait::GaitReport;
+use gaitwright_learning::gait::{Foot, GaitReport};
 use gaitwright_learning::learn::{Behaviour, Posture};
 use gaitwright_physics::character::Character;
 use gaitwright_physics::motion::{
     CharacterRef, Interpolation, Keyframe, Metrics, Motion, MotionFormat, MotionLoop, Provenance,
-    RootAdjustment, RootAdvance, RootMotion, RootPose, SampledPose, Validity,
+    RootAdjustment, RootAdvance, RootMotion, RootPose, SampledPose, StanceTime, Validity,
 };
 use gaitwright_physics::playback::{Sample, Trace};
 use gaitwright_physics::scene::{Gains, Ground, Scene};
@@ -100,6 +100,7 @@ pub fn motion(performance: &Performance<'_>) -> Option<Motion> {
         scene: performance.scene.clone(),
         provenance: performance.provenance.clone(),
         poses: poses(trace, cycle, (&moved, &closing), period),
+        stances: stances(performance.gait, cycle, period),
     })
 }
 
@@ -194,6 +195,20 @@ fn poses(
             Some(SampledPose { time, angles: sample.angles, root })
         })
         .collect()
+}
+
+/// When each foot stands in one cycle.
+fn stances(gait: &GaitReport, cycle: f64, period: f64) -> Vec<StanceTime> {
+    let of_foot = |foot: &Foot| {
+        let link = foot.link.clone();
+        let within = foot.stances.iter().map(move |[start, end]| StanceTime {
+            link: link.clone(),
+            start: (start - cycle).max(0.0),
+            end: (end - cycle).min(period),
+        });
+        within.filter(|stance| stance.start < stance.end).collect::<Vec<_>>()
+    };
+    gait.feet.iter().flat_map(of_foot).collect()
 }
 
 /// Angles and root at one time, between two samples.

@@ -36,6 +36,11 @@ impl GroundTravel {
         Isometry3::from_parts(Translation3::from(translation), rotation)
     }
 
+    /// Its speed over the ground, m/s.
+    pub(super) fn speed(&self) -> f64 {
+        self.step.norm() / self.period
+    }
+
     /// Velocities of a point and of a body in the travelling frame: `position`, m, is that of the point in this frame,
     /// `linear` (m/s) and `angular` (rad/s) are the velocities in the world frame.
     pub(super) fn relative_velocities(

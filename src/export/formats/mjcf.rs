@@ -56,13 +56,17 @@ pub(super) fn write(sampled: &SampledMotion<'_>, motion: &Motion) -> Result<Stri
     let step = motion.provenance.accuracy.step.min(STEP);
     let (actuators, keys) = (model.actuators(), model.keys());
     let Model { text, meshes, .. } = model;
+    let certificate = serde_json::to_string(&sampled.certificate);
+    let certificate = certificate.map_err(|error| InputError::impossible("", error.to_string()))?;
     Ok(format!(
         "<mujoco model={}>\n{REPLAY}  <compiler angle=\"radian\" autolimits=\"true\" inertiafromgeom=\"false\" \
          balanceinertia=\"true\"/>\n  <option timestep=\"{step:?}\" gravity=\"{gravity}\" \
-         integrator=\"implicitfast\" cone=\"elliptic\"/>\n  <asset>\n{meshes}  </asset>\n  <worldbody>\n\
+         integrator=\"implicitfast\" cone=\"elliptic\"/>\n  <custom>\n    <text name=\"certificate\" \
+         data={}/>\n  </custom>\n  <asset>\n{meshes}  </asset>\n  <worldbody>\n\
          {ground}{text}  </worldbody>\n  <actuator>\n{actuators}  </actuator>\n  <keyframe>\n{keys}  </keyframe>\n\
          </mujoco>\n",
-        quoted(&character.name)
+        quoted(&character.name),
+        quoted(&certificate)
     ))
 }
 

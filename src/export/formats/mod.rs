@@ -4,7 +4,9 @@
 //! format is written by a file of its own from those frames.
 
 mod bvh;
+mod closing;
 mod csv;
+mod feet;
 mod glb;
 mod ground_travel;
 mod mjcf;
@@ -26,6 +28,8 @@ use gaitwright_physics::motion::Motion;
 
 use skeleton::Skeleton;
 
+pub use closing::{LoopCertificate, PoseChange};
+pub use feet::{Mended, StandingFoot};
 pub use sampled::{MotionClip, MotionFrame, SampledMotion};
 
 /// Frames per second where no rate is asked for.
@@ -107,6 +111,15 @@ impl Default for ExportOptions {
     }
 }
 
+/// A motion in a format that other programs open.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Exported {
+    /// The file.
+    pub file: Vec<u8>,
+    /// What was adjusted in its poses; `None` in a format that holds targets alone.
+    pub certificate: Option<LoopCertificate>,
+}
+
 /// Writes `motion` of `character` in a format that other programs open.
 ///
 /// # Errors
@@ -118,20 +131,22 @@ pub fn export(
     character: &Character,
     format: ExportFormat,
     options: &ExportOptions,
-) -> Result<Vec<u8>, InputError> {
+) -> Result<Exported, InputError> {
     if options.in_place && matches!(format, ExportFormat::Ros | ExportFormat::Mujoco) {
         let reason =
             format!("the format {} holds no motion of the root that could stay in place", format.name());
         return Err(InputError::impossible("in_place", reason));
     }
     let sampled = SampledMotion::new(motion, character, options.fps)?;
-    match format {
-        ExportFormat::Glb => glb::write(&sampled, options.in_place),
-        ExportFormat::Bvh => Ok(bvh::write(&sampled, options.in_place).into_bytes()),
-        ExportFormat::Csv => csv::write(&sampled, options.in_place),
-        ExportFormat::Ros => Ok(ros::write(&sampled).into_bytes()),
-        ExportFormat::Mujoco => mjcf::write(&sampled, motion).map(String::into_bytes),
-    }
+    let file = match format {
+        ExportFormat::Glb => glb::write(&sampled, options.in_place)?,
+        ExportFormat::Bvh => bvh::write(&sampled, options.in_place).into_bytes(),
+        ExportFormat::Csv => csv::write(&sampled, options.in_place)?,
+        ExportFormat::Ros => ros::write(&sampled).into_bytes(),
+        ExportFormat::Mujoco => mjcf::write(&sampled, motion)?.into_bytes(),
+    };
+    let certificate = (format != ExportFormat::Ros).then_some(sampled.certificate);
+    Ok(Exported { file, certificate })
 }
 
 /// Writes `character` without a motion as glTF binary: its root link at `root` over the ground, in the world frame, and

@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
+use super::closing::{LoopCertificate, closed, rotation_of, standing};
 use super::ground_travel::GroundTravel;
 use super::skeleton::Skeleton;
 use super::track::{Knot, Track};
@@ -12,8 +13,8 @@ use gaitwright_physics::motion::{Keyframe, Motion, Player, RootMotion, TargetLim
 /// Frames per second that are taken.
 const RATES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 
-/// Most frames of a clip.
-const MAX_FRAMES: f64 = 100_000.0;
+/// Most numbers of all frames together: angle, target and rate of every joint, and the root.
+const MOST_NUMBERS: f64 = 5e6;
 
 /// The whole character at one time.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,8 +62,8 @@ impl MotionClip {
 /// A motion and its character, sampled.
 ///
 /// The loop is closed: seen from the travelling frame, its last frame equals its first bit by bit, and the curve that
-/// the frames are taken from has one rate there. The entry ends in the loop's first frame. What has to be adjusted for
-/// this is little, and its measure is [`SampledMotion::adjustment`].
+/// the frames are taken from has one rate there. The entry ends in the loop's first frame. Where the document tells when
+/// its feet stand they stand still. What has to be adjusted for this stands in [`SampledMotion::certificate`].
 #[derive(Debug, Clone)]
 pub struct SampledMotion<'a> {
     pub(super) skeleton: Skeleton<'a>,
@@ -72,8 +73,8 @@ pub struct SampledMotion<'a> {
     pub cycle: MotionClip,
     /// What animations are named after: the gait, or `motion` where that has no name.
     pub name: String,
-    /// The most by which an angle of the simulated poses was changed, rad or m, so that the loop closes.
-    pub adjustment: f64,
+    /// What was adjusted, and how well the loop stands.
+    pub certificate: LoopCertificate,
 }
 
 impl<'a> SampledMotion<'a> {
@@ -94,15 +95,7 @@ impl<'a> SampledMotion<'a> {
         let skeleton = Skeleton::new(character);
         // It finds everything that is wrong with the document, and with its joints for this character.
         Player::new(motion, &skeleton.joints, &TargetLimits::of(character))?;
-        let longest = motion.cycle.end.max(motion.entry.last().map_or(0.0, |keyframe| keyframe.time));
-        if !RATES.contains(&fps) || fps * longest > MAX_FRAMES {
-            let reason = format!(
-                "{fps} frames a second; from {} to {} are possible, and {MAX_FRAMES} frames in all",
-                RATES.start(),
-                RATES.end()
-            );
-            return Err(InputError::impossible("fps", reason));
-        }
+        check_size(motion, skeleton.joints.len(), fps)?;
         let order: Vec<usize> = skeleton
             .joints
             .iter()
@@ -114,15 +107,15 @@ impl<'a> SampledMotion<'a> {
         let period = motion.cycle.end - start;
         let travel = GroundTravel::new(&cycle[0].root, &motion.cycle.root_advance, period);
         let targets = target_track(&cycle, start, &order);
-        let (poses, adjustment) = match motion.poses.as_deref() {
+        let (poses, certificate) = match motion.poses.as_deref() {
             Some(poses) if poses.len() > 2 && poses[poses.len() - 1].time > 0.0 => {
                 let samples = poses.iter().map(|pose| {
                     let root = isometry(pose.root.position, pose.root.orientation);
                     (pose.time, flattened(&pose.angles, &order, &(travel.frame(pose.time).inverse() * root)))
                 });
-                closed(samples.collect())
+                standing(motion, (&skeleton, &travel), closed(samples.collect()))
             }
-            _ => (keyframe_track(&cycle, start, &order, Some(&travel)), 0.0),
+            _ => (keyframe_track(&cycle, start, &order, Some(&travel)), LoopCertificate::default()),
         };
         let joints = order.len();
         let mut cycle = clip(&poses, &targets, joints, period, fps, |time| travel.frame(time));
@@ -154,7 +147,7 @@ impl<'a> SampledMotion<'a> {
         });
         let gait = motion.metrics.gait.as_deref().filter(|gait| *gait != "unclassified");
         let name = gait.unwrap_or("motion").to_owned();
-        Ok(Self { skeleton, entry, cycle, name, adjustment })
+        Ok(Self { skeleton, entry, cycle, name, certificate })
     }
 
     /// Names of the joints in the order of the frames' angles.
@@ -166,6 +159,26 @@ impl<'a> SampledMotion<'a> {
     pub fn link_poses(&self, frame: &MotionFrame, in_place: bool) -> Vec<Isometry3<f64>> {
         self.skeleton.poses(&frame.placed_root(in_place), &frame.angles)
     }
+}
+
+/// Refuses a rate that is out of range, or at which there would be too much to write.
+fn check_size(motion: &Motion, joints: usize, fps: f64) -> Result<(), InputError> {
+    let refused = |reason| Err(InputError::impossible("fps", reason));
+    if !RATES.contains(&fps) {
+        let (least, most) = (RATES.start(), RATES.end());
+        return refused(format!("{fps} frames a second; from {least} to {most} are possible"));
+    }
+    let seconds = motion.cycle.end + motion.entry.last().map_or(0.0, |keyframe| keyframe.time);
+    let numbers = (3 * joints + 7) as f64;
+    if fps * seconds * numbers > MOST_NUMBERS {
+        return refused(format!(
+            "{fps} frames a second for {seconds:.1} s, of {joints} joints each, are {:.0} numbers, and {MOST_NUMBERS:.0} \
+             can be exported: at most {:.1} frames a second",
+            fps * seconds * numbers,
+            MOST_NUMBERS / (seconds * numbers),
+        ));
+    }
+    Ok(())
 }
 
 /// The keyframes before the loop, the loop's first included (none where the motion starts in its loop), and those of
@@ -256,35 +269,6 @@ fn root_in(
     (pose, linear, angular)
 }
 
-/// Samples of a cycle, made to end where they start by an ever greater share of what is missing, and the most that was
-/// added to an angle.
-fn closed(mut samples: Vec<(f64, Vec<f64>)>) -> (Track, f64) {
-    let last = samples.len() - 1;
-    let width = samples[0].1.len();
-    let joints = width - 7;
-    for index in 1..samples.len() {
-        let (before, after) = samples.split_at_mut(index);
-        let (before, after) = (&before[index - 1].1, &mut after[0].1);
-        if rotation_of(before, joints).dot(&rotation_of(after, joints)) < 0.0 {
-            after[joints + 3..].iter_mut().for_each(|q| *q = -*q);
-        }
-    }
-    // A root that rolled over once comes back with the other sign of its quaternion.
-    let turned = rotation_of(&samples[0].1, joints).dot(&rotation_of(&samples[last].1, joints)) < 0.0;
-    let mut repeat = vec![1.0; width];
-    repeat[joints + 3..].fill(if turned { -1.0 } else { 1.0 });
-    let missing: Vec<f64> =
-        (0..width).map(|at| repeat[at] * samples[0].1[at] - samples[last].1[at]).collect();
-    let (start, period) = (samples[0].0, samples[last].0 - samples[0].0);
-    for (time, values) in &mut samples {
-        let part = (*time - start) / period;
-        let share = part * part * (3.0 - 2.0 * part);
-        values.iter_mut().zip(&missing).for_each(|(value, missing)| *value += share * missing);
-    }
-    let adjustment = missing[..joints].iter().fold(0.0, |most: f64, missing| most.max(missing.abs()));
-    (Track::closed(samples, &repeat), adjustment)
-}
-
 /// Evenly spaced frames of `duration` seconds.
 fn clip(
     poses: &Track,
@@ -318,11 +302,6 @@ fn flattened(angles: &[f64], order: &[usize], root: &Isometry3<f64>) -> Vec<f64>
     let q = root.rotation;
     let angles = order.iter().map(|&joint| angles[joint]);
     angles.chain(root.translation.vector.iter().copied()).chain([q.w, q.i, q.j, q.k]).collect()
-}
-
-fn rotation_of(values: &[f64], joints: usize) -> Quaternion<f64> {
-    let q = &values[joints + 3..];
-    Quaternion::new(q[0], q[1], q[2], q[3])
 }
 
 fn isometry(position: [f64; 3], [w, x, y, z]: [f64; 4]) -> Isometry3<f64> {

@@ -25,6 +25,7 @@
 //! can be read at any time, whether the writer goes on, has ended or was killed.
 
 mod appearance;
+mod file;
 mod layout;
 mod motion;
 mod paths;
@@ -35,6 +36,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use re_sdk::external::re_log_encoding::EncodeError;
 use re_sdk::log::ChunkBatcherConfig;
 use re_sdk::sink::SinkFlushError;
 use re_sdk::{RecordingStream, RecordingStreamBuilder, RecordingStreamError};
@@ -43,6 +45,7 @@ use re_sdk_types::archetypes::{Scalars, TextDocument};
 use appearance::Appearance;
 pub use appearance::RecordingSubject;
 pub(super) use appearance::limb_colors;
+use file::RecordingFile;
 use gaitwright_learning::learn::Generation;
 use gaitwright_physics::playback::Trace;
 use paths::{APPLICATION, GENERATION, SIM_TIME};
@@ -55,6 +58,9 @@ const GATHER: Duration = Duration::from_secs(1);
 /// Dropping it ends the file as [`Recording::finish`] does, but reports no errors.
 pub struct Recording {
     stream: RecordingStream,
+    file: RecordingFile,
+    /// What the file is called in errors.
+    path: PathBuf,
     appearance: Appearance,
     /// Where the next motion starts on `sim_time`, s.
     clock: f64,
@@ -73,14 +79,19 @@ pub enum RecordingError {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: RecordingStreamError,
+        source: EncodeError,
     },
     /// A row cannot be encoded.
     #[error("cannot record: {0}")]
     Log(#[from] RecordingStreamError),
     /// What was recorded cannot be written to the file.
-    #[error("cannot write the recording: {0}")]
-    Write(#[from] SinkFlushError),
+    #[error("cannot write the recording {}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: SinkFlushError,
+    },
 }
 
 impl Recording {
@@ -91,13 +102,13 @@ impl Recording {
     ///
     /// [`RecordingError`] when the file cannot be created or written.
     pub fn create(path: &Path, subject: RecordingSubject<'_>) -> Result<Self, RecordingError> {
-        let gather = ChunkBatcherConfig { flush_tick: GATHER, ..ChunkBatcherConfig::DEFAULT };
-        let stream = RecordingStreamBuilder::new(APPLICATION)
-            .recording_id(subject.id)
-            .enabled(true)
-            .batcher_config(gather)
-            .save(path)
+        let file = RecordingFile::create(path)
             .map_err(|source| RecordingError::Create { path: path.to_owned(), source })?;
+        let gather = ChunkBatcherConfig { flush_tick: GATHER, ..ChunkBatcherConfig::DEFAULT };
+        let builder =
+            RecordingStreamBuilder::new(APPLICATION).recording_id(subject.id).batcher_config(gather);
+        let (_, store, about, gather, hooks, _) = builder.into_args();
+        let stream = RecordingStream::new(store, about, gather, hooks, Box::new(file.clone()))?;
         // Times of the wall clock and counters of the logging would make equal jobs differ.
         stream.set_log_time_enabled(false);
         stream.set_log_tick_enabled(false);
@@ -109,8 +120,24 @@ impl Recording {
         shapes::log(&stream, subject.character, &appearance)?;
         motion::log_styles(&stream, &appearance)?;
         log_curve_styles(&stream)?;
-        stream.flush_blocking()?;
-        Ok(Self { stream, appearance, clock: 0.0, generation: 0, touched: BTreeSet::new() })
+        let path = path.to_owned();
+        let recording =
+            Self { stream, file, path, appearance, clock: 0.0, generation: 0, touched: BTreeSet::new() };
+        recording.flush()?;
+        Ok(recording)
+    }
+
+    /// Takes note of another name of the file, by which errors name it from now on.
+    pub fn set_path(&mut self, path: &Path) {
+        self.path = path.to_owned();
+    }
+
+    fn flush(&self) -> Result<(), RecordingError> {
+        self.stream.flush_blocking().map_err(|source| self.unwritten(source))
+    }
+
+    fn unwritten(&self, source: SinkFlushError) -> RecordingError {
+        RecordingError::Write { path: self.path.clone(), source }
     }
 
     /// Adds a point to the learning curve.
@@ -152,8 +179,7 @@ impl Recording {
         motion::send(&self.stream, &self.appearance, &mut self.touched, (generation, self.clock), trace)?;
         let interval = duration / (trace.samples.len().max(2) - 1) as f64;
         self.clock += duration + interval;
-        self.stream.flush_blocking()?;
-        Ok(())
+        self.flush()
     }
 
     /// Sets the text about the job, in Markdown, for all times.
@@ -171,9 +197,8 @@ impl Recording {
     ///
     /// [`RecordingError::Write`] when not everything recorded has reached the file.
     pub fn finish(self) -> Result<(), RecordingError> {
-        self.stream.flush_blocking()?;
-        self.stream.finalize_deferred_sinks();
-        Ok(())
+        self.flush()?;
+        self.file.finish().map_err(|source| self.unwritten(source))
     }
 }
 

@@ -86,7 +86,7 @@ pub(super) fn send(
         sheet.link(index, name)?;
     }
     let meters_per_newton = appearance.size / appearance.weight.max(f64::MIN_POSITIVE);
-    let detection = Detection::for_weight(appearance.weight);
+    let detection = Detection::of(appearance.weight, (0.5 * appearance.size / 9.81).sqrt());
     for &link in &*touched {
         let name = &appearance.links[link];
         sheet.contact(link, name, meters_per_newton)?;

@@ -38,7 +38,8 @@ fn every_format_is_written_and_the_same_bytes_each_time() {
 fn what_cannot_be_exported_is_refused_in_one_line() {
     let folder = TempDir::new().unwrap();
     let (quadruped, biped) = (example_path("quadruped.urdf"), example_path("biped.urdf"));
-    let refused: [(&Path, &[&str], &str); 4] = [
+    let refused: [(&Path, &[&str], &str); 5] = [
+        (&quadruped, &["--format", "glb", "--fps", "1000.1"], "from 1 to 1000"),
         (&biped, &["--format", "glb"], "not for this character"),
         (&quadruped, &["--format", "csv", "--fps", "0"], "--fps: "),
         (&quadruped, &["--format", "csv", "--fps", "NaN"], "--fps: "),

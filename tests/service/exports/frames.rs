@@ -8,7 +8,7 @@ use super::{Example, assert_near};
 /// by more than it does elsewhere from one frame to the next.
 #[test]
 fn the_loop_closes_in_position_and_velocity() {
-    for example in [Example::new(), Example::with_poses()] {
+    for example in [Example::new(), Example::with_poses(), super::feet::bundled("walk")] {
         for fps in [24.0, 60.0, 1000.0] {
             let sampled = SampledMotion::new(&example.motion, example.character(), fps).unwrap();
             let frames = &sampled.cycle.frames;
@@ -98,11 +98,32 @@ fn the_root_moves_with_its_velocity() {
 fn links_are_where_the_simulator_has_them() {
     let example = Example::with_poses();
     let sampled = SampledMotion::new(&example.motion, example.character(), 60.0).unwrap();
-    assert!((sampled.adjustment - 0.003 * sampled.cycle.duration()).abs() < 1e-9, "{}", sampled.adjustment);
+    let added = sampled.certificate.closed.angle;
+    assert!((added - 0.003 * sampled.cycle.duration()).abs() < 1e-9, "{added}");
     for frame in &sampled.cycle.frames {
         let found = sampled.link_poses(frame, false);
         let wanted = example.link_poses(&frame.placed_root(false), &frame.angles);
         assert_eq!(found.len(), wanted.len());
         found.iter().zip(&wanted).for_each(|(found, wanted)| assert_near(found, wanted, 1e-9));
     }
+}
+
+/// What would be too much to write is refused with the figures of it, and with the rate that is possible.
+#[test]
+fn too_many_numbers_are_refused() {
+    let mut example = Example::new();
+    let longer = 10_000.0;
+    for keyframe in &mut example.motion.keyframes {
+        keyframe.time *= longer;
+        keyframe.velocities.iter_mut().for_each(|rate| *rate /= longer);
+        keyframe.root.linear_velocity = keyframe.root.linear_velocity.map(|rate| rate / longer);
+        keyframe.root.angular_velocity = keyframe.root.angular_velocity.map(|rate| rate / longer);
+    }
+    example.motion.cycle.end *= longer;
+    let refused = SampledMotion::new(&example.motion, example.character(), 1000.0).unwrap_err().to_string();
+    // 1680 s of 12 joints with angle, target and rate, and the root.
+    assert!(refused.contains("1680") && refused.contains("numbers"), "{refused}");
+    let rate: f64 = refused.split("at most ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    let possible = SampledMotion::new(&example.motion, example.character(), rate.floor()).unwrap();
+    assert!(possible.cycle.frames.len() > 10_000);
 }

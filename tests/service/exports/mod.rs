@@ -2,6 +2,7 @@
 
 mod bvh;
 mod commands;
+mod feet;
 mod frames;
 mod glb;
 mod mujoco;
@@ -69,7 +70,7 @@ impl Example {
     }
 
     fn export(&self, format: ExportFormat, options: ExportOptions) -> Vec<u8> {
-        export(&self.motion, self.character(), format, &options).unwrap()
+        export(&self.motion, self.character(), format, &options).unwrap().file
     }
 
     /// The frames of all links by the simulator's own kinematics.

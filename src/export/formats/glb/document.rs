@@ -62,6 +62,13 @@ impl Document {
         }
     }
 
+    /// Puts what is to be known of the file as a whole beside the scene.
+    pub(super) fn describe_scene(&mut self, meaning: &impl Serialize) {
+        if let Some(scene) = self.root.scenes.first_mut() {
+            scene.extras = to_raw_value(meaning).ok();
+        }
+    }
+
     /// Makes the scene, of one root node.
     pub(super) fn scene(&mut self, root: Index<Node>) {
         let scene = Scene { name: None, nodes: vec![root], extensions: None, extras: Default::default() };

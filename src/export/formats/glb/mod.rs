@@ -2,7 +2,8 @@
 //!
 //! The node of a link that a joint moves tells of it in `extras`: `joint` (its name), `kind` (`revolute` or `prismatic`),
 //! `axis` (in the node's own frame) and `angle` (rad or m, in the pose that the nodes have without an animation), so that
-//! a reader can bend the character as it likes.
+//! a reader can bend the character as it likes. `extras` of the scene hold the `certificate` of the loop: what was
+//! adjusted, and how its feet stand.
 //!
 //! Key frames are joined linearly (quaternions on the shortest arc), which every program plays alike; the last of a
 //! loop equals the first, seen from the travelling root node.
@@ -12,6 +13,7 @@ mod document;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use serde::Serialize;
 
+use super::closing::LoopCertificate;
 use super::sampled::{MotionClip, MotionFrame, SampledMotion};
 use super::skeleton::Skeleton;
 use super::tessellation::DisplayMesh;
@@ -37,6 +39,12 @@ impl<'a> JointExtras<'a> {
     }
 }
 
+/// What `extras` of the scene tell.
+#[derive(Serialize)]
+struct SceneExtras<'a> {
+    certificate: &'a LoopCertificate,
+}
+
 /// The nodes that move: the travelling frame and every link.
 struct Nodes {
     travel: Index<Node>,
@@ -50,6 +58,7 @@ pub(super) fn write(sampled: &SampledMotion<'_>, in_place: bool) -> Result<Vec<u
     let mut document = Document::default();
     let rest = &sampled.entry.as_ref().unwrap_or(&sampled.cycle).frames[0];
     let nodes = nodes(&mut document, &sampled.skeleton, &rest.root, &rest.angles);
+    document.describe_scene(&SceneExtras { certificate: &sampled.certificate });
     let name = &sampled.name;
     if !in_place {
         animation(&mut document, sampled, &nodes, (name, &sampled.cycle), true);
