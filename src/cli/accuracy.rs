@@ -15,6 +15,7 @@ use serde::Serialize;
 
 use super::failure::CommandError;
 use super::input::{name, print, read};
+use super::message::tell;
 use super::simulate::FilesBeside;
 
 /// Tolerances that are recommended for unless others are asked for, in the unit of the error.
@@ -191,7 +192,7 @@ impl StudyObserver for Progress {
             bar.set_position(done as u64);
             bar.set_message(what.to_owned());
         } else if self.printed != what {
-            eprintln!("{done}/{all} {what}");
+            tell(format_args!("{done}/{all} {what}"));
             what.clone_into(&mut self.printed);
         }
     }

@@ -5,7 +5,7 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
-use gaitwright::jobs::ServiceOptions;
+use gaitwright::jobs::{ServiceOptions, choose_cryptography};
 use gaitwright_learning::learn::Learning;
 use gaitwright_physics::fault::InputError;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -16,6 +16,7 @@ use tokio::io::AsyncWriteExt;
 use tokio::runtime::Runtime;
 
 use super::failure::CommandError;
+use super::message::tell;
 use super::serve::{Service, access, interrupted};
 use super::settings::{CONNECTIONS, STREAMS, token, tokens};
 use gaitwright::http::{HttpOptions, Unprotected};
@@ -61,13 +62,13 @@ impl DemoCommand {
             let options = ServiceOptions::new(self.out.clone());
             let mut service = Service::start(listen, options, offer).await?;
             let base = format!("http://{}", service.address);
-            eprintln!("the page: {base}/");
+            tell(format_args!("the page: {base}/"));
             let shown = tokio::select! {
                 shown = self.show(&base, token.as_deref()) => shown,
                 interrupted = interrupted() => interrupted.map_err(anyhow::Error::from),
             };
             if shown.is_ok() && !self.exit {
-                eprintln!("serving at {base}/ until Ctrl-C");
+                tell(format_args!("serving at {base}/ until Ctrl-C"));
                 service.until_interrupted().await?;
             }
             let stopped = service.stop().await;
@@ -101,7 +102,7 @@ impl DemoCommand {
             Some(path) => Ok(format!("{base}{path}")),
             None => bail!("the job has no link to its {link}"),
         };
-        eprintln!("the job:  {}", at("self")?);
+        tell(format_args!("the job:  {}", at("self")?));
         let job = watch(answer(client.get(at("events")?).send().await?).await?).await?;
         ensure!(job["state"] == "succeeded", "the job {}: {}", job["state"], job["error"]);
         let recording = self.out.join("recording.rrd");
@@ -112,21 +113,22 @@ impl DemoCommand {
         writeln!(stdout, "{}\n{}", recording.display(), motion.display())?;
         for learned in job["motions"].as_array().into_iter().flatten() {
             let number = |name: &str| learned[name].as_f64().unwrap_or_default();
-            eprintln!(
+            tell(format_args!(
                 "{}: {:.2} m/s, cost of transport {:.2}{}",
                 learned["name"].as_str().unwrap_or_default(),
                 number("speed"),
                 number("cost_of_transport"),
                 if learned["natural"] == true { "" } else { ", not natural" },
-            );
+            ));
         }
-        eprintln!("to watch them: {} or the page {base}/", at("viewer")?);
+        tell(format_args!("to watch them: {} or the page {base}/", at("viewer")?));
         Ok(())
     }
 }
 
 /// A client that brings the token with every request.
 fn client(token: Option<&str>) -> anyhow::Result<Client> {
+    choose_cryptography();
     let mut headers = HeaderMap::new();
     if let Some(token) = token {
         let value = HeaderValue::try_from(format!("Bearer {token}")).context("the token cannot be sent")?;
@@ -185,7 +187,7 @@ async fn watch(mut events: Response) -> anyhow::Result<Value> {
                             bar.set_message(line);
                             bar.tick();
                         }
-                        None => eprintln!("{line}"),
+                        None => tell(format_args!("{line}")),
                     }
                 }
                 _ => {}

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use gaitwright::export::{DEFAULT_FPS, ExportFormat, ExportOptions, export};
+use gaitwright::export::{DEFAULT_FPS, ExportFormat, ExportOptions, LoopCertificate, StandingFoot, export};
 use gaitwright_physics::fault::{Fault, InputError};
 use gaitwright_physics::motion::Motion;
 
 use super::failure::CommandError;
 use super::input::{name, read, read_character};
+use super::message::tell;
 
 /// Writes a motion for another program: glTF binary, BVH, CSV, a ROS 2 JointTrajectory, or a MuJoCo model with
 /// keyframes. The guide describes each.
@@ -45,7 +46,7 @@ impl ExportCommand {
         let motion = Motion::parse(&read(&self.motion)?).map_err(CommandError::input(name(&self.motion)))?;
         let reading = read_character(&self.character, false)?;
         let options = ExportOptions { fps: self.fps, in_place: self.in_place };
-        let file = export(&motion, &reading.character, self.format, &options).map_err(|error| {
+        let exported = export(&motion, &reading.character, self.format, &options).map_err(|error| {
             // What is wrong with an option is named as the option is.
             let fault = error.faults().first().map_or("", |fault: &Fault| &fault.pointer);
             let place = match fault {
@@ -55,15 +56,51 @@ impl ExportCommand {
             };
             CommandError::Input { name: place, error: without_option(error) }
         })?;
+        if let Some(certificate) = &exported.certificate {
+            tell(format_args!("{}", adjustments(certificate)));
+        }
         if self.out.as_os_str() == "-" {
             let mut out = std::io::stdout().lock();
-            out.write_all(&file)?;
+            out.write_all(&exported.file)?;
             return Ok(out.flush()?);
         }
-        std::fs::write(&self.out, file)
+        std::fs::write(&self.out, exported.file)
             .with_context(|| format!("{} cannot be written", self.out.display()))?;
         Ok(())
     }
+}
+
+/// What was adjusted, in a line.
+fn adjustments(certificate: &LoopCertificate) -> String {
+    let LoopCertificate { closed, held, feet } = certificate;
+    let loop_closed = format!(
+        "the loop was closed by at most {:.4} rad in a joint, {:.2} mm and {:.4} rad at the root",
+        closed.angle,
+        1e3 * closed.translation,
+        closed.rotation
+    );
+    if feet.is_empty() {
+        return format!("{loop_closed}; the motion does not tell when its feet stand");
+    }
+    let most = |figure: fn(&StandingFoot) -> f64| {
+        1e3 * feet.iter().filter(|foot| foot.held).map(figure).fold(0.0, f64::max)
+    };
+    let mut text = format!(
+        "{loop_closed}; standing feet slid by up to {:.2} mm a step and lay up to {:.2} mm off the ground, and are held to \
+         {:.2} mm and {:.2} mm by at most {:.4} rad in a joint, {:.2} mm and {:.4} rad at the root",
+        most(|foot| foot.slide.simulated),
+        most(|foot| foot.gap.simulated),
+        most(|foot| foot.slide.exported),
+        most(|foot| foot.gap.exported),
+        held.angle,
+        1e3 * held.translation,
+        held.rotation,
+    );
+    let dragged: Vec<&str> = feet.iter().filter(|foot| !foot.held).map(|foot| &*foot.link).collect();
+    if !dragged.is_empty() {
+        text += &format!("; left as simulated, dragged or never lifted: {}", dragged.join(", "));
+    }
+    text
 }
 
 /// The error without the place of a fault that is an option.

@@ -7,6 +7,8 @@ use anyhow::anyhow;
 use gaitwright_learning::accuracy::StudyError;
 use gaitwright_physics::fault::{InputError, one_line};
 
+use super::message::tell;
+
 /// Why a command did not succeed.
 #[derive(Debug)]
 pub enum CommandError {
@@ -44,16 +46,29 @@ impl CommandError {
         match self {
             Self::Input { name, error } => {
                 let faults: Vec<String> = error.faults().iter().map(ToString::to_string).collect();
-                eprintln!("{name}: {}", faults.join("; "));
+                tell(format_args!("{name}: {}", faults.join("; ")));
                 ExitCode::from(2)
             }
             Self::Work(error) => {
-                eprintln!("{}", one_line(&format!("{error:#}")));
+                tell(format_args!("{}", one_line(&reasons(&error))));
                 ExitCode::FAILURE
             }
             Self::ClosedPipe => ExitCode::SUCCESS,
         }
     }
+}
+
+/// An error and its causes, but for those that it tells of itself.
+fn reasons(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain().map(ToString::to_string).filter(|cause| !cause.is_empty()) {
+        if text.is_empty() {
+            text = cause;
+        } else if !text.contains(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
 }
 
 impl<E: Into<anyhow::Error>> From<E> for CommandError {

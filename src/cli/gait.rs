@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::failure::CommandError;
 use super::input::{name, print, read, read_character};
+use super::message::tell;
 
 /// Plays a motion with its character in one continuous simulation and reports its gait. Without the
 /// character, reports what the document itself states about its gait.
@@ -54,9 +55,9 @@ impl GaitCommand {
             error => CommandError::Work(anyhow!("{file}: {error}")),
         })?;
         if let Some(time) = report.fell_at {
-            eprintln!(
+            tell(format_args!(
                 "{file}: the character fell after {time:.3} s; the gait is that of the time until then"
-            );
+            ));
         }
         if let Some(svg) = &self.svg {
             std::fs::write(svg, gait_diagram(&report)?)

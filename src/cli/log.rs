@@ -18,7 +18,8 @@ pub enum LogFormat {
     Json,
 }
 
-/// Logs from here on what `filter` lets through; warnings where it is empty.
+/// Logs from here on what `filter` lets through; warnings where it is empty. What cannot be written, to a full disk for
+/// one, is left out.
 ///
 /// # Errors
 ///
@@ -28,8 +29,11 @@ pub fn start(filter: &str, format: LogFormat) -> Result<(), ParseError> {
         .with(EnvFilter::builder().with_default_directive(LevelFilter::WARN.into()).parse(filter)?);
     match format {
         LogFormat::Text => {
-            let lines =
-                tracing_subscriber::fmt::layer().with_ansi(stderr().is_terminal()).with_writer(stderr);
+            // A failure to write the log would be written to the same place, in a way that ends the thread if that fails.
+            let lines = tracing_subscriber::fmt::layer()
+                .with_ansi(stderr().is_terminal())
+                .with_writer(stderr)
+                .log_internal_errors(false);
             log.with(lines).init();
         }
         LogFormat::Json => {

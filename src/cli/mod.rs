@@ -8,12 +8,14 @@ mod failure;
 mod gait;
 mod input;
 mod log;
+mod message;
 mod schema;
 mod serve;
 mod settings;
 mod simulate;
 mod study;
 mod train;
+mod work;
 
 use std::process::ExitCode;
 
@@ -39,6 +41,8 @@ enum Command {
     Demo(demo::DemoCommand),
     /// Run the service
     Serve(Box<serve::ServeCommand>),
+    /// Work at the jobs of servers, on this machine or another
+    Work(Box<work::WorkCommand>),
     /// Learn a motion without a service
     Train(train::TrainCommand),
     /// Report what is understood of a character, as JSON
@@ -60,8 +64,8 @@ enum Command {
 /// Runs the command line's command.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    // The service logs as its settings say; the other commands print their own messages.
-    if !matches!(arguments.command, Command::Serve(_)) {
+    // Service and workers log as their settings say; the other commands print their own messages.
+    if !matches!(arguments.command, Command::Serve(_) | Command::Work(_)) {
         let filter = std::env::var("RUST_LOG").unwrap_or_default();
         // What cannot be read may be meant for another program.
         if log::start(&filter, LogFormat::Text).is_err() {
@@ -71,6 +75,7 @@ pub fn main() -> ExitCode {
     let done = match arguments.command {
         Command::Demo(demo) => demo.run(),
         Command::Serve(serve) => serve.run(),
+        Command::Work(work) => work.run(),
         Command::Train(train) => train.run(),
         Command::Check(check) => check.run(),
         Command::Simulate(simulate) => simulate.run(),

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use gaitwright::http::{self, AccessPolicy, HttpOptions, Tokens, Unprotected};
-use gaitwright::jobs::{Jobs, RetentionOptions, ServiceOptions, start};
+use gaitwright::jobs::{Jobs, ServiceOptions, start};
 use gaitwright_physics::fault::InputError;
 use tokio::net::TcpListener;
 use tokio::runtime::{Handle, Runtime};
@@ -16,6 +16,7 @@ use tokio_util::sync::CancellationToken;
 
 use super::failure::CommandError;
 use super::log::{self, LogFormat};
+use super::message::tell;
 use super::settings::{ServiceSettings, SettingsArguments};
 
 /// How long the workers may take to put their jobs back into the queue at the end.
@@ -45,29 +46,13 @@ impl ServeCommand {
             stdout().lock().write_all(settings.to_file()?.as_bytes())?;
             return Ok(());
         }
-        log::start(&settings.log, settings.log_format).map_err(|error| {
-            CommandError::input("the settings")(InputError::impossible("log", error.to_string()))
-        })?;
+        start_log(&settings)?;
         let offer = HttpOptions { connections: affordable(offer.connections), ..offer };
-        let options = ServiceOptions {
-            workers: settings.workers.get().into(),
-            queue: settings.queue,
-            caller_queue: Some(settings.caller_queue),
-            lease: Duration::from_secs_f64(settings.lease),
-            job_memory: settings.job_memory.saturating_mul(1 << 20),
-            retention: RetentionOptions {
-                jobs: settings.keep_jobs,
-                recordings: settings.keep_recordings,
-                characters: settings.keep_characters,
-                notice: Duration::from_secs(settings.keep_notice),
-            },
-            ..ServiceOptions::new(settings.data)
-        };
         let runtime = Runtime::new().context("the runtime cannot be started")?;
         let served = runtime.block_on(async {
-            let mut service = Service::start(settings.listen, options, offer).await?;
+            let mut service = Service::start(settings.listen, settings.options(), offer).await?;
             match settings.log_format {
-                LogFormat::Text => eprintln!("listening on http://{}", service.address),
+                LogFormat::Text => tell(format_args!("listening on http://{}", service.address)),
                 LogFormat::Json => tracing::info!(address = %service.address, "listening"),
             }
             service.until_interrupted().await?;
@@ -77,6 +62,31 @@ impl ServeCommand {
         runtime.shutdown_timeout(Duration::from_millis(100));
         served.map_err(CommandError::from)
     }
+}
+
+/// Has the log be written as the settings say.
+pub fn start_log(settings: &ServiceSettings) -> Result<(), CommandError> {
+    log::start(&settings.log, settings.log_format).map_err(|error| {
+        CommandError::input("the settings")(InputError::impossible("log", error.to_string()))
+    })
+}
+
+/// Opens the jobs.
+pub async fn open(options: ServiceOptions) -> anyhow::Result<Jobs> {
+    let (data, store, files) =
+        (options.data.display().to_string(), options.store.to_string(), options.files.to_string());
+    let opened = Jobs::open(options, CancellationToken::new()).await;
+    opened.with_context(|| format!("the data folder {data} (store: {store}, files: {files}) cannot be used"))
+}
+
+/// Puts running jobs back into the queue with a checkpoint, and waits for all of it, but not for long.
+pub async fn close(jobs: &Jobs) {
+    jobs.shutdown().cancel();
+    let until = Instant::now() + STOP_TIMEOUT;
+    while jobs.workers() > 0 && Instant::now() < until {
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    jobs.close().await;
 }
 
 /// How a service with these settings is offered.
@@ -140,10 +150,7 @@ impl Service {
         options: ServiceOptions,
         offer: HttpOptions,
     ) -> anyhow::Result<Self> {
-        let data = options.data.display().to_string();
-        let jobs = Jobs::open(options, CancellationToken::new())
-            .await
-            .with_context(|| format!("the data folder {data} cannot be used"))?;
+        let jobs = open(options).await?;
         let listener =
             TcpListener::bind(listen).await.with_context(|| format!("cannot listen on {listen}"))?;
         let address = listener.local_addr()?;
@@ -168,11 +175,7 @@ impl Service {
     pub async fn stop(self) -> anyhow::Result<()> {
         self.jobs.shutdown().cancel();
         self.server.await??;
-        let until = Instant::now() + STOP_TIMEOUT;
-        while self.jobs.workers() > 0 && Instant::now() < until {
-            tokio::time::sleep(Duration::from_millis(20)).await;
-        }
-        self.jobs.close().await;
+        close(&self.jobs).await;
         Ok(())
     }
 }

@@ -20,6 +20,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::demo::QUADRUPED;
 use super::failure::CommandError;
 use super::input::read_character;
+use super::message::tell;
 
 /// Answers the open questions of the paper, and compares the learning with rival searches, each variant on the same budget
 /// of simulated time: table.csv, table.json, and a plot for each question.
@@ -75,7 +76,7 @@ impl StudyCommand {
                 bar.set_position(done as u64);
                 bar.set_message(what.to_owned());
             }
-            None => eprintln!("{done}/{all} {what}"),
+            None => tell(format_args!("{done}/{all} {what}")),
         };
         let table = run(&study, &progress).map_err(|error| match error {
             LearnError::Input(error) => CommandError::input("study")(error),

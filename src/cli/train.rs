@@ -11,10 +11,14 @@ use gaitwright::jobs::{
 use gaitwright_learning::learn::{Budget, Cancel, Generation};
 use gaitwright_learning::training::TrainingCheckpoint;
 use indicatif::{ProgressBar, ProgressStyle};
+use tokio::signal::unix::{SignalKind, signal};
 
 use super::failure::CommandError;
 use super::input::{self, name, read_character};
-use super::serve::interrupted;
+use super::message::tell;
+
+/// How long a run that is asked to end may take to write what it has found.
+const LONGEST_END: Duration = Duration::from_secs(5);
 
 /// Shortest time between two plain lines of progress.
 const LINE_EVERY: Duration = Duration::from_secs(2);
@@ -102,18 +106,28 @@ fn list(out: &Path) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// Cancels at the first interrupt; at the second the program ends where it is.
+/// Cancels at the first interrupt; at the second the program ends where it is, and so it does when somebody who asked for
+/// its end (SIGTERM) has waited for [`LONGEST_END`], whatever it is waiting for itself.
 fn cancel_on_interrupt(cancel: Cancel) -> Result<(), CommandError> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let (mut interrupt, mut terminate) = {
+        let _entered = runtime.enter();
+        (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?)
+    };
     std::thread::Builder::new().name("interrupts".to_owned()).spawn(move || {
         runtime.block_on(async {
-            if interrupted().await.is_ok() {
-                cancel.cancel();
-                eprintln!("stopping; what was found is written");
+            let longest = tokio::select! {
+                _ = interrupt.recv() => Duration::MAX,
+                _ = terminate.recv() => LONGEST_END,
+            };
+            cancel.cancel();
+            tell(format_args!("stopping; what was found is written"));
+            tokio::select! {
+                _ = interrupt.recv() => {}
+                _ = terminate.recv() => {}
+                () = tokio::time::sleep(longest) => {}
             }
-            if interrupted().await.is_ok() {
-                std::process::exit(1);
-            }
+            std::process::exit(1);
         });
     })?;
     Ok(())
@@ -141,7 +155,7 @@ impl Progress {
     fn show(&self, line: String) {
         match &self.bar {
             Some(bar) => bar.set_message(line),
-            None => eprintln!("{line}"),
+            None => tell(format_args!("{line}")),
         }
     }
 }
@@ -184,7 +198,7 @@ impl RunWatcher for Progress {
         let line = format!("motion {number}, {name}: {:.2} m/s{cost}, {gait}, {natural}", metrics.speed);
         match &self.bar {
             Some(bar) => bar.println(line),
-            None => eprintln!("{line}"),
+            None => tell(format_args!("{line}")),
         }
     }
 

@@ -19,7 +19,7 @@ use crate::jobs::Posting;
 /// The job's record holds the recommendations in the end; the table and the diagram are among its results.
 #[utoipa::path(
     post, path = "/v1/accuracy", operation_id = "submit_study", tag = "jobs",
-    request_body(description = "A scenario of at most 60 s whose character and motion are inline, and the \
+    request_body(description = "A scenario of at most 60 s whose motion is inline, and whose character is inline or has been posted before, and the \
         tolerances for which a setting is to be recommended",
         content = ref("#/components/schemas/StudyRequest")),
     responses(
@@ -32,6 +32,7 @@ pub(super) async fn submit(
     JsonBody(body): JsonBody,
 ) -> Result<Response, ProblemDetails> {
     let posting = Posting { caller: caller.to_string(), key: None };
-    let body = JobBody::from(app.jobs.submit_study(body.into(), posting).await?);
+    let body = app.jobs.with_character(body.into(), "/scenario/character").await?;
+    let body = JobBody::from(app.jobs.submit_study(body, posting).await?);
     Ok((StatusCode::ACCEPTED, [(LOCATION, body.place().to_owned())], Json(body)).into_response())
 }

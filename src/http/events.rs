@@ -1,6 +1,7 @@
 //! A job as it happens, as server-sent events.
 
 use std::convert::Infallible;
+use std::time::Duration;
 
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
@@ -8,6 +9,7 @@ use axum::response::IntoResponse;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use serde::Serialize;
 use tokio::sync::mpsc;
+use tokio::time::MissedTickBehavior;
 use tokio_stream::wrappers::ReceiverStream;
 use uuid::Uuid;
 
@@ -18,21 +20,24 @@ use super::jobs::JobBody;
 use super::limits::Place;
 use super::problem::ProblemDetails;
 use super::responses::{JobId, NotFollowed};
-use crate::jobs::{Job, JobState, Jobs, Live};
+use crate::jobs::{Job, JobState, Jobs, Live, ServiceError};
 use gaitwright_learning::learn::Generation;
+
+/// Time after which a job that runs elsewhere is looked at again, if nothing has been heard of it.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// Every generation's figures from the first on, then the end.
 ///
-/// Events are `state` (the job, when it is taken up or put back), `generation` (its figures; the
-/// event's id is its number, so that `Last-Event-ID` goes on after it) and `end` (the job), after
-/// which the stream ends.
+/// Events are `state` (the job, when it is taken up or put back), `progress` (`evaluations`: how many candidates have been
+/// tried, once a second while that grows), `generation` (its figures; the event's id is its number, so that
+/// `Last-Event-ID` goes on after it) and `end` (the job), after which the stream ends.
 #[utoipa::path(
     get, path = "/v1/jobs/{id}/events", tag = "jobs",
     params(
         JobId,
         ("Last-Event-ID" = Option<u32>, Header, description = "Go on after this generation")),
     responses(
-        (status = 200, description = "Events `state`, `generation` and `end`",
+        (status = 200, description = "Events `state`, `progress`, `generation` and `end`",
             content_type = "text/event-stream", body = String),
         NotFollowed))]
 pub(super) async fn events(
@@ -65,6 +70,15 @@ fn last_event(headers: &HeaderMap) -> Result<Option<u32>, ProblemDetails> {
     number.map(Some).ok_or_else(|| ProblemDetails::new(StatusCode::BAD_REQUEST, detail))
 }
 
+/// How often a reader is told how many candidates have been tried.
+const PROGRESS_EVERY: Duration = Duration::from_secs(1);
+
+/// How many candidates a running job has tried.
+#[derive(Debug, Serialize)]
+struct Tried {
+    evaluations: u64,
+}
+
 /// The stream has ended: its reader has left, or the end of the job has been sent.
 struct StreamEnded;
 
@@ -81,10 +95,9 @@ struct EventSender {
 
 impl EventSender {
     async fn run(mut self) {
+        // From before the job is looked at: a change after the look wakes the wait below.
         let mut changes = self.jobs.changes();
         loop {
-            // Marked as seen before the job is looked at: a change after the look wakes the wait below.
-            changes.borrow_and_update();
             let sent = match self.jobs.live(self.id) {
                 Some(live) => self.follow(&live).await,
                 None => self.idle().await,
@@ -92,22 +105,45 @@ impl EventSender {
             if sent.is_err() {
                 return;
             }
+            let look = async {
+                if self.jobs.is_shared() {
+                    tokio::time::sleep(LOOK_EVERY).await;
+                } else {
+                    std::future::pending().await
+                }
+            };
             tokio::select! {
-                _ = changes.changed() => {}
+                () = changes.of(self.id) => {}
+                () = look => {}
                 () = self.sender.closed() => return,
                 () = self.jobs.shutdown().cancelled() => return,
             }
         }
     }
 
-    /// Sends the state of a job that does not run, and if it has ended its curve and the end.
+    /// Sends the state of a job that does not run here, its curve so far if it runs elsewhere, and if it has ended its
+    /// curve and the end.
     async fn idle(&mut self) -> Result<(), StreamEnded> {
-        let job = self.jobs.job(self.id).await.map_err(|_| StreamEnded)?;
-        if !job.state.is_final() {
-            return self.state(job).await;
+        let job = match self.jobs.job(self.id).await {
+            Ok(job) => job,
+            // Others may have the store again soon.
+            Err(ServiceError::Store(error)) if self.jobs.is_shared() && error.is_unavailable() => {
+                return Ok(());
+            }
+            Err(_) => return Err(StreamEnded),
+        };
+        let ended = job.state.is_final();
+        if !ended {
+            self.state(job.clone()).await?;
         }
-        let curve = self.jobs.curve(self.id).await.map_err(|_| StreamEnded)?;
+        if job.state == JobState::Queued {
+            return Ok(());
+        }
+        let curve = self.jobs.curve(self.id, self.next).await.map_err(|_| StreamEnded)?;
         self.figures(&curve).await?;
+        if !ended {
+            return Ok(());
+        }
         self.send("end", &JobBody::from(job), None).await?;
         Err(StreamEnded)
     }
@@ -117,6 +153,9 @@ impl EventSender {
         let job = self.jobs.job(self.id).await.map_err(|_| StreamEnded)?;
         self.state(job).await?;
         let mut moment = live.watch();
+        let mut seconds = tokio::time::interval(PROGRESS_EVERY);
+        seconds.set_missed_tick_behavior(MissedTickBehavior::Skip);
+        let mut sent = 0;
         loop {
             let over = moment.borrow_and_update().over;
             self.figures(&live.curve_from(self.next)).await?;
@@ -125,6 +164,13 @@ impl EventSender {
             }
             tokio::select! {
                 _ = moment.changed() => {}
+                _ = seconds.tick() => {
+                    let evaluations = live.cancel().tried();
+                    if evaluations > sent {
+                        self.send("progress", &Tried { evaluations }, None).await?;
+                        sent = evaluations;
+                    }
+                }
                 () = self.sender.closed() => return Err(StreamEnded),
                 () = self.jobs.shutdown().cancelled() => return Err(StreamEnded),
             }

@@ -1,7 +1,5 @@
 //! A job's motion in the forms that other programs open.
 
-use std::path::PathBuf;
-
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::response::Response;
@@ -15,7 +13,7 @@ use super::problem::ProblemDetails;
 use super::responses::{JobId, NotExported};
 use super::results::not_ready;
 use crate::export::{DEFAULT_FPS, ExportFormat, ExportOptions};
-use crate::jobs::{Artefact, Job};
+use crate::jobs::{Artefact, Job, JobFile};
 
 /// How a motion is wanted.
 #[derive(Debug, Deserialize)]
@@ -129,20 +127,20 @@ async fn exported(
     asked: (&Wanted, &HeaderMap),
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
-    converted(app, &job, app.jobs.artefact(id, Artefact::Motion), format, asked).await
+    converted(app, &job, &JobFile::artefact(id, Artefact::Motion), format, asked).await
 }
 
-/// The motion document at `path`, in another format.
+/// The motion document `file`, in another format.
 pub(super) async fn converted(
     app: &App,
     job: &Job,
-    path: PathBuf,
+    file: &JobFile,
     format: ExportFormat,
     (wanted, headers): (&Wanted, &HeaderMap),
 ) -> Result<Response, ProblemDetails> {
     let options = ExportOptions { fps: wanted.fps.unwrap_or(DEFAULT_FPS), in_place: wanted.in_place };
-    match app.jobs.exported(job.id, path, format, options).await? {
-        Some(file) => Ok(tagged(headers, format.media_type(), &tag(&[&file]), file)),
+    match app.jobs.exported(file, format, options).await? {
+        Some(exported) => Ok(tagged(headers, format.media_type(), &tag(&[&exported]), exported)),
         None => Err(not_ready(job, &format!("motion.{}", format.extension()))),
     }
 }

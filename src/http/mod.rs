@@ -18,6 +18,7 @@ mod openapi;
 mod page;
 mod problem;
 mod ranges;
+mod recordings;
 mod responses;
 mod results;
 mod server;
@@ -136,7 +137,7 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(jobs::cancel))
         .routes(routes!(jobs::retry))
         .routes(routes!(events::events))
-        .routes(routes!(results::recording))
+        .routes(routes!(recordings::recording))
         .routes(routes!(results::motion))
         .routes(routes!(results::motions))
         .routes(routes!(motions::motion))

@@ -13,7 +13,7 @@ use super::problem::ProblemDetails;
 use super::responses::{JobId, NotExported, PreliminaryQuery};
 use super::results::{Choice, check_ended, not_ready, served};
 use crate::export::ExportFormat;
-use crate::jobs::{Job, Shelf};
+use crate::jobs::{Job, JobFile, Shelf};
 
 /// How a motion of the repertoire is wanted.
 #[derive(Debug, Deserialize)]
@@ -58,12 +58,12 @@ pub(super) async fn motion(
     }
     check_ended(&job, &choice, &format!("motion {name}"))?;
     let file = file(&app, &job, number).await?;
-    let path = app.jobs.shelved(id, Shelf::Motions, &file);
+    let document = JobFile::shelved(id, Shelf::Motions, &file);
     match format {
-        None => served(&job, (&choice, &headers), path, (&file, "application/json")).await,
+        None => served(&app, &job, (&choice, &headers), (&document, &file, "application/json")).await,
         Some(format) => {
             let wanted = Wanted::new(query.fps, query.in_place);
-            converted(&app, &job, path, format, (&wanted, &headers)).await
+            converted(&app, &job, &document, format, (&wanted, &headers)).await
         }
     }
 }
@@ -84,8 +84,8 @@ pub(super) async fn gait(
     let job = app.jobs.job(id).await?;
     check_ended(&job, &choice, &format!("gait of motion {number}"))?;
     let file = file(&app, &job, &number).await?;
-    let path = app.jobs.shelved(id, Shelf::Gaits, &file);
-    served(&job, (&choice, &headers), path, (&file, "application/json")).await
+    let report = JobFile::shelved(id, Shelf::Gaits, &file);
+    served(&app, &job, (&choice, &headers), (&report, &file, "application/json")).await
 }
 
 /// The form whose files have this extension.

@@ -32,6 +32,7 @@ const FILES: &[(&str, &str, &[u8])] = &[
     file!("static", "index.html" at "/"),
     file!("style.css"),
     file!("app.js"),
+    file!("modules/aim.js"),
     file!("modules/api.js"),
     file!("modules/arrow.js"),
     file!("modules/character.js"),

@@ -1,14 +1,26 @@
 //! A file, or the part of it that a client asks for (RFC 9110, section 14).
 
+use std::io;
+use std::ops::Range;
 use std::path::Path;
+use std::time::SystemTime;
 
 use axum::body::Body;
 use axum::extract::Request;
-use axum::http::header::{ETAG, IF_RANGE, LAST_MODIFIED, RANGE};
-use axum::http::{HeaderMap, HeaderValue, Method};
+use axum::http::header::{
+    ACCEPT_RANGES, CONTENT_LENGTH, CONTENT_RANGE, CONTENT_TYPE, ETAG, IF_RANGE, LAST_MODIFIED, RANGE,
+};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode};
 use axum::response::{IntoResponse, Response};
+use futures_util::stream;
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
+
+use super::conditional::is_known;
+use crate::jobs::Joined;
+
+/// Bytes of a file in an object store that are fetched at once.
+pub(super) const CHUNK: u64 = 1 << 20;
 
 /// Answers `request` with the file at `path`, whole unless it asks for one range of bytes of the very file that is
 /// there. What is no such range is passed over, as the standard has it.
@@ -27,6 +39,80 @@ pub(super) async fn serve(path: &Path, mut request: Request) -> Response {
         }
     }
     answer(path, request).await
+}
+
+/// Answers `request` with a file in an object store, in the same way.
+pub(super) fn serve_joined(joined: Joined, request: &Request) -> Response {
+    let length = joined.length();
+    let mut headers = HeaderMap::new();
+    headers.insert(CONTENT_TYPE, HeaderValue::from_static("application/octet-stream"));
+    headers.insert(ACCEPT_RANGES, HeaderValue::from_static("bytes"));
+    let tag = format!("\"{}\"", joined.tag());
+    for (name, value) in [(ETAG, tag.clone()), (LAST_MODIFIED, http_date(joined.modified()))] {
+        if let Ok(value) = HeaderValue::from_str(&value) {
+            headers.insert(name, value);
+        }
+    }
+    if is_known(request.headers(), &tag) {
+        return (StatusCode::NOT_MODIFIED, headers).into_response();
+    }
+    let asked = request.headers().get(RANGE).and_then(|range| single(range.to_str().ok()?));
+    let applies = request.method() == Method::GET
+        && request.headers().get(IF_RANGE).is_none_or(|validator| names(validator, &headers));
+    let (status, range) = match asked.filter(|_| applies) {
+        None => (StatusCode::OK, 0..length),
+        Some(asked) => match within(&asked, length) {
+            Some(range) => (StatusCode::PARTIAL_CONTENT, range),
+            None => {
+                headers.insert(CONTENT_RANGE, content_range(&format!("*/{length}")));
+                return (StatusCode::RANGE_NOT_SATISFIABLE, headers).into_response();
+            }
+        },
+    };
+    if status == StatusCode::PARTIAL_CONTENT {
+        let written = format!("{}-{}/{length}", range.start, range.end - 1);
+        headers.insert(CONTENT_RANGE, content_range(&written));
+    }
+    headers.insert(CONTENT_LENGTH, HeaderValue::from(range.end - range.start));
+    let body = match *request.method() {
+        Method::HEAD => Body::empty(),
+        _ => Body::from_stream(stream::try_unfold(range, move |left: Range<u64>| {
+            let joined = joined.clone();
+            async move {
+                if left.is_empty() {
+                    return Ok(None);
+                }
+                let chunk = joined.read(left.start..left.end.min(left.start + CHUNK)).await?;
+                if chunk.is_empty() {
+                    return Err(io::Error::from(io::ErrorKind::UnexpectedEof));
+                }
+                let left = left.start + chunk.len() as u64..left.end;
+                Ok(Some((chunk, left)))
+            }
+        })),
+    };
+    (status, headers, body).into_response()
+}
+
+fn content_range(range: &str) -> HeaderValue {
+    HeaderValue::from_str(&format!("bytes {range}")).unwrap_or(HeaderValue::from_static("bytes */*"))
+}
+
+/// A time as the header `Last-Modified` has it (RFC 9110, section 5.6.7).
+fn http_date(time: SystemTime) -> String {
+    let time = jiff::Timestamp::try_from(time).unwrap_or_default();
+    time.strftime("%a, %d %b %Y %H:%M:%S GMT").to_string()
+}
+
+/// The positions in a file of `length` bytes that a range as [`single`] writes it means; `None` where there are none.
+fn within(range: &HeaderValue, length: u64) -> Option<Range<u64>> {
+    let (first, last) = range.to_str().ok()?.strip_prefix("bytes=")?.split_once('-')?;
+    let range = match (position(first)?, position(last)?) {
+        (Some(first), last) => first..last.map_or(length, |last| last.saturating_add(1).min(length)),
+        (None, Some(suffix)) => length.saturating_sub(suffix)..length,
+        (None, None) => return None,
+    };
+    (!range.is_empty()).then_some(range)
 }
 
 async fn answer(path: &Path, request: Request) -> Response {

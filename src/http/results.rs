@@ -1,82 +1,22 @@
-//! What a job leaves behind: recording, motion, gait, curve, report; of a study, table and diagram.
-
-use std::io::SeekFrom;
-use std::path::PathBuf;
-use std::sync::Arc;
-use std::time::Duration;
+//! What a job leaves behind: motion, gait, curve, report; of a study, table and diagram.
 
 use axum::Json;
-use axum::body::{Body, Bytes};
-use axum::extract::{Request, State};
-use axum::http::header::{ACCEPT_RANGES, CACHE_CONTROL, CONTENT_TYPE};
-use axum::http::{HeaderMap, HeaderValue, Method, StatusCode};
+use axum::extract::State;
+use axum::http::HeaderMap;
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
 use serde_json::{Map, Value};
-use tokio::fs::File;
-use tokio::io::{AsyncReadExt, AsyncSeekExt};
-use tokio::sync::mpsc;
-use tokio_stream::wrappers::ReceiverStream;
-use tokio_util::sync::CancellationToken;
 use uuid::Uuid;
 
 use super::accept::prefers_csv;
 use super::app::App;
-use super::caller::Caller;
 use super::conditional::{tag, tagged};
 use super::extract::{UrlPath, UrlQuery};
-use super::limits::Place;
 use super::problem::ProblemDetails;
-use super::ranges;
-use super::responses::{
-    JobId, NoDiagram, NoMotion, NoRecording, NoReport, NoSuchJob, NoTable, PreliminaryQuery,
-};
+use super::responses::{JobId, NoDiagram, NoMotion, NoReport, NoSuchJob, NoTable, PreliminaryQuery};
 use crate::export::Curve;
-use crate::jobs::{Artefact, Job, JobState, Live};
-
-/// How often a growing recording is looked at for more.
-const POLL_EVERY: Duration = Duration::from_millis(200);
-
-/// Bytes of a growing recording sent at once.
-const CHUNK: usize = 64 << 10;
-
-/// The recording; while the job runs, a stream that follows it.
-#[utoipa::path(
-    get, path = "/v1/jobs/{id}/recording.rrd", tag = "results",
-    params(JobId),
-    responses(
-        (status = 200, description = "The recording, for the Rerun viewer; while the job runs, everything \
-            recorded so far and then what is added, until the job ends",
-            content_type = "application/octet-stream", body = Vec<u8>),
-        (status = 206, description = "A range of a finished recording",
-            content_type = "application/octet-stream", body = Vec<u8>),
-        NoRecording))]
-pub(super) async fn recording(
-    State(app): State<App>,
-    caller: Caller,
-    UrlPath(id): UrlPath<Uuid>,
-    request: Request,
-) -> Result<Response, ProblemDetails> {
-    let job = app.jobs.job(id).await?;
-    let path = app.jobs.artefact(id, Artefact::Recording);
-    if job.state == JobState::Running
-        && let Some(live) = app.jobs.live(id)
-    {
-        let place = app.stream(caller)?;
-        return Ok(growing(&request, path, live, app.jobs.shutdown().clone(), place));
-    }
-    if let Some(removed) = job.storage.recording_removed {
-        let detail =
-            format!("the recording was removed at {removed}, by the service's limits on what it keeps");
-        return Err(ProblemDetails::new(StatusCode::GONE, detail));
-    }
-    if !tokio::fs::try_exists(&path).await.unwrap_or(false) {
-        return Err(not_ready(&job, "recording"));
-    }
-    let mut response = ranges::serve(&path, request).await;
-    response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
-    Ok(response)
-}
+use crate::jobs::{Artefact, Job, JobFile};
 
 /// The motion document.
 #[utoipa::path(
@@ -172,7 +112,7 @@ pub(super) async fn curve(
     headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     app.jobs.job(id).await?;
-    let curve = Curve::new(&app.jobs.curve(id).await?);
+    let curve = Curve::new(&app.jobs.curve(id, 0).await?);
     Ok(if prefers_csv(&headers) {
         ([(CONTENT_TYPE, "text/csv; charset=utf-8")], curve.to_csv()).into_response()
     } else {
@@ -234,8 +174,8 @@ async fn published(
     artefact: Artefact,
     media_type: &'static str,
 ) -> Result<Response, ProblemDetails> {
-    let job = app.jobs.job(id).await?;
-    served(&job, asked, app.jobs.artefact(id, artefact), (artefact.file_name(), media_type)).await
+    let (job, file) = (app.jobs.job(id).await?, JobFile::artefact(id, artefact));
+    served(app, &job, asked, (&file, artefact.file_name(), media_type)).await
 }
 
 /// Whether the results of `job` are to be given: once it has ended, or where preliminary ones will do.
@@ -246,22 +186,16 @@ pub(super) fn check_ended(job: &Job, choice: &Choice, name: &str) -> Result<(), 
     if job.state.is_final() || choice.preliminary { Ok(()) } else { Err(not_ready(job, name)) }
 }
 
-/// The file at `path`, as [`published`] gives it.
+/// A file of `job`, as [`published`] gives it.
 pub(super) async fn served(
+    app: &App,
     job: &Job,
     (choice, headers): (&Choice, &HeaderMap),
-    path: PathBuf,
-    (name, media_type): (&str, &'static str),
+    (file, name, media_type): (&JobFile, &str, &'static str),
 ) -> Result<Response, ProblemDetails> {
     check_ended(job, choice, name)?;
     let ended = job.state.is_final();
-    let contents = match tokio::fs::read(path).await {
-        Ok(contents) => contents,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            return Err(not_ready(job, name));
-        }
-        Err(error) => return Err(crate::jobs::ServiceError::from(error).into()),
-    };
+    let Some(contents) = app.jobs.read(file).await? else { return Err(not_ready(job, name)) };
     if ended {
         return Ok(tagged(headers, media_type, &tag(&[&contents]), contents));
     }
@@ -284,72 +218,4 @@ pub(super) fn not_ready(job: &Job, what: &str) -> ProblemDetails {
         None => String::new(),
     };
     ProblemDetails::conflict(format!("the job is {}{why}; there is no {what}", job.state.name()))
-}
-
-/// Answers with a file that grows until its job is over.
-fn growing(
-    request: &Request,
-    path: PathBuf,
-    live: Arc<Live>,
-    shutdown: CancellationToken,
-    place: Place,
-) -> Response {
-    let body = if request.method() == Method::HEAD {
-        // A body of length 0 would be wrong: the length of what there will be is not known.
-        Body::from_stream(tokio_stream::empty::<std::io::Result<Bytes>>())
-    } else {
-        let (sender, receiver) = mpsc::channel(4);
-        tokio::spawn(async move {
-            let _place = place;
-            // The status has been sent: breaking the stream off is all that can still be done.
-            if let Err(error) = follow(path, live, shutdown, &sender).await {
-                let _ = sender.send(Err(error)).await;
-            }
-        });
-        Body::from_stream(ReceiverStream::new(receiver))
-    };
-    ([(CONTENT_TYPE, "application/octet-stream"), (ACCEPT_RANGES, "none")], body).into_response()
-}
-
-async fn follow(
-    path: PathBuf,
-    live: Arc<Live>,
-    shutdown: CancellationToken,
-    sender: &mpsc::Sender<std::io::Result<Bytes>>,
-) -> std::io::Result<()> {
-    let mut moment = live.watch();
-    let (mut file, mut at) = (None, 0);
-    loop {
-        // Looked at before the file is: whatever was written before the end is read after it.
-        let over = moment.borrow_and_update().over;
-        if file.is_none() {
-            file = match File::open(&path).await {
-                Ok(file) => Some(file),
-                Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
-                Err(error) => return Err(error),
-            };
-        }
-        if let Some(file) = &mut file {
-            file.seek(SeekFrom::Start(at)).await?;
-            loop {
-                let mut chunk = Vec::with_capacity(CHUNK);
-                let read = file.take(CHUNK as u64).read_to_end(&mut chunk).await?;
-                if read == 0 {
-                    break;
-                }
-                at += read as u64;
-                if sender.send(Ok(chunk.into())).await.is_err() {
-                    return Ok(());
-                }
-            }
-        }
-        if over {
-            return Ok(());
-        }
-        tokio::select! {
-            () = tokio::time::sleep(POLL_EVERY) => {}
-            () = sender.closed() => return Ok(()),
-            () = shutdown.cancelled() => return Ok(()),
-        }
-    }
 }

@@ -35,7 +35,7 @@ const READER_TIMEOUT: Duration = Duration::from_secs(30);
 /// Answers with JSON lines, one a sample, the last a summary of how it ended.
 #[utoipa::path(
     post, path = "/v1/simulations", tag = "simulations",
-    request_body(description = "A scenario whose character and motion are inline",
+    request_body(description = "A scenario whose motion is inline, and whose character is inline or has been posted before",
         content = ref("#/components/schemas/Scenario")),
     responses(
         (status = 200, description = "One line a sample, then a summary", content_type = "application/jsonl",
@@ -47,6 +47,7 @@ pub(super) async fn simulate(
 ) -> Result<Response, ProblemDetails> {
     let permit = Arc::clone(&app.simulations).try_acquire_owned();
     let permit = permit.map_err(|_| ProblemDetails::busy("as many simulations run as may run at once"))?;
+    let body = app.jobs.with_character(body.into(), "/character").await?;
     let jobs = app.jobs.clone();
     let prepared = app.jobs.compute(move |given_up| Ok(prepare(&jobs, &body, given_up)?)).await?;
     let (sender, receiver) = mpsc::channel(BUFFERED_LINES);

@@ -22,7 +22,7 @@ pub(super) async fn alive() -> &'static str {
     "ok\n"
 }
 
-/// Readiness: jobs are taken and worked at, and the data folder can be written.
+/// Readiness: jobs are taken and worked at, and store and files can be written.
 #[utoipa::path(
     get, path = "/readyz", tag = "service",
     responses(

@@ -1,8 +1,12 @@
 //! Characters as the service has them: kept for later jobs as they were posted, and as they stand.
 
+use std::io;
 use std::sync::Arc;
 
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use serde_json::{Value, json};
 use uuid::Uuid;
 
 use super::check::{Findings, check_until};
@@ -14,6 +18,7 @@ use super::store::{CharacterDeletion, StoredCharacter};
 use super::work::Work;
 use crate::export::export_pose;
 use gaitwright_physics::character::{Options, Source};
+use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::{AskedAccuracy, Scene};
 
 impl Jobs {
@@ -91,6 +96,34 @@ impl Jobs {
     pub async fn character_file(&self, id: Uuid) -> Result<Vec<u8>, ServiceError> {
         let kept = self.shared().store.character(id).await?;
         kept.ok_or_else(|| ServiceError::UnknownCharacter(id))
+    }
+
+    /// A JSON document with the character in full that it names by an id, as `{"id": "…"}` at `pointer`. Any other is
+    /// given back as it is, whatever it holds.
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::Input`] for an id that is none of a character.
+    pub async fn with_character(&self, document: Vec<u8>, pointer: &str) -> Result<Vec<u8>, ServiceError> {
+        let Ok(mut whole) = serde_json::from_slice::<Value>(&document) else { return Ok(document) };
+        let Some(character) = whole.pointer_mut(pointer) else { return Ok(document) };
+        let id = match character.as_object().and_then(|fields| fields.get("id")) {
+            Some(Value::String(id)) if character.as_object().is_some_and(|fields| fields.len() == 1) => id,
+            _ => return Ok(document),
+        };
+        let unknown =
+            || InputError::impossible(format!("{pointer}/id"), format!("there is no character {id}"));
+        let id = Uuid::parse_str(id).map_err(|_| unknown())?;
+        let bytes = self.shared().store.character(id).await?.ok_or_else(unknown)?;
+        self.shared().store.use_character(id).await?;
+        *character = match Source::detect(&bytes) {
+            Some(Source::Json) => {
+                json!({ "json": serde_json::from_slice::<Value>(&bytes).map_err(io::Error::from)? })
+            }
+            Some(Source::Zip) => json!({ "zip": BASE64_STANDARD.encode(&bytes) }),
+            Some(Source::Urdf) | None => json!({ "urdf": String::from_utf8_lossy(&bytes) }),
+        };
+        Ok(serde_json::to_vec(&whole).map_err(io::Error::from)?)
     }
 
     /// The bytes of the character that the job called `id` works on; `None` of a study, whose character is part of a

@@ -66,11 +66,21 @@ pub enum ServiceError {
     },
     /// The store failed.
     #[error(transparent)]
-    Store(#[from] StoreError),
+    Store(StoreError),
     /// A file could not be read or written.
     #[error("a file failed: {0}")]
     File(#[from] io::Error),
     /// Computing the answer broke off.
     #[error("computing the answer broke off: {0}")]
     Broken(#[from] tokio::task::JoinError),
+}
+
+impl From<StoreError> for ServiceError {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::Full(waiting) => Self::Full(waiting),
+            StoreError::FullForCaller(waiting) => Self::FullForCaller(waiting),
+            error => Self::Store(error),
+        }
+    }
 }

@@ -7,7 +7,6 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::error::ServiceError;
-use super::files::{self, Artefact};
 use super::job::Job;
 use super::retention::{Expiry, KeptThing, Upkeep};
 use super::service::Jobs;
@@ -24,13 +23,15 @@ const PAGE: u32 = 500;
 
 /// Keeps house until the service shuts down.
 pub(super) async fn keep_house(jobs: Jobs) {
+    if let Err(error) = jobs.sweep().await {
+        tracing::error!(%error, "files of jobs that are gone could not be removed");
+    }
     let mut changes = jobs.changes();
     let limits = jobs.shared().retention;
     if ![limits.jobs, limits.recordings, limits.characters].iter().any(|limits| limits.is_limited()) {
         return;
     }
     loop {
-        changes.borrow_and_update();
         if let Err(error) = jobs.tidy(Timestamp::now()).await {
             tracing::error!(%error, "housekeeping broke off");
         }
@@ -40,7 +41,7 @@ pub(super) async fn keep_house(jobs: Jobs) {
         }
         tokio::select! {
             () = jobs.shutdown().cancelled() => return,
-            _ = changes.changed() => {}
+            () = changes.any() => {}
             () = tokio::time::sleep(LONGEST_PAUSE) => {}
         }
     }
@@ -63,6 +64,22 @@ impl Jobs {
         Ok(())
     }
 
+    /// Removes the files of jobs that there are no longer, as far as they lie outside the data folder.
+    async fn sweep(&self) -> Result<(), ServiceError> {
+        let files = &self.shared().files;
+        // In this order: a job is known before it has files.
+        let with_files = files.jobs().await?;
+        if with_files.is_empty() {
+            return Ok(());
+        }
+        let known = self.shared().store.ids().await?;
+        for id in with_files.difference(&known) {
+            tracing::info!(%id, "removed what was left over of a deleted job");
+            files.remove(*id).await?;
+        }
+        Ok(())
+    }
+
     async fn tidy_jobs(&self, now: Timestamp) -> Result<(), ServiceError> {
         let limits = self.shared().retention;
         let mut ended = BTreeMap::new();
@@ -75,7 +92,7 @@ impl Jobs {
                 if let StoredJob::Readable(job) = job
                     && job.state.is_final()
                 {
-                    ended.insert(job.id, self.measured(*job));
+                    ended.insert(job.id, self.measured(*job).await?);
                 }
             }
         }
@@ -114,7 +131,7 @@ impl Jobs {
                         storage.recording_removed = Some(now);
                     })
                     .await?;
-                    Artefact::Recording.remove(&self.folder(id))?;
+                    self.shared().files.remove_recording(id).await?;
                 }
                 Upkeep::Tell(id, expiry) => {
                     self.tell(&mut ended, id, |job| job.storage.recording_expires = expiry).await?;
@@ -164,11 +181,14 @@ impl Jobs {
         id: Uuid,
         change: impl FnOnce(&mut Job),
     ) -> Result<(), ServiceError> {
+        let measured = ended.get(&id).map(|job| job.storage.clone());
         let change = |job: &mut Job| {
             if !job.state.is_final() {
                 return Ok::<_, ServiceError>(Amendment::Nothing);
             }
-            *job = self.measured(job.clone());
+            if let Some(measured) = measured.filter(|_| job.storage.bytes == 0) {
+                job.storage = measured;
+            }
             change(job);
             Ok(Amendment::Record)
         };
@@ -179,14 +199,14 @@ impl Jobs {
         Ok(())
     }
 
-    /// A job with the size of its files, which older versions have not noted.
-    fn measured(&self, mut job: Job) -> Job {
+    /// A job with the size of its files, which older versions have not noted, nor workers that were lost.
+    async fn measured(&self, mut job: Job) -> Result<Job, ServiceError> {
         if job.storage.bytes == 0 {
-            let measured = files::storage(&self.folder(job.id));
+            let measured = self.shared().files.storage(self.run(job.id).await?).await?;
             job.storage.bytes = measured.bytes;
             job.storage.recording_bytes = measured.recording_bytes;
         }
-        job
+        Ok(job)
     }
 }
 

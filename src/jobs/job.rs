@@ -134,6 +134,9 @@ pub struct CharacterName {
 pub struct Progress {
     /// Share of the learning's budget, or of the study's settings, used so far, 0 to 1.
     pub fraction: f64,
+    /// Candidates tried since the job was taken up; it grows from the first moments of learning on.
+    #[serde(default)]
+    pub evaluations: u64,
     /// Generations evaluated.
     pub generations: u32,
     /// Simulated seconds.
@@ -198,6 +201,7 @@ impl Job {
         let Work::Learning(learned) = &mut self.work else { return };
         self.progress = Progress {
             fraction: learned.settings.learning.budget().fraction(figures.generation + 1, figures.elapsed),
+            evaluations: self.progress.evaluations,
             generations: figures.generation + 1,
             simulated_seconds: figures.simulated_seconds,
             saved_seconds: figures.saved_seconds,
@@ -214,9 +218,9 @@ impl Job {
         self.timings.started = Some(Timestamp::now());
     }
 
-    /// Takes note that it need not be begun from the same place again.
-    pub fn get_further(&mut self) {
-        self.attempts = 1;
+    /// Takes note that it need not be begun from the same place again; whether that was not known before.
+    pub fn get_further(&mut self) -> bool {
+        std::mem::replace(&mut self.attempts, 1) != 1
     }
 
     /// Has it wait for a worker again, through no fault of its own.

@@ -3,33 +3,36 @@
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use futures_util::future::join_all;
 use tokio::runtime::Handle;
 
 use super::figures::{self, FailureCause};
-use super::housekeeping::keep_house;
+use super::lease;
 use super::live::Live;
-use super::service::{Jobs, Shared};
-use super::store::{Holding, Reclaimed};
+use super::service::Shared;
+use super::store::Reclaimed;
 use super::worker;
 
-/// Longest time between two looks at the workers: a job that is cancelled on another machine ends after as long.
+/// Longest time between two renewals of a lease, and between two looks at those of others.
 const LONGEST_INTERVAL: Duration = Duration::from_secs(5);
+
+/// Time after which it is looked whether somebody elsewhere has asked for the end of a job, if that has not been heard.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// Shortest time between two looks at the workers.
 const SHORTEST_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Starts the workers of `jobs`, looks after them and keeps house until the service shuts down. The workers end then too.
+/// Starts the workers and looks after them until the service shuts down. They end then too.
 ///
 /// # Errors
 ///
 /// When a thread cannot be started.
-pub fn start(jobs: &Jobs, runtime: &Handle) -> io::Result<()> {
-    let keeper = Keeper { shared: Arc::clone(jobs.shared()), runtime: runtime.clone() };
+pub(super) fn start(shared: &Arc<Shared>, runtime: &Handle) -> io::Result<()> {
+    let keeper = Keeper { shared: Arc::clone(shared), runtime: runtime.clone() };
     keeper.fill()?;
     runtime.spawn(async move { keeper.keep().await });
-    runtime.spawn(keep_house(jobs.clone()));
     Ok(())
 }
 
@@ -41,8 +44,15 @@ struct Keeper {
 impl Keeper {
     async fn keep(&self) {
         let every = (self.shared.lease / 4).clamp(SHORTEST_INTERVAL, LONGEST_INTERVAL);
-        while tokio::time::timeout(every, self.shared.shutdown.cancelled()).await.is_err() {
-            self.renew().await;
+        let tick = if self.shared.store.is_shared() { every.min(LOOK_EVERY) } else { every };
+        let mut last = Instant::now();
+        while tokio::time::timeout(tick, self.shared.shutdown.cancelled()).await.is_err() {
+            let due = last.elapsed() + tick / 2 >= every;
+            self.look_after_leases(due).await;
+            if !due {
+                continue;
+            }
+            last = Instant::now();
             self.reclaim().await;
             if let Err(error) = self.fill() {
                 tracing::error!(%error, "a worker could not be replaced");
@@ -58,17 +68,28 @@ impl Keeper {
         Ok(())
     }
 
-    /// Renews the leases of the jobs whose workers have shown signs of life since the last look.
-    async fn renew(&self) {
-        for live in self.shared.running.all().iter().filter(|live| live.cancel().take_looked()) {
-            match self.shared.store.renew(live.claim(), self.shared.lease).await {
-                Ok(Holding::Held) => {}
-                Ok(Holding::Unwanted) => live.abandon(),
-                Ok(Holding::Lost) => live.lose(),
-                // It is tried again at the next look, long before the lease is over.
-                Err(error) => tracing::error!(%error, "a lease could not be renewed"),
+    /// Renews the leases of the jobs whose workers have shown signs of life since the last time, where it is `due`.
+    /// Otherwise looks whether they are wanted, and, where others may take them, has a worker stop whose lease is over:
+    /// it cannot know that nobody has.
+    async fn look_after_leases(&self, due: bool) {
+        let shared = &self.shared;
+        let looks = shared.running.all().into_iter().map(|live| async move {
+            let left = shared.lease.saturating_sub(live.since_renewed());
+            let looked = async {
+                if !due {
+                    lease::look(&shared.store, &live).await;
+                } else if live.cancel().take_looked() {
+                    lease::renew(&shared.store, &live, shared.lease).await;
+                }
+            };
+            if !shared.store.is_shared() {
+                looked.await;
+            } else if tokio::time::timeout(left, looked).await.is_err() || live.since_renewed() >= shared.lease {
+                tracing::error!(job_id = %live.claim().id, "its lease is over: the store cannot be reached, or the worker shows no sign of life");
+                live.lose();
             }
-        }
+        });
+        join_all(looks).await;
     }
 
     /// Takes jobs from workers whose leases are over.
@@ -91,7 +112,7 @@ impl Keeper {
                 self.give_up(&live);
             }
             self.shared.posted.notify_one();
-            self.shared.changes.send_replace(());
+            self.shared.changed(job.id);
         }
     }
 

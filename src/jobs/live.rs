@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use tokio::sync::watch;
 use uuid::Uuid;
@@ -28,6 +29,8 @@ pub struct Live {
     unwanted: AtomicBool,
     /// The claim no longer holds.
     lost: AtomicBool,
+    /// From when on the claim is known to hold for the length of a lease.
+    renewed: Mutex<Instant>,
     /// Set by the first of two: its worker, which has left the job, or its keeper, which has given up the worker.
     parted: AtomicBool,
     curve: Mutex<Vec<Generation>>,
@@ -35,10 +38,11 @@ pub struct Live {
 }
 
 impl Live {
-    /// A job that has just been taken up.
-    pub fn new(claim: Claim) -> Self {
+    /// A job that has been taken up; its lease has not begun before `since`.
+    pub fn new(claim: Claim, since: Instant) -> Self {
         Self {
             claim,
+            renewed: Mutex::new(since),
             cancel: Cancel::default(),
             unwanted: AtomicBool::new(false),
             lost: AtomicBool::new(false),
@@ -78,6 +82,16 @@ impl Live {
     /// Whether the job is no longer its worker's own.
     pub fn is_lost(&self) -> bool {
         self.lost.load(Ordering::Relaxed)
+    }
+
+    /// Takes note that its lease has been renewed, not before `since`.
+    pub fn renew(&self, since: Instant) {
+        *self.renewed.lock().unwrap_or_else(PoisonError::into_inner) = since;
+    }
+
+    /// How long ago its lease was renewed, at most.
+    pub fn since_renewed(&self) -> Duration {
+        self.renewed.lock().unwrap_or_else(PoisonError::into_inner).elapsed()
     }
 
     /// Shows that its worker is there although the learner does not run.

@@ -4,10 +4,15 @@
 //! or queued, and once more when a worker takes it from the store, which keeps bytes. Everything after that shares the
 //! order. The command line reads a file, whose meshes lie beside it, and makes its order from that.
 
+use std::sync::Arc;
+
 use super::memory::MemoryEstimate;
 use super::request::Settings;
+use gaitwright_learning::training::check_gait;
 use gaitwright_physics::character::{self, JointKind, Link, Options, Reading, Source};
 use gaitwright_physics::fault::{Fault, InputError};
+use gaitwright_physics::model::{Base, Model};
+use gaitwright_physics::stance::Stance;
 
 /// A job that is known to be possible as far as can be known without simulating.
 #[derive(Debug, Clone)]
@@ -54,6 +59,25 @@ impl Order {
             faults.push(Fault::new("/character", "the character has no joint that could move"));
         }
         if faults.is_empty() { Ok(Self { reading, settings }) } else { Err(InputError::Impossible(faults)) }
+    }
+
+    /// Whether the character has the legs for the gait that is asked for, which takes finding how it stands; `None` when
+    /// `stop` returns true before that is known.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError::Impossible`] at `/task/gait`.
+    pub fn check_gait(&self, stop: &dyn Fn() -> bool) -> Result<Option<()>, InputError> {
+        let Settings { task, scene, .. } = &self.settings;
+        if task.any_gait() {
+            return Ok(Some(()));
+        }
+        let model = Arc::new(Model::new(Arc::new(self.reading.character.clone()), Base::Floating));
+        let stance = Stance::find_until(&model, scene, stop);
+        if stop() {
+            return Ok(None);
+        }
+        check_gait(task, &model, &stance, scene).map(Some)
     }
 
     /// How much memory it may come to need on so many threads.

@@ -1,6 +1,5 @@
 //! The queue as clients see it: posting, looking, cancelling, trying again, deleting.
 
-use std::io;
 use std::sync::Arc;
 
 use uuid::Uuid;
@@ -78,9 +77,10 @@ impl Jobs {
         let name = {
             let (bytes, settings) = (Arc::clone(&bytes), settings.clone());
             let (threads, budget) = (self.shared().threads(), self.shared().job_memory);
-            self.compute(move |_| {
+            self.compute(move |given_up| {
                 let order = Order::read(&bytes, source, place, settings)?;
                 order.memory(threads).check(budget)?;
+                order.check_gait(given_up)?.ok_or(ServiceError::GivenUp)?;
                 let character = &order.reading.character;
                 Ok(CharacterName { name: character.name.clone(), digest: character.digest.clone() })
             })
@@ -123,15 +123,12 @@ impl Jobs {
     ) -> Result<Job, ServiceError> {
         let jobs = self.clone();
         uninterrupted(async move {
-            let _turn = jobs.shared().posting.lock().await;
-            // The same request may have come twice at once.
-            if let Some(key) = &key
-                && let Some(job) = jobs.posted(key).await?
-            {
-                return Ok(job);
+            let room = jobs.shared().room;
+            match jobs.shared().store.post(&job, &input, key.as_ref(), room).await? {
+                None => {}
+                Some((known, true)) => return Ok(known),
+                Some((_, false)) => return Err(ServiceError::KeyReused),
             }
-            jobs.check_queue(&job.caller).await?;
-            jobs.shared().store.insert(&job, &input, key.as_ref()).await?;
             jobs.shared().posted.notify_one();
             figures::posted();
             tracing::info!(job_id = %job.id, character = job.character.name, "queued");
@@ -140,24 +137,18 @@ impl Jobs {
         .await
     }
 
-    /// Whether another job of `caller` may wait.
-    async fn check_queue(&self, caller: &str) -> Result<(), ServiceError> {
-        let shared = self.shared();
-        let waiting = shared.store.count(JobState::Queued, None).await?;
-        if waiting >= shared.queue {
-            return Err(ServiceError::Full(waiting));
-        }
-        let own = shared.store.count(JobState::Queued, Some(caller)).await?;
-        if own >= shared.caller_queue { Err(ServiceError::FullForCaller(own)) } else { Ok(()) }
-    }
-
     /// The job called `id`.
     ///
     /// # Errors
     ///
     /// [`ServiceError::UnknownJob`].
     pub async fn job(&self, id: Uuid) -> Result<Job, ServiceError> {
-        self.shared().store.job(id).await?.ok_or_else(|| ServiceError::UnknownJob(id))
+        let mut job = self.shared().store.job(id).await?.ok_or_else(|| ServiceError::UnknownJob(id))?;
+        // The record of a running job is written now and then.
+        if let Some(live) = self.live(id).filter(|_| job.state == JobState::Running) {
+            job.progress.evaluations = live.cancel().tried();
+        }
+        Ok(job)
     }
 
     /// At most `limit` jobs, the newest first: those older than `after`, in the given state.
@@ -184,7 +175,7 @@ impl Jobs {
     }
 
     /// Cancels a job that waits or runs, and gives it as it then is; the same again changes nothing. A running job
-    /// ends within a second of this, and is not taken up again even if the process ends first.
+    /// ends within a second of this, on another machine within two, and is not taken up again even if the process ends first.
     ///
     /// # Errors
     ///
@@ -209,7 +200,7 @@ impl Jobs {
             if let Some(live) = jobs.shared().running.get(id) {
                 live.abandon();
             }
-            jobs.shared().changes.send_replace(());
+            jobs.shared().changed(id);
             Ok(job)
         })
         .await
@@ -225,18 +216,14 @@ impl Jobs {
         self.check_not_shutting_down()?;
         let jobs = self.clone();
         uninterrupted(async move {
-            let _turn = jobs.shared().posting.lock().await;
-            let job = jobs.job(id).await?;
-            check_retriable(&job)?;
-            jobs.check_queue(&job.caller).await?;
             let change = |job: &mut Job| {
                 check_retriable(job)?;
                 job.reopen();
-                Ok(Amendment::Requeue)
+                Ok(Amendment::Requeue(jobs.shared().room))
             };
             let job = jobs.amend(id, change).await?;
             jobs.shared().posted.notify_one();
-            jobs.shared().changes.send_replace(());
+            jobs.shared().changed(id);
             Ok(job)
         })
         .await
@@ -269,9 +256,7 @@ impl Jobs {
                 return Err(ServiceError::UnknownJob(id));
             }
             // Its deletion holds from here on: what cannot be removed now is at the next start.
-            if let Err(error) = std::fs::remove_dir_all(jobs.folder(id))
-                && error.kind() != io::ErrorKind::NotFound
-            {
+            if let Err(error) = jobs.shared().files.remove(id).await {
                 tracing::warn!(%id, %error, "the files of a deleted job are left over");
             }
             Ok(())

@@ -2,12 +2,13 @@
 
 use std::io;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use tokio::runtime::Handle;
 
 use super::figures::GenerationMeter;
-use super::files::Artefact;
+use super::files::{Artefact, Upload};
 use super::job::{Job, Stage};
 use super::live::Live;
 use super::repertoire::{MotionSummary, RepertoireEntry};
@@ -21,7 +22,7 @@ use gaitwright_learning::training::TrainingCheckpoint;
 /// Shortest time between two writings of a running job's record and curve.
 const RECORD_EVERY: Duration = Duration::from_millis(500);
 
-/// Shortest time between two writings of a running job's checkpoint.
+/// Shortest time between two writings of a running job's checkpoint, after the first.
 const CHECKPOINT_EVERY: Duration = Duration::from_secs(2);
 
 /// Passes on what happens in a run: at once to those who watch, at a bounded rate to the disk.
@@ -31,22 +32,26 @@ pub(super) struct Reporter<'a> {
     job: &'a mut Job,
     live: &'a Live,
     folder: PathBuf,
+    /// What brings the files from there to where they are kept, if that is elsewhere.
+    upload: Option<Arc<Upload>>,
     /// Points of the curve that are not in the store yet.
     unwritten: Vec<Generation>,
     recorded: Instant,
     /// The newest checkpoint, unless it is on the disk.
     checkpoint: Option<TrainingCheckpoint>,
-    kept: Instant,
+    /// When a checkpoint was written last in this run: the first is written at once, so that a job whose process never lives
+    /// for long gets further all the same.
+    kept: Option<Instant>,
     meter: GenerationMeter,
 }
 
 impl<'a> Reporter<'a> {
-    /// Of `job`, which is worked at as `live` and has its files in `folder`.
+    /// Of `job`, which is worked at as `live` and has its files in the given folder.
     pub(super) fn new(
         (store, runtime): (&'a Store, &'a Handle),
         job: &'a mut Job,
         live: &'a Live,
-        folder: PathBuf,
+        (folder, upload): (PathBuf, Option<Arc<Upload>>),
     ) -> Self {
         let now = Instant::now();
         Self {
@@ -55,15 +60,22 @@ impl<'a> Reporter<'a> {
             job,
             live,
             folder,
+            upload,
             unwritten: Vec::new(),
             recorded: now,
             checkpoint: None,
-            kept: now,
+            kept: None,
             meter: GenerationMeter::after(live.curve_from(0).pop()),
         }
     }
 
     fn record(&mut self) {
+        self.job.progress.evaluations = self.live.cancel().tried();
+        if self.upload.as_ref().is_some_and(|upload| upload.take_kept()) {
+            self.job.get_further();
+        }
+        // The store may take its time.
+        self.live.show_life();
         let written = self.store.record(self.live.claim(), self.job, &self.unwritten);
         match self.runtime.block_on(written) {
             Ok(true) => self.unwritten.clear(),
@@ -74,16 +86,34 @@ impl<'a> Reporter<'a> {
         self.recorded = Instant::now();
     }
 
+    /// Has the files of this run be the job's from now on.
+    fn begin(&mut self) {
+        let Some(upload) = &self.upload else { return };
+        upload.hurry();
+        match self.runtime.block_on(self.store.record_run(self.live.claim(), self.job)) {
+            Ok(true) => {}
+            Ok(false) => self.live.lose(),
+            // Nobody sees the files before the end.
+            Err(error) => tracing::error!(%error, "the files of a run could not be made the job's"),
+        }
+    }
+
     fn keep(&mut self) {
         let Some(checkpoint) = self.checkpoint.take() else { return };
         let written = serde_json::to_vec(&checkpoint)
             .map_err(io::Error::from)
             .and_then(|bytes| Artefact::Checkpoint.publish(&self.folder, &bytes));
         match written {
-            Ok(()) => self.job.get_further(),
+            // On the disk as well, or a process that ends now would count as one that got no further.
+            Ok(()) => match &self.upload {
+                // It counts once it has arrived.
+                Some(upload) => upload.hurry(),
+                None if self.job.get_further() => self.record(),
+                None => {}
+            },
             Err(error) => tracing::error!(%error, "the checkpoint could not be written"),
         }
-        self.kept = Instant::now();
+        self.kept = Some(Instant::now());
     }
 
     /// Writes what has not been written yet.
@@ -99,6 +129,9 @@ impl<'a> Reporter<'a> {
 impl RunWatcher for Reporter<'_> {
     fn stage(&mut self, stage: Stage) {
         self.job.stage = Some(stage);
+        if matches!(stage, Stage::Learning | Stage::Studying) {
+            self.begin();
+        }
         self.record();
     }
 
@@ -127,12 +160,15 @@ impl RunWatcher for Reporter<'_> {
             learned.motions.retain(|known| known.number < entry.number);
             learned.motions.push(MotionSummary::from(entry));
         }
+        if let Some(upload) = &self.upload {
+            upload.hurry();
+        }
         self.record();
     }
 
     fn checkpoint(&mut self, checkpoint: &TrainingCheckpoint) {
         self.checkpoint = Some(checkpoint.clone());
-        if self.kept.elapsed() >= CHECKPOINT_EVERY {
+        if self.kept.is_none_or(|kept| kept.elapsed() >= CHECKPOINT_EVERY) {
             self.flush();
         }
     }

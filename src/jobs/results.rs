@@ -7,7 +7,7 @@ use std::sync::Arc;
 use uuid::Uuid;
 
 use super::error::ServiceError;
-use super::files::{Artefact, Shelf};
+use super::files::{Artefact, Recorded, Run, Shelf};
 use super::live::Live;
 use super::order::read_character;
 use super::repertoire::Repertoire;
@@ -17,16 +17,37 @@ use gaitwright_learning::learn::Generation;
 use gaitwright_physics::character::Options;
 use gaitwright_physics::motion::Motion;
 
+/// A file of a job, by its name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct JobFile {
+    /// The job.
+    pub id: Uuid,
+    /// Its name, with that of the folder it is in among the job's.
+    name: String,
+}
+
+impl JobFile {
+    /// An artefact of the job called `id`.
+    pub fn artefact(id: Uuid, artefact: Artefact) -> Self {
+        Self { id, name: artefact.file_name().to_owned() }
+    }
+
+    /// The file with this name of the job called `id` on a shelf.
+    pub fn shelved(id: Uuid, shelf: Shelf, name: &str) -> Self {
+        Self { id, name: shelf.file_name(name) }
+    }
+}
+
 impl Jobs {
-    /// A job's learning curve so far.
+    /// A job's learning curve so far, from generation `first` on.
     ///
     /// # Errors
     ///
     /// When the store fails.
-    pub async fn curve(&self, id: Uuid) -> Result<Vec<Generation>, ServiceError> {
+    pub async fn curve(&self, id: Uuid, first: u32) -> Result<Vec<Generation>, ServiceError> {
         match self.live(id) {
-            Some(live) => Ok(live.curve_from(0)),
-            None => Ok(self.shared().store.curve(id).await?),
+            Some(live) => Ok(live.curve_from(first)),
+            None => Ok(self.shared().store.curve(id, first).await?),
         }
     }
 
@@ -35,14 +56,27 @@ impl Jobs {
         self.shared().running.get(id)
     }
 
-    /// Where an artefact of the job called `id` lies, whether or not it is there yet.
-    pub fn artefact(&self, id: Uuid, artefact: Artefact) -> PathBuf {
-        artefact.path(&self.folder(id))
+    /// A file of a job; `None` when there is none (yet).
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be read.
+    pub async fn read(&self, file: &JobFile) -> Result<Option<Vec<u8>>, ServiceError> {
+        Ok(self.shared().files.read(self.run(file.id).await?, &file.name).await?)
     }
 
-    /// Where a file with this name of the job called `id` lies on a shelf, whether or not it is there.
-    pub fn shelved(&self, id: Uuid, shelf: Shelf, name: &str) -> PathBuf {
-        shelf.path(&self.folder(id), name)
+    /// The recording of a run, as far as it is there; `None` when there is none (yet).
+    ///
+    /// # Errors
+    ///
+    /// When it cannot be looked for.
+    pub async fn recording(&self, run: Run) -> Result<Option<Recorded>, ServiceError> {
+        Ok(self.shared().files.recording(run).await?)
+    }
+
+    /// Where the recording of the job called `id` lies, or will lie, if it is a file.
+    pub fn recording_file(&self, id: Uuid) -> Option<PathBuf> {
+        self.shared().files.recording_file(id)
     }
 
     /// The motions that the job called `id` has learned; `None` when there are none (yet).
@@ -51,36 +85,29 @@ impl Jobs {
     ///
     /// When the file that is there cannot be read.
     pub async fn repertoire(&self, id: Uuid) -> Result<Option<Repertoire>, ServiceError> {
-        match tokio::fs::read(self.artefact(id, Artefact::Motions)).await {
-            Ok(bytes) => Ok(Some(serde_json::from_slice(&bytes).map_err(io::Error::from)?)),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(error.into()),
+        match self.read(&JobFile::artefact(id, Artefact::Motions)).await? {
+            Some(bytes) => Ok(Some(serde_json::from_slice(&bytes).map_err(io::Error::from)?)),
+            None => Ok(None),
         }
     }
 
-    /// The motion document at `path`, of the job called `id`, in a format that other programs open; `None` when there
-    /// is none (yet).
+    /// The motion document `file` in a format that other programs open; `None` when there is none (yet).
     ///
     /// # Errors
     ///
     /// [`ServiceError::UnknownJob`]; [`ServiceError::Input`] when the format cannot hold what is asked for.
     pub async fn exported(
         &self,
-        id: Uuid,
-        path: PathBuf,
+        file: &JobFile,
         format: ExportFormat,
         options: ExportOptions,
     ) -> Result<Option<Vec<u8>>, ServiceError> {
-        let motion = match tokio::fs::read(path).await {
-            Ok(motion) => motion,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(error.into()),
-        };
-        let character = self.shared().store.job_input(id).await?;
+        let Some(motion) = self.read(file).await? else { return Ok(None) };
+        let character = self.shared().store.job_input(file.id).await?;
         self.compute(move |_| {
             let motion = Motion::parse(&motion)?;
             let reading = read_character(&character, None, Options::default())?;
-            Ok(Some(export(&motion, &reading.character, format, &options)?))
+            Ok(Some(export(&motion, &reading.character, format, &options)?.file))
         })
         .await
     }

@@ -2,22 +2,24 @@
 //! files `queue`, `results` and `characters`.
 
 use std::fs::File;
-use std::io::{self, Write};
+use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use tokio::sync::{Mutex, Notify, Semaphore, watch};
+use tokio::sync::{Mutex, Notify, Semaphore, broadcast};
 use tokio_util::sync::CancellationToken;
 use tracing::Instrument;
 use uuid::Uuid;
 
+use super::changes::Changes;
 use super::error::ServiceError;
-use super::files;
+use super::files::{JobFiles, Run};
 use super::live::Running;
+use super::places::{FilesPlace, StorePlace};
 use super::retention::RetentionOptions;
-use super::store::{Reclaimed, Store};
+use super::store::{QueueRoom, Reclaimed, Store};
 use super::study;
 use gaitwright_learning::scenario::Scenario;
 use gaitwright_physics::fault::InputError;
@@ -28,15 +30,19 @@ const TURN_TIMEOUT: Duration = Duration::from_secs(5);
 /// How long it is taken for granted that the data folder can be written, once it could.
 const PROBE_EVERY: Duration = Duration::from_millis(500);
 
-/// Bytes written to see whether files can be: as many as the recording of a short job has.
-const PROBE_SIZE: usize = 1 << 20;
+/// Things that happened to jobs that one who waits may be behind; whoever is further behind looks at everything.
+const CHANGES: usize = 1024;
 
 /// How a service is set up.
 #[derive(Debug, Clone)]
 pub struct ServiceOptions {
-    /// Folder of the store and of the jobs' files.
+    /// Folder of the store and of the jobs' files, as far as they are not elsewhere.
     pub data: PathBuf,
-    /// Jobs worked at side by side.
+    /// Where the store is.
+    pub store: StorePlace,
+    /// Where the jobs' files are.
+    pub files: FilesPlace,
+    /// Jobs worked at side by side; none where other processes work.
     pub workers: usize,
     /// Jobs that may wait.
     pub queue: u64,
@@ -55,6 +61,8 @@ impl ServiceOptions {
     pub fn new(data: PathBuf) -> Self {
         Self {
             data,
+            store: StorePlace::default(),
+            files: FilesPlace::default(),
             workers: 1,
             queue: 64,
             caller_queue: None,
@@ -65,7 +73,7 @@ impl ServiceOptions {
     }
 }
 
-/// The jobs of one data folder; clones share them.
+/// The jobs of one store; clones share them.
 #[derive(Debug, Clone)]
 pub struct Jobs {
     shared: Arc<Shared>,
@@ -73,9 +81,9 @@ pub struct Jobs {
 
 #[derive(Debug)]
 pub(super) struct Shared {
-    pub(super) data: PathBuf,
+    pub(super) files: JobFiles,
     pub(super) workers: usize,
-    /// When the data folder could be written last, as far as somebody has asked.
+    /// When store and files could be written last, as far as somebody has asked.
     proven: Mutex<Option<Instant>>,
     /// Workers that have been started, and have neither ended nor been given up.
     pub(super) alive: AtomicUsize,
@@ -86,62 +94,59 @@ pub(super) struct Shared {
     /// How much is kept of everything.
     pub(super) retention: RetentionOptions,
     pub(super) store: Store,
-    /// Jobs that may wait.
-    pub(super) queue: u64,
-    /// Jobs of one caller that may wait.
-    pub(super) caller_queue: u64,
-    /// Held by whoever adds a job to those that wait: to count them and to add one is one step.
-    pub(super) posting: Mutex<()>,
+    /// How many jobs may wait.
+    pub(super) room: QueueRoom,
     pub(super) running: Running,
     /// Told of every new job.
     pub(super) posted: Notify,
-    /// Told of every job that is taken up, put back or over.
-    pub(super) changes: watch::Sender<()>,
+    /// Told of every job that something happens to.
+    changes: broadcast::Sender<Uuid>,
+    /// What other processes do is heard as it happens.
+    pub(super) hears: AtomicBool,
     pub(super) shutdown: CancellationToken,
     /// Short computations done for a waiting client.
     computations: Arc<Semaphore>,
-    /// Keeps other processes out of the data folder.
-    _lock: File,
+    /// Keeps other processes out of the data folder, where the store is in it.
+    _lock: Option<File>,
 }
 
 impl Jobs {
-    /// Opens the data folder, made if there is none. Jobs that were running when it was last left
-    /// are queued again, but for those that were to be cancelled. Everything ends when `shutdown` is cancelled.
+    /// Opens the data folder, made if there is none, and the places elsewhere that the options name. Where no other process
+    /// can use the store, jobs that were running when it was last left are queued again, but for those that were to be
+    /// cancelled. Everything ends when `shutdown` is cancelled.
     ///
     /// # Errors
     ///
-    /// When the folder cannot be used, or another process uses it.
+    /// When a place cannot be used, or another process uses the folder.
     pub async fn open(options: ServiceOptions, shutdown: CancellationToken) -> Result<Self, ServiceError> {
-        std::fs::create_dir_all(options.data.join("jobs"))?;
-        let lock = File::create(options.data.join("lock"))?;
-        lock.try_lock().map_err(|error| {
-            io::Error::new(
-                io::ErrorKind::ResourceBusy,
-                format!("{} is in use: {error}", options.data.display()),
-            )
-        })?;
-        let store = Store::open(&options.data).await?;
-        // Nobody else works on this folder: whoever did is gone.
-        for job in store.reclaim(Reclaimed::All, "the service ended while it was worked at").await? {
-            tracing::warn!(job_id = %job.id, attempts = job.attempts, state = job.state.name(), "found unfinished");
+        std::fs::create_dir_all(&options.data)?;
+        let (lock, store) = match &options.store {
+            StorePlace::Folder => (Some(lock(&options)?), Store::open(&options.data).await?),
+            StorePlace::Server(url) => (None, Store::connect(url).await?),
+        };
+        let files = JobFiles::open(&options.files, &options.data)?;
+        if !store.is_shared() {
+            // Nobody else works on this folder: whoever did is gone.
+            for job in store.reclaim(Reclaimed::All, "the service ended while it was worked at").await? {
+                tracing::warn!(job_id = %job.id, attempts = job.attempts, state = job.state.name(), "found unfinished");
+            }
+            files.sweep(&store.ids().await?)?;
         }
-        files::sweep(&options.data, &store.ids().await?)?;
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let shared = Shared {
-            data: options.data,
-            workers: options.workers.max(1),
+            files,
+            workers: options.workers,
             proven: Mutex::default(),
             alive: AtomicUsize::new(0),
             lease: options.lease,
             job_memory: options.job_memory,
             retention: options.retention,
             store,
-            queue: options.queue,
-            caller_queue: options.caller_queue.unwrap_or(options.queue),
-            posting: Mutex::default(),
+            room: QueueRoom { all: options.queue, caller: options.caller_queue.unwrap_or(options.queue) },
             running: Running::default(),
             posted: Notify::new(),
-            changes: watch::Sender::default(),
+            changes: broadcast::Sender::new(CHANGES),
+            hears: AtomicBool::new(false),
             shutdown,
             computations: Arc::new(Semaphore::new(cores)),
             _lock: lock,
@@ -154,8 +159,13 @@ impl Jobs {
     }
 
     /// Told of every job that is taken up, put back or over.
-    pub fn changes(&self) -> watch::Receiver<()> {
-        self.shared.changes.subscribe()
+    pub fn changes(&self) -> Changes {
+        Changes(self.shared.changes.subscribe())
+    }
+
+    /// Whether other processes may use the same jobs: what they do may come to be known late.
+    pub fn is_shared(&self) -> bool {
+        self.shared.store.is_shared()
     }
 
     /// Number of workers that are there.
@@ -182,7 +192,7 @@ impl Jobs {
         &self.shared.shutdown
     }
 
-    /// Whether jobs are taken and worked at, and the data folder can be written.
+    /// Whether jobs are taken and worked at, and store and files can be written.
     ///
     /// # Errors
     ///
@@ -229,9 +239,17 @@ impl Jobs {
         .await?
     }
 
-    /// The folder of a job's files.
-    pub(super) fn folder(&self, id: Uuid) -> PathBuf {
-        files::folder(&self.shared.data, id)
+    /// The run whose files are those of the job called `id`.
+    ///
+    /// # Errors
+    ///
+    /// When the store fails.
+    pub async fn run(&self, id: Uuid) -> Result<Run, ServiceError> {
+        let number = match self.shared.files {
+            JobFiles::Folder(_) => 0,
+            JobFiles::Objects(_) => self.shared.store.run(id).await?,
+        };
+        Ok(Run { id, number })
     }
 
     /// # Errors
@@ -246,7 +264,7 @@ impl Shared {
     /// Threads of a worker: the workers share the cores.
     pub(super) fn threads(&self) -> usize {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        (cores / self.workers).max(1)
+        (cores / self.workers.max(1)).max(1)
     }
 
     /// Whether store and files can be written, by writing to both.
@@ -256,15 +274,24 @@ impl Shared {
     /// When one of them cannot.
     pub(super) async fn probe(&self) -> Result<(), ServiceError> {
         self.store.probe().await?;
-        let data = self.data.clone();
-        tokio::task::spawn_blocking(move || {
-            let mut file = files::probe(&data)?;
-            file.write_all(&vec![0; PROBE_SIZE])?;
-            file.as_file().sync_all()
-        })
-        .await??;
-        Ok(())
+        Ok(self.files.probe().await?)
     }
+
+    /// Says that something has happened to a job.
+    pub(super) fn changed(&self, id: Uuid) {
+        // An error says that nobody waits for it.
+        let _ = self.changes.send(id);
+    }
+}
+
+/// Keeps other processes out of the data folder.
+fn lock(options: &ServiceOptions) -> io::Result<File> {
+    let lock = File::create(options.data.join("lock"))?;
+    lock.try_lock().map_err(|error| {
+        let reason = format!("{} is in use: {error}", options.data.display());
+        io::Error::new(io::ErrorKind::ResourceBusy, reason)
+    })?;
+    Ok(lock)
 }
 
 /// Does something to its end even if nobody waits for it any more: a client that hangs up must not leave it half done.

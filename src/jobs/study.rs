@@ -5,7 +5,7 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::files::Artefact;
+use super::files::{Artefact, sweep_folder};
 use super::memory::MemoryEstimate;
 use super::request::Priority;
 use super::run::RunError;
@@ -112,6 +112,8 @@ pub(super) fn run(
     folder: &Path,
     watcher: &mut dyn StudyObserver,
 ) -> Result<Option<StudyRecord>, RunError> {
+    // An earlier attempt may have broken off in the middle of a file.
+    sweep_folder(folder)?;
     let (request, setup) = StudyRequest::parse(bytes, budget)?;
     let name = setup.model.character.name.clone();
     let studied = study(&name, &setup, &Pieces::default(), &Sweep::default(), watcher);

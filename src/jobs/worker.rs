@@ -6,25 +6,26 @@
 use std::any::Any;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tokio::runtime::Handle;
 use uuid::Uuid;
 
 use super::error::ServiceError;
 use super::figures::{self, FailureCause};
-use super::files::{self, Artefact};
+use super::files::{self, Upload};
 use super::job::{Job, JobState, Stage};
+use super::lease;
 use super::live::Live;
 use super::order::Order;
 use super::reporter::Reporter;
 use super::request::Settings;
 use super::run::{RunError, RunOutcome, RunWatcher, Unsuccessful, run};
 use super::service::Shared;
-use super::store::{Claimed, Holding};
+use super::store::Claimed;
 use super::study;
 use super::work::{MotionOutcome, Work};
 use gaitwright_learning::learn::StopReason;
@@ -35,6 +36,12 @@ const CANCELLED_CHECK: Duration = Duration::from_millis(400);
 
 /// How long a worker waits after the store failed before it asks again.
 const STORE_PAUSE: Duration = Duration::from_secs(1);
+
+/// Time after which a worker that waits for work looks for some, where others may post it.
+const LOOK_EVERY: Duration = Duration::from_secs(2);
+
+/// Time between two signs of life of a worker that waits for a store.
+const SIGN_EVERY: Duration = Duration::from_millis(250);
 
 /// Starts a worker. It ends when the service shuts down; a job that runs
 /// then is queued again, with a checkpoint to go on from.
@@ -114,10 +121,14 @@ impl Worker {
         tokio::time::timeout(STORE_PAUSE, self.shared.shutdown.cancelled()).await.is_err()
     }
 
-    /// Waits until the data folder can be written, or for the end.
+    /// Waits until store and files can be written, or for the end, or until the job is lost.
     async fn recover(&self, live: &Live) {
-        while let Err(error) = self.shared.probe().await {
-            tracing::error!(%error, "the data folder cannot be written");
+        loop {
+            let probe = self.shared.probe();
+            let probed =
+                if self.shared.store.is_shared() { lively(live, probe).await } else { Some(probe.await) };
+            let Some(Err(error)) = probed else { return };
+            tracing::error!(%error, "store or files cannot be written");
             live.show_life();
             if !self.pause().await {
                 return;
@@ -127,28 +138,35 @@ impl Worker {
 
     /// Waits for a new job or for the end.
     async fn wait(&self) {
+        let look = async {
+            if self.shared.store.is_shared() {
+                tokio::time::sleep(LOOK_EVERY).await;
+            } else {
+                std::future::pending().await
+            }
+        };
         tokio::select! {
             () = self.shared.posted.notified() => {}
             () = self.shared.shutdown.cancelled() => {}
+            () = look => {}
         }
     }
 
     /// Takes the job whose turn it is.
     async fn take(&self) -> Result<Option<(Job, Arc<Live>)>, ServiceError> {
-        let lease = self.shared.lease;
-        let Some(Claimed { claim, job }) = self.shared.store.claim(&self.name, lease).await? else {
+        let length = self.shared.lease;
+        let now = Instant::now();
+        let Some(Claimed { claim, job }) = self.shared.store.claim(&self.name, length).await? else {
             return Ok(None);
         };
         if job.attempts == 1 && job.progress.generations == 0 {
             figures::taken_up_first(&job);
         }
-        let live = Arc::new(Live::new(claim));
+        let live = Arc::new(Live::new(claim, now));
         self.shared.running.add(&live);
         // Somebody may have asked for its end before it could be found among those that run.
-        if self.shared.store.renew(claim, lease).await.is_ok_and(|holding| holding == Holding::Unwanted) {
-            live.abandon();
-        }
-        self.shared.changes.send_replace(());
+        lease::renew(&self.shared.store, &live, length).await;
+        self.shared.changed(claim.id);
         // Whoever waits beside this worker looks for the job after this one.
         self.shared.posted.notify_one();
         Ok(Some((job, live)))
@@ -166,14 +184,22 @@ impl Worker {
                 live.cancel().cancel();
             })
         };
-        let result = catch_unwind(AssertUnwindSafe(|| match &job.work {
-            Work::Learning(learned) => {
-                let settings = learned.wanted();
-                self.learn(&mut job, live, settings)
+        let place = self.shared.files.work_folder(live.claim().into(), &self.runtime);
+        let result = catch_unwind(AssertUnwindSafe(|| {
+            let place = match &place {
+                Ok((folder, upload)) => (folder.clone(), upload.clone()),
+                Err(error) => return Err(io::Error::new(error.kind(), error.to_string()).into()),
+            };
+            match &job.work {
+                Work::Learning(learned) => {
+                    let settings = learned.wanted();
+                    self.learn(&mut job, live, place, settings)
+                }
+                Work::Accuracy(_) => self.study(&mut job, live, place),
             }
-            Work::Accuracy(_) => self.study(&mut job, live),
         }));
         stopper.abort();
+        let place = place.ok();
         let whole = matches!(result, Ok(Ok(())));
         // Why it has failed, if it has.
         let cause = match result {
@@ -191,10 +217,14 @@ impl Worker {
                 FailureCause::Panic
             }
         };
-        if !whole && job.state == JobState::Failed && !live.is_lost() {
-            self.withdraw(&job);
+        if let Some((folder, _)) = &place
+            && !whole
+            && job.state == JobState::Failed
+            && !live.is_lost()
+        {
+            withdraw(folder);
         }
-        self.runtime.block_on(self.settle(&mut job, live));
+        self.runtime.block_on(self.settle(&mut job, live, place.as_ref()));
         if live.is_lost() {
             tracing::warn!("the job has passed to another worker");
         } else {
@@ -204,7 +234,7 @@ impl Worker {
             }
         }
         live.finish();
-        self.shared.changes.send_replace(());
+        self.shared.changed(job.id);
     }
 
     /// Has a job wait again for which the store or a file has failed. While nothing can be written that is no fault of
@@ -220,15 +250,34 @@ impl Worker {
         self.runtime.block_on(self.pause());
     }
 
-    /// Records where a job stands that is no longer worked at, as soon as the store can be written. At the end of
-    /// the service it may stay unrecorded: the job counts as running then, and is taken up again at the next start.
-    async fn settle(&self, job: &mut Job, live: &Arc<Live>) {
+    /// Records where a job stands that is no longer worked at, as soon as its files are where they are kept and the store
+    /// can be written. At the end of the service it may stay unrecorded: the job counts as running then, and is taken up
+    /// again by another worker or at the next start.
+    async fn settle(&self, job: &mut Job, live: &Arc<Live>, place: Option<&(PathBuf, Option<Arc<Upload>>)>) {
         if !live.is_lost() {
             self.recover(live).await;
         }
+        let (folder, upload) = match place {
+            Some((folder, upload)) => (Some(folder), upload.as_ref()),
+            None => (None, None),
+        };
+        // A job that waits again can do with what has arrived by now.
+        while let Some(upload) = upload
+            && let Some(Err(error)) = lively(live, upload.finish()).await
+        {
+            tracing::error!(%error, "the files of the job could not be brought to where they are kept");
+            if !self.pause().await {
+                if job.state.is_final() {
+                    live.lose();
+                }
+                break;
+            }
+        }
         while !live.is_lost() {
             live.show_life();
-            job.storage = files::storage(&files::folder(&self.shared.data, job.id));
+            if let Some(folder) = folder {
+                job.storage = files::storage(folder);
+            }
             match self.shared.store.settle(live.claim(), job).await {
                 Ok(true) => break,
                 Ok(false) => live.lose(),
@@ -240,15 +289,31 @@ impl Worker {
                 }
             }
         }
+        if let Some(upload) = upload
+            && job.state.is_final()
+            && let Some(Err(error)) = lively(live, upload.tidy(job.state == JobState::Succeeded)).await
+        {
+            tracing::warn!(%error, "files that the job no longer needs are left over");
+        }
         self.shared.running.remove(live);
     }
 
     /// Learns what a job wants, on from its checkpoint.
-    fn learn(&self, job: &mut Job, live: &Live, settings: Settings) -> Result<(), RunError> {
-        let folder = files::make_folder(&self.shared.data, job.id)?;
-        // An earlier attempt may have broken off, or be stuck, in the middle of a file.
-        files::sweep_folder(&folder)?;
-        let checkpoint = read_checkpoint(&folder);
+    fn learn(
+        &self,
+        job: &mut Job,
+        live: &Live,
+        (folder, upload): (PathBuf, Option<Arc<Upload>>),
+        settings: Settings,
+    ) -> Result<(), RunError> {
+        let looked = self.shared.files.checkpoint(job.id);
+        let found = match &upload {
+            Some(_) => self.runtime.block_on(lively(live, looked)),
+            // A disk may never answer, and its worker has to be given up then.
+            None => Some(self.runtime.block_on(looked)),
+        };
+        let Some(found) = found else { return Ok(()) };
+        let checkpoint = found?.and_then(|bytes| read_checkpoint(&bytes));
         // Generations after the checkpoint are gone through again.
         let curve = checkpoint.as_ref().map(TrainingCheckpoint::curve).unwrap_or_default();
         if !self.runtime.block_on(self.shared.store.record_afresh(live.claim(), job, &curve))? {
@@ -262,23 +327,29 @@ impl Worker {
         // The budget may have been another when the job was posted.
         order.memory(threads).check(self.shared.job_memory)?;
         let cancel = live.cancel().clone();
-        let mut reporter = Reporter::new((&self.shared.store, &self.runtime), job, live, folder.clone());
+        let place = (folder.clone(), upload);
+        let mut reporter = Reporter::new((&self.shared.store, &self.runtime), job, live, place);
         let outcome = run(&order, threads, &folder, (&cancel, CANCELLED_CHECK), checkpoint, &mut reporter);
         reporter.flush();
         let outcome = outcome?;
         let not_begun = outcome.motion == Err(Unsuccessful::NotBegun);
         conclude(job, live, outcome);
         if not_begun && job.state.is_final() {
-            self.withdraw(job);
+            withdraw(&folder);
         }
         Ok(())
     }
 
     /// Does the study that a job wants, from its beginning.
-    fn study(&self, job: &mut Job, live: &Live) -> Result<(), RunError> {
-        let folder = files::make_folder(&self.shared.data, job.id)?;
+    fn study(
+        &self,
+        job: &mut Job,
+        live: &Live,
+        (folder, upload): (PathBuf, Option<Arc<Upload>>),
+    ) -> Result<(), RunError> {
         let bytes = self.runtime.block_on(self.shared.store.job_input(job.id))?;
-        let mut reporter = Reporter::new((&self.shared.store, &self.runtime), job, live, folder.clone());
+        let place = (folder.clone(), upload);
+        let mut reporter = Reporter::new((&self.shared.store, &self.runtime), job, live, place);
         reporter.stage(Stage::Studying);
         match study::run((&bytes, self.shared.job_memory), &folder, &mut reporter)? {
             Some(studied) => {
@@ -289,12 +360,26 @@ impl Worker {
         }
         Ok(())
     }
+}
 
-    /// Removes what an earlier run of a job that was tried again has left as its results.
-    fn withdraw(&self, job: &Job) {
-        if let Err(error) = files::withdraw(&files::folder(&self.shared.data, job.id)) {
-            tracing::error!(%error, "the results of an earlier run could not be removed");
+/// What comes of waiting for a store that answers within a limited time, in which a worker shows signs of life; `None` once the job is no longer its own.
+async fn lively<T>(live: &Live, waited: impl Future<Output = T>) -> Option<T> {
+    let mut waited = std::pin::pin!(waited);
+    loop {
+        live.show_life();
+        if live.is_lost() {
+            return None;
         }
+        if let Ok(came) = tokio::time::timeout(SIGN_EVERY, &mut waited).await {
+            return Some(came);
+        }
+    }
+}
+
+/// Removes what an earlier run of a job that was tried again has left as its results.
+fn withdraw(folder: &Path) {
+    if let Err(error) = files::withdraw(folder) {
+        tracing::error!(%error, "the results of an earlier run could not be removed");
     }
 }
 
@@ -324,10 +409,9 @@ fn call_off(job: &mut Job, live: &Live) {
     }
 }
 
-/// The checkpoint in a job's folder, when there is one that can be read.
-fn read_checkpoint(folder: &Path) -> Option<TrainingCheckpoint> {
-    let bytes = std::fs::read(Artefact::Checkpoint.path(folder)).ok()?;
-    serde_json::from_slice(&bytes)
+/// The checkpoint in a file, when it can be read.
+fn read_checkpoint(bytes: &[u8]) -> Option<TrainingCheckpoint> {
+    serde_json::from_slice(bytes)
         .inspect_err(|error| tracing::warn!(%error, "the checkpoint cannot be read; the job starts afresh"))
         .ok()
 }

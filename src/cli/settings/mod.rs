@@ -6,11 +6,12 @@
 mod source;
 
 use std::net::SocketAddr;
-use std::num::{NonZeroU16, NonZeroUsize};
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use gaitwright::http::Tokens;
-use gaitwright::jobs::Retention;
+use gaitwright::jobs::{FilesPlace, Retention, RetentionOptions, ServiceOptions, StorePlace};
 use gaitwright_physics::fault::Fault;
 use serde::{Deserialize, Serialize};
 use tokio::sync::Semaphore;
@@ -83,10 +84,16 @@ settings! {
     /// How many of them one caller may follow; half where there may be several callers, otherwise all
     caller_streams: NonZeroUsize, (long, env = "GAITWRIGHT_CALLER_STREAMS")
         = if several_callers(listen, &tokens) { half(streams) } else { streams };
-    /// Folder of jobs and results
+    /// Folder of jobs and results, as far as they are not elsewhere, and of files on their way
     data: PathBuf, (long, env = "GAITWRIGHT_DATA") = "gaitwright-data".into();
-    /// Jobs worked at side by side; they share the cores
-    workers: NonZeroU16, (long, env = "GAITWRIGHT_WORKERS") = NonZeroU16::MIN;
+    /// Where jobs are kept: `sqlite` in the data folder, or the URL of a PostgreSQL database that any number of servers
+    /// and workers share, such as postgres://user@host/database; a password can be in PGPASSWORD or PGPASSFILE
+    store: StorePlace, (long, env = "GAITWRIGHT_STORE", value_name = "URL") = StorePlace::default();
+    /// Where the files of jobs are kept: `folder` in the data folder, or a place that all processes share: s3://bucket/prefix
+    /// (with AWS's environment variables, such as AWS_ACCESS_KEY_ID, AWS_REGION, AWS_ENDPOINT) or file:///folder
+    files: FilesPlace, (long, env = "GAITWRIGHT_FILES", value_name = "URL") = FilesPlace::default();
+    /// Jobs worked at side by side; they share the cores. 0 for a server that leaves the work to others
+    workers: u16, (long, env = "GAITWRIGHT_WORKERS") = 1;
     /// Jobs that may wait
     queue: u64, (long, env = "GAITWRIGHT_QUEUE") = 64;
     /// How many of them may be of one caller; half where there may be several callers, otherwise all
@@ -95,7 +102,8 @@ settings! {
     /// Memory that a job may come to need, MiB; a job that asks for more is refused
     job_memory: u64, (long, env = "GAITWRIGHT_JOB_MEMORY", value_name = "MIB") = 1024;
     /// Time after which a job is taken from a worker that shows no sign of life, s
-    lease: f64, (long, env = "GAITWRIGHT_LEASE", value_name = "SECONDS") = 60.0;
+    lease: f64, (long, env = "GAITWRIGHT_LEASE", value_name = "SECONDS")
+        = if store.is_shared() { 20.0 } else { 60.0 };
     /// Jobs that have ended are kept within these limits, such as `30d,1000,20GB`: age, number, size of all together
     keep_jobs: Retention, (long, env = "GAITWRIGHT_KEEP_JOBS", value_name = "LIMITS") = Retention::default();
     /// Recordings of jobs that have ended are kept within these limits
@@ -125,8 +133,17 @@ impl ServiceSettings {
     /// Values that none may have.
     fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
-        if self.workers.get() > MOST_WORKERS {
+        if self.workers > MOST_WORKERS {
             faults.push(Fault::new("workers", format!("must be at most {MOST_WORKERS}")));
+        }
+        if self.workers == 0 && !self.store.is_shared() {
+            let reason = "nobody else can work at the jobs of a store in the data folder";
+            faults.push(Fault::new("workers", reason));
+        }
+        if self.store.is_shared() && !self.files.is_shared() {
+            let reason =
+                "whoever shares a store has to share the files: s3://bucket/prefix or file:///folder";
+            faults.push(Fault::new("files", reason));
         }
         for (name, number) in [("connections", self.connections), ("streams", self.streams)] {
             if number.get() > Semaphore::MAX_PERMITS {
@@ -140,7 +157,27 @@ impl ServiceSettings {
         faults
     }
 
-    /// The settings as a file that gives them all; of tokens it has the digests.
+    /// How the jobs are set up.
+    pub fn options(&self) -> ServiceOptions {
+        ServiceOptions {
+            data: self.data.clone(),
+            store: self.store.clone(),
+            files: self.files.clone(),
+            workers: self.workers.into(),
+            queue: self.queue,
+            caller_queue: Some(self.caller_queue),
+            lease: Duration::from_secs_f64(self.lease),
+            job_memory: self.job_memory.saturating_mul(1 << 20),
+            retention: RetentionOptions {
+                jobs: self.keep_jobs,
+                recordings: self.keep_recordings,
+                characters: self.keep_characters,
+                notice: Duration::from_secs(self.keep_notice),
+            },
+        }
+    }
+
+    /// The settings as a file that gives them all; of tokens it has the digests, and no password of the store.
     ///
     /// # Errors
     ///

@@ -127,9 +127,9 @@ fn schemas() -> Map<String, Value> {
         "AnyObject": { "type": "object" },
         "CharacterDocument": { "type": "object", "description": "See /v1/schemas/character" },
         "Event": { "type": "object", "required": ["event", "data"], "description": "One event of a stream", "properties": {
-            "event": { "enum": ["state", "generation", "end"] },
+            "event": { "enum": ["state", "progress", "generation", "end"] },
             "data": { "type": "string", "contentMediaType": "application/json",
-                "description": "The job, or the figures of a generation" },
+                "description": "The job, how many candidates it has tried, or the figures of a generation" },
             "id": { "type": "string", "description": "The number of the generation" } } },
         "CharacterForm": { "type": "object", "required": ["character"], "properties": { "character": file } },
         "JobForm": { "type": "object", "required": ["character"], "properties": {

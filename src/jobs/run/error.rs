@@ -20,7 +20,7 @@ pub enum RunError {
     #[error("a file could not be written: {0}")]
     File(#[from] std::io::Error),
     /// The recording could not be written.
-    #[error("the recording could not be written: {0}")]
+    #[error(transparent)]
     Recording(#[from] RecordingError),
     /// The gait diagram could not be drawn.
     #[error(transparent)]

@@ -89,6 +89,8 @@ pub fn run(
     checkpoint: Option<TrainingCheckpoint>,
     watcher: &mut dyn RunWatcher,
 ) -> Result<RunOutcome, RunError> {
+    // An earlier attempt may have broken off, or be stuck, in the middle of a file.
+    files::sweep_folder(folder)?;
     watcher.stage(Stage::Standing);
     // A run that is called off by now leaves what an earlier one has left.
     let prepared = PreparedRun::new(order, threads, cancel)?.filter(|_| !cancel.is_cancelled());

@@ -65,7 +65,9 @@ impl<'a> Recorder<'a> {
         let place = Unfinished::new(folder)?;
         let mut recording = Recording::create(place.path(), subject)?;
         recording.job(&describe(order, prepared, None))?;
-        place.appear(&Artefact::Recording.path(folder))?;
+        let path = Artefact::Recording.path(folder);
+        place.appear(&path)?;
+        recording.set_path(&path);
         let (folder, shelved) = (folder.to_owned(), Shelved::default());
         let mut recorder =
             Self { recording, order, prepared, folder, limit, watcher, shelved, failure: None };

@@ -2,10 +2,10 @@
 
 use jiff::Timestamp;
 use sqlx::Row;
-use sqlx::sqlite::SqliteRow;
+use sqlx::any::AnyRow;
 use uuid::Uuid;
 
-use super::connection::{Store, StoreError, document, id, read};
+use super::database::{Store, StoreError, document, id, read};
 use crate::jobs::check::Findings;
 use crate::jobs::retention::Expiry;
 
@@ -45,20 +45,15 @@ impl Store {
     /// When the database refuses.
     pub async fn keep_character(&self, findings: &Findings, bytes: &[u8]) -> Result<Uuid, StoreError> {
         let mut writing = self.begin().await?;
-        let row = sqlx::query(
-            "INSERT INTO characters (id, digest, findings, bytes, used) VALUES (?, ?, ?, ?, ?)
+        let query = self.dialect.query(
+            "INSERT INTO characters (id, digest, findings, bytes, used) VALUES ($1, $2, $3, $4, {now})
              ON CONFLICT (digest) DO UPDATE
              SET findings = excluded.findings, used = excluded.used, expiry = NULL RETURNING id",
-        )
-        .bind(Uuid::now_v7().to_string())
-        .bind(&findings.digest)
-        .bind(document(findings)?)
-        .bind(bytes)
-        .bind(Timestamp::now().as_millisecond())
-        .fetch_one(&mut writing.connection)
-        .await?;
+        );
+        let query = query.bind(Uuid::now_v7().to_string()).bind(findings.digest.as_str());
+        let row = writing.row(query.bind(document(findings)?).bind(bytes)).await?;
         writing.commit().await?;
-        id(&row)
+        id(&row.ok_or(sqlx::Error::RowNotFound)?)
     }
 
     /// At most `limit` characters, the newest first: those older than `after`.
@@ -71,15 +66,11 @@ impl Store {
         after: Option<Uuid>,
         limit: u32,
     ) -> Result<Vec<StoredCharacter>, StoreError> {
-        let rows = sqlx::query(
-            "SELECT id, digest, length(bytes) AS size, used, expiry,
-                CASE WHEN json_valid(findings) THEN json_extract(findings, '$.name') END AS name
-             FROM characters WHERE ?1 IS NULL OR id < ?1 ORDER BY id DESC LIMIT ?2",
-        )
-        .bind(after.map(|id| id.to_string()))
-        .bind(limit)
-        .fetch_all(&self.readers)
-        .await?;
+        let query = self.dialect.query(
+            "SELECT id, digest, length(bytes) AS size, used, expiry, name
+             FROM characters WHERE $1 IS NULL OR id < $1 ORDER BY id DESC LIMIT $2",
+        );
+        let rows = self.rows(query.bind(after.map(|id| id.to_string())).bind(i64::from(limit))).await?;
         rows.iter().map(stored).collect()
     }
 
@@ -90,11 +81,8 @@ impl Store {
     /// When the database refuses.
     pub async fn use_character(&self, id: Uuid) -> Result<(), StoreError> {
         let mut writing = self.begin().await?;
-        sqlx::query("UPDATE characters SET used = ?, expiry = NULL WHERE id = ?")
-            .bind(Timestamp::now().as_millisecond())
-            .bind(id.to_string())
-            .execute(&mut writing.connection)
-            .await?;
+        let query = self.dialect.query("UPDATE characters SET used = {now}, expiry = NULL WHERE id = $1");
+        writing.execute(query.bind(id.to_string())).await?;
         writing.commit().await
     }
 
@@ -106,11 +94,8 @@ impl Store {
     pub async fn tell_character(&self, id: Uuid, expires: Option<&Expiry>) -> Result<(), StoreError> {
         let expiry = expires.map(document).transpose()?;
         let mut writing = self.begin().await?;
-        sqlx::query("UPDATE characters SET expiry = ? WHERE id = ?")
-            .bind(expiry)
-            .bind(id.to_string())
-            .execute(&mut writing.connection)
-            .await?;
+        let query = self.dialect.query("UPDATE characters SET expiry = $1 WHERE id = $2");
+        writing.execute(query.bind(expiry).bind(id.to_string())).await?;
         writing.commit().await
     }
 
@@ -121,23 +106,16 @@ impl Store {
     /// When the database refuses.
     pub async fn delete_character(&self, character: Uuid) -> Result<CharacterDeletion, StoreError> {
         let mut writing = self.begin().await?;
-        let needed = sqlx::query(
-            "SELECT jobs.id FROM characters JOIN jobs
-                ON json_extract(jobs.record, '$.character.digest') = characters.digest
-             WHERE characters.id = ? AND jobs.state IN ('queued', 'running') LIMIT 1",
-        )
-        .bind(character.to_string())
-        .fetch_optional(&mut writing.connection)
-        .await?;
-        if let Some(row) = needed {
+        let needed = self.dialect.query(
+            "SELECT jobs.id FROM characters JOIN jobs ON jobs.digest = characters.digest
+             WHERE characters.id = $1 AND jobs.state IN ('queued', 'running') LIMIT 1",
+        );
+        if let Some(row) = writing.row(needed.bind(character.to_string())).await? {
             writing.leave().await?;
             return Ok(CharacterDeletion::Needed(id(&row)?));
         }
-        let deleted = sqlx::query("DELETE FROM characters WHERE id = ?")
-            .bind(character.to_string())
-            .execute(&mut writing.connection)
-            .await?
-            .rows_affected();
+        let query = self.dialect.query("DELETE FROM characters WHERE id = $1");
+        let deleted = writing.execute(query.bind(character.to_string())).await?;
         writing.commit().await?;
         Ok(if deleted == 0 { CharacterDeletion::Unknown } else { CharacterDeletion::Deleted })
     }
@@ -148,10 +126,8 @@ impl Store {
     ///
     /// When the database refuses.
     pub async fn findings(&self, id: Uuid) -> Result<Option<Findings>, StoreError> {
-        let row = sqlx::query("SELECT findings FROM characters WHERE id = ?")
-            .bind(id.to_string())
-            .fetch_optional(&self.readers)
-            .await?;
+        let query = self.dialect.query("SELECT findings FROM characters WHERE id = $1");
+        let row = self.row(query.bind(id.to_string())).await?;
         row.map(|row| read(row.try_get("findings")?)).transpose()
     }
 
@@ -161,15 +137,13 @@ impl Store {
     ///
     /// When the database refuses.
     pub async fn character(&self, id: Uuid) -> Result<Option<Vec<u8>>, StoreError> {
-        let row = sqlx::query("SELECT bytes FROM characters WHERE id = ?")
-            .bind(id.to_string())
-            .fetch_optional(&self.readers)
-            .await?;
+        let query = self.dialect.query("SELECT bytes FROM characters WHERE id = $1");
+        let row = self.row(query.bind(id.to_string())).await?;
         Ok(row.map(|row| row.try_get("bytes")).transpose()?)
     }
 }
 
-fn stored(row: &SqliteRow) -> Result<StoredCharacter, StoreError> {
+fn stored(row: &AnyRow) -> Result<StoredCharacter, StoreError> {
     let (size, used): (i64, i64) = (row.try_get("size")?, row.try_get("used")?);
     let expiry: Option<&str> = row.try_get("expiry")?;
     Ok(StoredCharacter {

@@ -3,10 +3,12 @@
 use std::collections::BTreeSet;
 
 use sqlx::Row;
-use sqlx::sqlite::{SqliteConnection, SqliteRow};
+use sqlx::any::AnyRow;
 use uuid::Uuid;
 
-use super::connection::{Store, StoreError, document, id};
+use super::database::{Store, StoreError, Writing, document, id};
+use super::dialect::{Dialect, Query};
+use super::news::Happened;
 use crate::jobs::job::{Job, JobState};
 use crate::jobs::once::IdempotencyKey;
 use crate::jobs::request::FORMAT;
@@ -42,34 +44,69 @@ pub enum Amendment {
     Nothing,
     /// Its record is written.
     Record,
-    /// Its record is written, and that its end was asked for is forgotten.
-    Requeue,
+    /// Its record is written, and that its end was asked for is forgotten: it waits again, where there is room.
+    Requeue(QueueRoom),
     /// It is kept in mind that its end was asked for. The record of a job that runs is its worker's alone to write.
     Abandon,
 }
 
+/// How many jobs may wait.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct QueueRoom {
+    /// Of everybody.
+    pub all: u64,
+    /// Of one caller.
+    pub caller: u64,
+}
+
+impl QueueRoom {
+    /// Whether another job of `caller` may wait, within changes that add it and that are alone with the queue.
+    async fn check(self, writing: &mut Writing<'_>, caller: &str) -> Result<(), StoreError> {
+        let waiting = count(writing.row(counting(writing.dialect, JobState::Queued, None)).await?)?;
+        if waiting >= self.all {
+            return Err(StoreError::Full(waiting));
+        }
+        let own = count(writing.row(counting(writing.dialect, JobState::Queued, Some(caller))).await?)?;
+        if own >= self.caller { Err(StoreError::FullForCaller(own)) } else { Ok(()) }
+    }
+}
+
 impl Store {
-    /// Adds a job, the bytes of what it works on, and the key that it was posted under.
+    /// Adds a job that waits, the bytes of what it works on, and the key that it was posted under. Gives what
+    /// [`Store::posted`] gives where there is a job of that key already, and then nothing has changed.
     ///
     /// # Errors
     ///
-    /// When the database refuses.
-    pub async fn insert(
+    /// [`StoreError::Full`] and [`StoreError::FullForCaller`] where there is no room; when the database refuses.
+    pub async fn post(
         &self,
         job: &Job,
         input: &[u8],
         key: Option<&IdempotencyKey>,
-    ) -> Result<(), StoreError> {
+        room: QueueRoom,
+    ) -> Result<Option<(Job, bool)>, StoreError> {
         let mut writing = self.begin().await?;
-        sqlx::query("INSERT INTO jobs (id, record, input, key, request) VALUES (?, ?, ?, ?, ?)")
-            .bind(job.id.to_string())
-            .bind(document(job)?)
-            .bind(input)
-            .bind(key.map(|key| &key.key))
-            .bind(key.map(|key| &key.digest))
-            .execute(&mut writing.connection)
-            .await?;
-        writing.commit().await
+        // The same request may have come twice at once.
+        writing.queue_alone().await?;
+        if let Some(key) = key
+            && let Some(row) = writing.row(posted_under(self.dialect, key)).await?
+        {
+            writing.leave().await?;
+            return known_job(&row, key).map(Some);
+        }
+        if let Err(full) = room.check(&mut writing, &job.caller).await {
+            writing.leave().await?;
+            return Err(full);
+        }
+        let query = self
+            .dialect
+            .query("INSERT INTO jobs (id, record, input, key, request) VALUES ($1, $2, $3, $4, $5)");
+        let query = query.bind(job.id.to_string()).bind(document(job)?).bind(input);
+        let query = query.bind(key.map(|key| key.key.as_str())).bind(key.map(|key| key.digest.as_str()));
+        writing.execute(query).await?;
+        writing.tell(job.id, Happened::Queued).await?;
+        writing.commit().await?;
+        Ok(None)
     }
 
     /// The job that was posted under `key`, and whether it was the same request.
@@ -78,13 +115,8 @@ impl Store {
     ///
     /// When the database refuses, or the job's record cannot be read.
     pub async fn posted(&self, key: &IdempotencyKey) -> Result<Option<(Job, bool)>, StoreError> {
-        let row = sqlx::query("SELECT id, record, request FROM jobs WHERE key = ?")
-            .bind(&key.key)
-            .fetch_optional(&self.readers)
-            .await?;
-        let Some(row) = row else { return Ok(None) };
-        let request: String = row.try_get("request")?;
-        Ok(Some((readable(&row)?, request == key.digest)))
+        let row = self.row(posted_under(self.dialect, key)).await?;
+        row.map(|row| known_job(&row, key)).transpose()
     }
 
     /// The job called `id`.
@@ -93,10 +125,8 @@ impl Store {
     ///
     /// When the database refuses, or the job's record cannot be read.
     pub async fn job(&self, id: Uuid) -> Result<Option<Job>, StoreError> {
-        let row = sqlx::query("SELECT id, record FROM jobs WHERE id = ?")
-            .bind(id.to_string())
-            .fetch_optional(&self.readers)
-            .await?;
+        let query = self.dialect.query("SELECT id, record FROM jobs WHERE id = $1");
+        let row = self.row(query.bind(id.to_string())).await?;
         row.map(|row| readable(&row)).transpose()
     }
 
@@ -106,11 +136,9 @@ impl Store {
     ///
     /// When the database refuses, or there is no such job.
     pub async fn job_input(&self, id: Uuid) -> Result<Vec<u8>, StoreError> {
-        let row = sqlx::query("SELECT input FROM jobs WHERE id = ?")
-            .bind(id.to_string())
-            .fetch_one(&self.readers)
-            .await?;
-        Ok(row.try_get("input")?)
+        let query = self.dialect.query("SELECT input FROM jobs WHERE id = $1");
+        let row = self.row(query.bind(id.to_string())).await?;
+        Ok(row.ok_or(sqlx::Error::RowNotFound)?.try_get("input")?)
     }
 
     /// At most `limit` jobs, the newest first: those older than `after`, in the given state.
@@ -124,15 +152,12 @@ impl Store {
         after: Option<Uuid>,
         limit: u32,
     ) -> Result<Vec<StoredJob>, StoreError> {
-        let rows = sqlx::query(
-            "SELECT id, record FROM jobs WHERE (?1 IS NULL OR state = ?1) AND (?2 IS NULL OR id < ?2)
-             ORDER BY id DESC LIMIT ?3",
-        )
-        .bind(state.map(JobState::name))
-        .bind(after.map(|id| id.to_string()))
-        .bind(limit)
-        .fetch_all(&self.readers)
-        .await?;
+        let query = self.dialect.query(
+            "SELECT id, record FROM jobs WHERE ($1 IS NULL OR state = $1) AND ($2 IS NULL OR id < $2)
+             ORDER BY id DESC LIMIT $3",
+        );
+        let query = query.bind(state.map(JobState::name)).bind(after.map(|id| id.to_string()));
+        let rows = self.rows(query.bind(i64::from(limit))).await?;
         rows.iter().map(stored).collect()
     }
 
@@ -142,7 +167,7 @@ impl Store {
     ///
     /// When the database refuses.
     pub async fn ids(&self) -> Result<BTreeSet<Uuid>, StoreError> {
-        let rows = sqlx::query("SELECT id FROM jobs").fetch_all(&self.readers).await?;
+        let rows = self.rows(self.dialect.query("SELECT id FROM jobs")).await?;
         rows.iter().map(id).collect()
     }
 
@@ -152,14 +177,7 @@ impl Store {
     ///
     /// When the database refuses.
     pub async fn count(&self, state: JobState, caller: Option<&str>) -> Result<u64, StoreError> {
-        let row =
-            sqlx::query("SELECT count(*) AS jobs FROM jobs WHERE state = ?1 AND (?2 IS NULL OR caller = ?2)")
-                .bind(state.name())
-                .bind(caller)
-                .fetch_one(&self.readers)
-                .await?;
-        let count: i64 = row.try_get("jobs")?;
-        Ok(count.unsigned_abs())
+        count(self.row(counting(self.dialect, state, caller)).await?)
     }
 
     /// Reads the job called `id`, has `change` decide what is done to it, and does it, with nobody in between. Gives
@@ -174,7 +192,7 @@ impl Store {
         change: impl FnOnce(&mut Job) -> Result<Amendment, E>,
     ) -> Result<Option<Job>, E> {
         let mut writing = self.begin().await?;
-        let found = find(&mut writing.connection, id).await;
+        let found = find(&mut writing, id).await;
         let mut job = match found {
             Ok(Some(StoredJob::Readable(job))) => *job,
             other => {
@@ -194,21 +212,27 @@ impl Store {
                 return Err(refused);
             }
         };
-        let statement = match amendment {
+        let (statement, happened) = match amendment {
             Amendment::Nothing => {
                 writing.leave().await?;
                 return Ok(Some(job));
             }
-            Amendment::Record => "UPDATE jobs SET record = ?2 WHERE id = ?1",
-            Amendment::Requeue => "UPDATE jobs SET record = ?2, unwanted = 0 WHERE id = ?1",
-            Amendment::Abandon => "UPDATE jobs SET unwanted = 1 WHERE id = ?1 AND ?2 IS NOT NULL",
+            Amendment::Record => ("UPDATE jobs SET record = $2 WHERE id = $1", Happened::Changed),
+            Amendment::Requeue(room) => {
+                writing.queue_alone().await?;
+                if let Err(full) = room.check(&mut writing, &job.caller).await {
+                    writing.leave().await?;
+                    return Err(full.into());
+                }
+                ("UPDATE jobs SET record = $2, unwanted = 0 WHERE id = $1", Happened::Queued)
+            }
+            Amendment::Abandon => {
+                ("UPDATE jobs SET unwanted = 1 WHERE id = $1 AND $2 IS NOT NULL", Happened::Unwanted)
+            }
         };
-        sqlx::query(statement)
-            .bind(id.to_string())
-            .bind(document(&job)?)
-            .execute(&mut writing.connection)
-            .await
-            .map_err(StoreError::from)?;
+        let query = self.dialect.query(statement).bind(id.to_string()).bind(document(&job)?);
+        writing.execute(query).await?;
+        writing.tell(id, happened).await?;
         writing.commit().await?;
         Ok(Some(job))
     }
@@ -224,7 +248,7 @@ impl Store {
         may: impl FnOnce(&StoredJob) -> Result<(), E>,
     ) -> Result<bool, E> {
         let mut writing = self.begin().await?;
-        let Some(job) = find(&mut writing.connection, id).await? else {
+        let Some(job) = find(&mut writing, id).await? else {
             writing.leave().await?;
             return Ok(false);
         };
@@ -232,23 +256,46 @@ impl Store {
             writing.leave().await?;
             return Err(refused);
         }
-        sqlx::query("DELETE FROM jobs WHERE id = ?")
-            .bind(id.to_string())
-            .execute(&mut writing.connection)
-            .await
-            .map_err(StoreError::from)?;
+        let query = self.dialect.query("DELETE FROM jobs WHERE id = $1");
+        writing.execute(query.bind(id.to_string())).await?;
+        writing.tell(id, Happened::Changed).await?;
         writing.commit().await?;
         Ok(true)
     }
 }
 
-/// The job called `id`, within somebody's changes.
-async fn find(connection: &mut SqliteConnection, id: Uuid) -> Result<Option<StoredJob>, StoreError> {
-    let row = sqlx::query("SELECT id, record FROM jobs WHERE id = ?")
-        .bind(id.to_string())
-        .fetch_optional(connection)
-        .await?;
+/// The job called `id`, within somebody's changes of it.
+async fn find(writing: &mut Writing<'_>, id: Uuid) -> Result<Option<StoredJob>, StoreError> {
+    let query = writing.dialect.query("SELECT id, record FROM jobs WHERE id = $1 {lock}");
+    let row = writing.row(query.bind(id.to_string())).await?;
     row.map(|row| stored(&row)).transpose()
+}
+
+/// Asks for the job that was posted under `key`.
+fn posted_under(dialect: Dialect, key: &IdempotencyKey) -> Query<'_> {
+    dialect.query("SELECT id, record, request FROM jobs WHERE key = $1").bind(key.key.as_str())
+}
+
+/// The job in a row that was found by `key`, and whether it was the same request.
+fn known_job(row: &AnyRow, key: &IdempotencyKey) -> Result<(Job, bool), StoreError> {
+    let request: &str = row.try_get("request")?;
+    Ok((readable(row)?, request == key.digest))
+}
+
+/// Asks for the number of jobs in a state: of `caller`, or of everybody.
+fn counting(dialect: Dialect, state: JobState, caller: Option<&str>) -> Query<'_> {
+    match caller {
+        None => dialect.query("SELECT count(*) AS jobs FROM jobs WHERE state = $1").bind(state.name()),
+        Some(caller) => dialect
+            .query("SELECT count(*) AS jobs FROM jobs WHERE state = $1 AND caller = $2")
+            .bind(state.name())
+            .bind(caller),
+    }
+}
+
+fn count(row: Option<AnyRow>) -> Result<u64, StoreError> {
+    let count: i64 = row.ok_or(sqlx::Error::RowNotFound)?.try_get("jobs")?;
+    Ok(count.unsigned_abs())
 }
 
 /// The job in a row with `id` and `record`.
@@ -256,7 +303,7 @@ async fn find(connection: &mut SqliteConnection, id: Uuid) -> Result<Option<Stor
 /// # Errors
 ///
 /// When the row is not one of that table.
-pub(super) fn stored(row: &SqliteRow) -> Result<StoredJob, StoreError> {
+pub(super) fn stored(row: &AnyRow) -> Result<StoredJob, StoreError> {
     let id = id(row)?;
     let record: &str = row.try_get("record")?;
     Ok(match serde_json::from_str::<Job>(record) {
@@ -269,7 +316,7 @@ pub(super) fn stored(row: &SqliteRow) -> Result<StoredJob, StoreError> {
     })
 }
 
-fn readable(row: &SqliteRow) -> Result<Job, StoreError> {
+fn readable(row: &AnyRow) -> Result<Job, StoreError> {
     match stored(row)? {
         StoredJob::Readable(job) => Ok(*job),
         StoredJob::Unreadable { id, reason } => Err(StoreError::Unreadable { id, reason }),

@@ -1,8 +1,10 @@
 //! Characters over HTTP.
 
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::process::Command;
 
+use base64::Engine;
 use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
@@ -31,6 +33,80 @@ fn a_character_is_kept_and_serves_in_jobs() {
     assert_eq!(answer.status, 202, "{}", answer.text());
     assert_eq!(answer.json()["character"]["digest"], character["digest"]);
     assert_ne!(service.wait_for_end(&answer.headers["location"])["state"], "cancelled");
+}
+
+/// A cube of 0.2 m as a mesh, on which a leg turns, in an archive.
+fn archive() -> Vec<u8> {
+    let corners = (0..8).map(|corner| [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { -0.1 } else { 0.1 }));
+    let faces = [
+        "1 3 4", "1 4 2", "5 6 8", "5 8 7", "1 2 6", "1 6 5", "3 7 8", "3 8 4", "1 5 7", "1 7 3", "2 4 8",
+        "2 8 6",
+    ];
+    let mesh: String = corners
+        .map(|[x, y, z]| format!("v {x} {y} {z}\n"))
+        .chain(faces.iter().map(|face| format!("f {face}\n")))
+        .collect();
+    let urdf = r#"<robot name="meshed"><link name="body"><inertial><mass value="1"/>
+        <inertia ixx="0.007" ixy="0" ixz="0" iyy="0.007" iyz="0" izz="0.007"/></inertial>
+        <collision><geometry><mesh filename="cube.obj"/></geometry></collision></link>
+        <link name="paddle"><inertial><mass value="0.1"/>
+        <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>
+        <joint name="hinge" type="revolute"><parent link="body"/><child link="paddle"/><axis xyz="0 1 0"/>
+        <origin xyz="0 0.15 0"/><limit lower="-1" upper="1" effort="5" velocity="5"/></joint></robot>"#;
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for (name, text) in [("meshed.urdf", urdf), ("cube.obj", &mesh)] {
+        archive.start_file(name, zip::write::SimpleFileOptions::default()).unwrap();
+        archive.write_all(text.as_bytes()).unwrap();
+    }
+    archive.finish().unwrap().into_inner()
+}
+
+/// A character of any form that has been posted serves in scenarios, a zip with its meshes too.
+#[test]
+fn scenarios_take_characters_that_are_kept() {
+    let service = Service::start();
+    let kept = service.post("/v1/characters", "application/zip", &archive()).json();
+    let id = &kept["id"];
+    let scenario = json!({ "character": { "id": id }, "duration": 0.5, "sample_every": 0.1 });
+    let simulated = service.post_json("/v1/simulations", &scenario);
+    assert_eq!(simulated.status, 200, "{}", simulated.text());
+    let lines: Vec<Value> =
+        simulated.text().lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    // At rest on the face of its mesh it weighs what it weighs.
+    let force: f64 = lines[5]["contacts"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|contact| contact["force"][2].as_f64().unwrap())
+        .sum();
+    assert!((force - 1.1 * 9.81).abs() < 0.05 * force, "{}", lines[5]);
+
+    // The same inline, and the one that came as a URDF.
+    let archive = base64::prelude::BASE64_STANDARD.encode(archive());
+    let inline = json!({ "character": { "zip": archive }, "duration": 0.5, "sample_every": 0.1 });
+    let again = service.post_json("/v1/simulations", &inline).text();
+    assert_eq!(again.lines().nth(3), simulated.text().lines().nth(3));
+    let paddler = service.post("/v1/characters", "application/xml", PADDLER.as_bytes()).json();
+    let of_id = json!({ "character": { "id": paddler["id"] }, "duration": 0.02 });
+    let of_text = json!({ "character": { "urdf": PADDLER }, "duration": 0.02 });
+    let [one, other] =
+        [of_id, of_text].map(|scenario| service.post_json("/v1/simulations", &scenario).text());
+    assert_eq!(one.lines().nth(1), other.lines().nth(1));
+
+    let study = json!({ "scenario": { "character": { "id": id }, "duration": 0.05 }, "tolerances": [1e-2] });
+    let posted = service.post_json("/v1/accuracy", &study);
+    assert_eq!(posted.status, 202, "{}", posted.text());
+    let ended = service.wait_for_end(&posted.headers["location"]);
+    assert_eq!(ended["state"], "succeeded", "{ended}");
+
+    for id in ["01890000-0000-7000-8000-000000000000", "no id"] {
+        let scenario = json!({ "character": { "id": id }, "duration": 0.1 });
+        let problem = service.post_json("/v1/simulations", &scenario).problem(422);
+        assert_eq!(problem["errors"][0]["pointer"], "/character/id", "{problem}");
+        let study = json!({ "scenario": scenario });
+        let problem = service.post_json("/v1/accuracy", &study).problem(422);
+        assert_eq!(problem["errors"][0]["pointer"], "/scenario/character/id", "{problem}");
+    }
 }
 
 #[test]

@@ -84,7 +84,7 @@ impl Service {
     /// A service whose writes to files fail when the test says so.
     pub fn with_failing_writes(data: &Path, arguments: &[&str], writes: &FailingWrites) -> Self {
         let mut program = program();
-        program.env("LD_PRELOAD", &writes.library).env("FAILING_WRITES", &writes.control);
+        writes.precede(&mut program);
         Self::spawn(program, data, arguments, &[])
     }
 
@@ -268,15 +268,29 @@ impl FailingWrites {
             .status();
         assert!(compiled.expect("this test needs the program rustc, which was not found").success());
         let control = folder.path().join("control");
-        std::fs::write(&control, [[0xff; 8], [0; 8]].concat()).unwrap();
+        std::fs::write(&control, [[0xff; 8], [0; 8], [0; 8]].concat()).unwrap();
         Self { library, control, _folder: folder }
+    }
+
+    /// Has the writes of a program fail that is not started yet.
+    pub fn precede(&self, program: &mut Command) {
+        program.env("LD_PRELOAD", &self.library).env("FAILING_WRITES", &self.control);
     }
 
     /// Lets so many further writes succeed, and fails all after them; none fails for `None`.
     pub fn allow(&self, writes: Option<i64>) {
+        self.set(0, writes.unwrap_or(-1));
+    }
+
+    /// Has the writes that would fail never return instead.
+    pub fn get_stuck(&self) {
+        self.set(16, 1);
+    }
+
+    fn set(&self, at: u64, value: i64) {
         use std::os::unix::fs::FileExt;
         let file = std::fs::File::options().write(true).open(&self.control).unwrap();
-        file.write_all_at(&writes.unwrap_or(-1).to_ne_bytes(), 0).unwrap();
+        file.write_all_at(&value.to_ne_bytes(), at).unwrap();
     }
 
     /// Whether a write has failed, or the next will.
@@ -331,7 +345,7 @@ impl Answer {
 }
 
 /// Runs `curl` to its end, within a generous time.
-fn curl(url: &str, arguments: &[&str], seconds: Option<u32>) -> Answer {
+pub fn curl(url: &str, arguments: &[&str], seconds: Option<u32>) -> Answer {
     let folder = TempDir::new().unwrap();
     let (head, body) = (folder.path().join("head"), folder.path().join("body"));
     let output: Output = Command::new("curl")

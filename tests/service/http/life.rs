@@ -317,3 +317,25 @@ fn a_form_brings_character_and_settings() {
     assert_eq!(job["effects"]["trunk_rotation_lock"]["on"], true);
     assert_eq!(job["progress"]["generations"], 1);
 }
+
+/// How far a job is can be seen long before its first generation is whole: from the candidates that it has tried.
+#[test]
+fn candidates_are_counted_as_they_are_tried() {
+    let service = Service::start();
+    let path = service.post_job(&json!({ "population": 2000, "generations": 1 }));
+    let stream = Receiver::start(&service.url(&format!("{path}/events")));
+    let tried = |job: &Value| job["progress"]["evaluations"].as_u64().unwrap();
+    let first = service.wait(&path, "trying", |job| tried(job) > 0);
+    let second = service.wait(&path, "trying more", |job| tried(job) > tried(&first));
+    assert_eq!(second["progress"]["generations"], 0, "{second}");
+    assert_eq!(second["state"], "running");
+    // Those who follow are told once a second.
+    std::thread::sleep(Duration::from_millis(2500));
+    service.cancel(&path);
+    let told = events(&stream.finish());
+    let of =
+        |kind: &str| told.iter().filter(|(found, _)| found == kind).map(|(_, data)| data).collect::<Vec<_>>();
+    let counts: Vec<u64> = of("progress").iter().map(|data| data["evaluations"].as_u64().unwrap()).collect();
+    assert!(counts.len() >= 2 && counts.windows(2).all(|pair| pair[0] < pair[1]), "{counts:?}");
+    assert!(of("generation").is_empty());
+}

@@ -19,5 +19,5 @@ mod refusals;
 mod studies;
 mod survival;
 mod turns;
-mod whole;
+pub mod whole;
 mod writes;

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::client::{Answer, PADDLER, PADDLER_PART, Service};
+use super::client::{Answer, PADDLER, PADDLER_PART, QUADRUPED, Service};
 
 /// The pointers of a problem document, all of them.
 fn pointers(problem: &Value) -> Vec<String> {
@@ -259,4 +259,32 @@ fn a_full_queue() {
         service.post_json("/v1/jobs", &json!({ "character": { "urdf": PADDLER }, "learning": long }));
     answer.problem(429);
     assert!(answer.headers["retry-after"].parse::<u32>().unwrap() > 0);
+}
+
+/// A gait that the character cannot have, or that there is not, is refused at once and by the field that asks for it.
+#[test]
+fn gaits_without_the_legs_for_them_are_refused() {
+    let service = Service::start();
+    let refused = [
+        ("snake.json", "trot"),
+        ("quadruped.urdf", "tripod"),
+        ("quadruped.urdf", "moonwalk"),
+        ("biped.urdf", "gallop"),
+        ("hexapod.json", "walk"),
+    ];
+    for (name, gait) in refused {
+        let text = std::fs::read_to_string(crate::common::example_path(name)).unwrap();
+        let character = match name.ends_with(".json") {
+            true => json!({ "json": serde_json::from_str::<serde_json::Value>(&text).unwrap() }),
+            false => json!({ "urdf": text }),
+        };
+        let document = json!({ "character": character, "task": { "gait": gait } });
+        let problem = service.post_json("/v1/jobs", &document).problem(422);
+        assert_eq!(problem["errors"][0]["pointer"], "/task/gait", "{name}, {gait}: {problem}");
+        let reason = problem["errors"][0]["detail"].as_str().unwrap();
+        assert!(reason.contains(gait), "{name}: {reason}");
+    }
+    assert!(service.json("/v1/jobs")["jobs"].as_array().unwrap().is_empty());
+    let fine = json!({ "character": { "urdf": QUADRUPED }, "task": { "gait": "trot" }, "learning": { "generations": 1 } });
+    assert_eq!(service.post_json("/v1/jobs", &fine).status, 202);
 }

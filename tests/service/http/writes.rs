@@ -1,7 +1,7 @@
 //! Every write that a service makes fails once, as on a full disk, and so do all after it until there is room again; the
 //! service goes on without a restart.
 //!
-//! `GAITWRIGHT_FAULTS` is at how many of the writes of a running job this is tried (10).
+//! `WRITE_FAULTS` is at how many of the writes of a running job this is tried (10).
 
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -193,7 +193,7 @@ fn calls_hold_what_they_say_at_every_write() {
 /// A job comes to the same result, at whichever of its writes the disk was full.
 #[test]
 fn a_job_outlives_a_full_disk_at_any_write() {
-    let tries = std::env::var("GAITWRIGHT_FAULTS").map_or(10, |text| text.parse::<i64>().unwrap());
+    let tries = std::env::var("WRITE_FAULTS").map_or(10, |text| text.parse::<i64>().unwrap());
     let writes = FailingWrites::new();
     let data = TempDir::new().unwrap();
     let service = Service::with_failing_writes(data.path(), &[], &writes);

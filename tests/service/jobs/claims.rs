@@ -5,14 +5,21 @@ use std::time::Duration;
 
 use gaitwright::jobs::{Amendment, Holding, Job, JobState, MOST_ATTEMPTS, Reclaimed, Store, StoreError};
 use gaitwright_learning::learn::Generation;
-use tempfile::TempDir;
 
-use super::post;
+use super::{Place, ROOM, post};
 
 const LONG: Duration = Duration::from_secs(3600);
 
 /// A lease that is over as soon as it has begun.
 const NONE: Duration = Duration::ZERO;
+
+on_both_databases! {
+    an_old_claim_changes_nothing,
+    many_workers_take_each_job_once,
+    a_job_is_tried_three_times_again,
+    only_attempts_in_vain_count,
+    an_acknowledged_end_holds,
+}
 
 async fn lapse(store: &Store) -> Vec<Job> {
     // A lease of no length is over in the millisecond after its beginning.
@@ -34,10 +41,8 @@ fn point(generation: u32) -> Generation {
     }
 }
 
-#[tokio::test]
-async fn an_old_claim_changes_nothing() {
-    let data = TempDir::new().unwrap();
-    let store = Store::open(data.path()).await.unwrap();
+async fn an_old_claim_changes_nothing(place: Place) {
+    let store = place.open().await;
     let id = post(&store, "", 0).await.id;
     let mut old = store.claim("first", NONE).await.unwrap().unwrap();
     assert_eq!((old.job.state, old.job.attempts), (JobState::Running, 1));
@@ -56,7 +61,7 @@ async fn an_old_claim_changes_nothing() {
         assert!(!store.record_afresh(old.claim, &old.job, &[]).await.unwrap());
         assert!(!store.settle(old.claim, &mut old.job).await.unwrap());
         assert_eq!(store.job(id).await.unwrap().unwrap(), before);
-        assert_eq!(store.curve(id).await.unwrap(), [point(0)]);
+        assert_eq!(store.curve(id, 0).await.unwrap(), [point(0)]);
         if let Some(new) = new {
             assert_eq!(new.job.attempts, 2);
             assert_eq!(store.renew(new.claim, LONG).await.unwrap(), Holding::Held);
@@ -65,15 +70,13 @@ async fn an_old_claim_changes_nothing() {
     assert!(lapse(&store).await.is_empty(), "the new lease is long");
 }
 
-#[tokio::test]
-async fn many_workers_take_each_job_once() {
-    let data = TempDir::new().unwrap();
-    let store = Arc::new(Store::open(data.path()).await.unwrap());
+async fn many_workers_take_each_job_once(place: Place) {
+    let store = Arc::new(place.open().await);
     for number in 0..30 {
         post(&store, &format!("caller {}", number % 3), 0).await;
     }
     // Another process has a connection of its own.
-    let other = Arc::new(Store::open(data.path()).await.unwrap());
+    let other = Arc::new(place.open().await);
     let workers: Vec<_> = (0..8)
         .map(|number| {
             let store = Arc::clone(if number % 2 == 0 { &store } else { &other });
@@ -96,10 +99,8 @@ async fn many_workers_take_each_job_once() {
     assert_eq!(store.count(JobState::Running, None).await.unwrap(), 30);
 }
 
-#[tokio::test]
-async fn a_job_is_tried_three_times_again() {
-    let data = TempDir::new().unwrap();
-    let store = Store::open(data.path()).await.unwrap();
+async fn a_job_is_tried_three_times_again(place: Place) {
+    let store = place.open().await;
     let harmful = post(&store, "", 1).await.id;
     let other = post(&store, "", 0).await.id;
     for attempt in 1..=MOST_ATTEMPTS {
@@ -118,17 +119,15 @@ async fn a_job_is_tried_three_times_again() {
     // Tried again by somebody, it has all its attempts again.
     let reopen = |job: &mut Job| -> Result<Amendment, StoreError> {
         job.reopen();
-        Ok(Amendment::Requeue)
+        Ok(Amendment::Requeue(ROOM))
     };
     let job = store.amend(harmful, reopen).await.unwrap().unwrap();
     assert_eq!((job.state, job.attempts, job.error), (JobState::Queued, 0, None));
 }
 
 /// An attempt that got further, and a worker that put its job back in order, count for nothing.
-#[tokio::test]
-async fn only_attempts_in_vain_count() {
-    let data = TempDir::new().unwrap();
-    let store = Store::open(data.path()).await.unwrap();
+async fn only_attempts_in_vain_count(place: Place) {
+    let store = place.open().await;
     let id = post(&store, "", 0).await.id;
     for _ in 0..3 * MOST_ATTEMPTS {
         let mut claimed = store.claim("worker", NONE).await.unwrap().unwrap();
@@ -147,10 +146,8 @@ async fn only_attempts_in_vain_count() {
 }
 
 /// That somebody has asked for the end of a job holds whatever becomes of its worker.
-#[tokio::test]
-async fn an_acknowledged_end_holds() {
-    let data = TempDir::new().unwrap();
-    let store = Store::open(data.path()).await.unwrap();
+async fn an_acknowledged_end_holds(place: Place) {
+    let store = place.open().await;
     let abandon = |_: &mut Job| -> Result<Amendment, StoreError> { Ok(Amendment::Abandon) };
     for settled in [true, false] {
         let id = post(&store, "", 0).await.id;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use gaitwright::jobs::{
-    Artefact, Holding, JobState, Jobs, Reclaimed, ServiceError, ServiceOptions, Store, StoreError, StoredJob,
+    Holding, JobState, Jobs, Reclaimed, ServiceError, ServiceOptions, Store, StoreError, StoredJob,
 };
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{ConnectOptions, Connection, SqliteConnection};
@@ -49,7 +49,7 @@ async fn a_data_folder_of_an_older_version_opens() {
         [JobState::Cancelled, JobState::Queued, JobState::Queued, JobState::Failed, JobState::Succeeded]
     );
     let StoredJob::Readable(succeeded) = &list[4] else { unreachable!() };
-    assert_eq!(jobs.curve(succeeded.id).await.unwrap().len(), 2);
+    assert_eq!(jobs.curve(succeeded.id, 0).await.unwrap().len(), 2);
     let gaitwright::jobs::Work::Learning(learned) = &succeeded.work else { panic!("{succeeded:?}") };
     assert!(learned.metrics.as_ref().unwrap().speed > 0.0);
     let text =
@@ -107,7 +107,7 @@ async fn an_unreadable_record_harms_itself_alone() {
         }
     }
     jobs.cancel(ids[2]).await.unwrap();
-    std::fs::create_dir_all(jobs.artefact(ids[3], Artefact::Motion).parent().unwrap()).unwrap();
+    std::fs::create_dir_all(data.path().join("jobs").join(ids[3].to_string())).unwrap();
     jobs.delete(ids[3]).await.unwrap();
     assert!(matches!(jobs.job(ids[3]).await, Err(ServiceError::UnknownJob(_))));
     jobs.close().await;

@@ -3,15 +3,19 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use gaitwright::jobs::{Claimed, Job, JobState, Store};
+use gaitwright::jobs::{Claimed, Job, JobState};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tempfile::TempDir;
 use uuid::Uuid;
 
-use super::post;
+use super::{Place, post};
 
 const LEASE: Duration = Duration::from_secs(3600);
+
+on_both_databases! {
+    jobs_are_taken_up_by_priority_and_callers_take_turns,
+    many_jobs_of_one_caller_do_not_hold_up_another,
+}
 
 /// The queue as the documentation describes it.
 #[derive(Default)]
@@ -44,12 +48,11 @@ impl Model {
     }
 }
 
-#[tokio::test]
-async fn jobs_are_taken_up_by_priority_and_callers_take_turns() {
+async fn jobs_are_taken_up_by_priority_and_callers_take_turns(place: Place) {
     for seed in 0..12 {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let data = TempDir::new().unwrap();
-        let store = Store::open(data.path()).await.unwrap();
+        let place = place.another().await;
+        let store = place.open().await;
         let mut model = Model::default();
         let mut held: Vec<Claimed> = Vec::new();
         let callers = ["", "10.0.0.1", "token:a", "token:b"];
@@ -86,10 +89,8 @@ async fn jobs_are_taken_up_by_priority_and_callers_take_turns() {
 }
 
 /// Who posts a single job waits for one job of another at most, however many that one has posted before.
-#[tokio::test]
-async fn many_jobs_of_one_caller_do_not_hold_up_another() {
-    let data = TempDir::new().unwrap();
-    let store = Store::open(data.path()).await.unwrap();
+async fn many_jobs_of_one_caller_do_not_hold_up_another(place: Place) {
+    let store = place.open().await;
     for _ in 0..10 {
         post(&store, "busy", 0).await;
     }

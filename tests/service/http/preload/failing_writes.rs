@@ -1,6 +1,6 @@
 //! Loaded before the C library (LD_PRELOAD), this has writes to files fail as on a full disk, from the one on that the
-//! test chooses. The two share a file: how many writes may still succeed (all of them if negative), and how many there
-//! have been.
+//! test chooses. The two share a file: how many writes may still succeed (all of them if negative), how many there have
+//! been, and whether those that would fail never return instead, as on a disk that has gone.
 
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::fs::File;
@@ -26,6 +26,7 @@ const ENOSPC: c_int = 28;
 struct Control {
     left: AtomicI64,
     count: AtomicI64,
+    stuck: AtomicI64,
 }
 
 fn control() -> Option<&'static Control> {
@@ -50,6 +51,9 @@ fn fails() -> bool {
     // What it was before; it stays at 0 and below.
     match control.left.fetch_update(Ordering::SeqCst, Ordering::SeqCst, one_less) {
         Ok(_) => false,
+        Err(0) if control.stuck.load(Ordering::SeqCst) != 0 => loop {
+            std::thread::park();
+        },
         Err(left) => left == 0,
     }
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 use uuid::Uuid;
 
-use super::job::JobStorage;
+use crate::jobs::job::JobStorage;
 
 /// Folder of the jobs' folders.
 const JOBS: &str = "jobs";
@@ -65,6 +65,11 @@ impl Shelf {
         }
     }
 
+    /// Name from the job's folder on of the file called `name` there.
+    pub fn file_name(self, name: &str) -> String {
+        format!("{}/{name}", self.name())
+    }
+
     /// Path in `folder` of the file called `name` there.
     pub fn path(self, folder: &Path, name: &str) -> PathBuf {
         folder.join(self.name()).join(name)
@@ -78,7 +83,7 @@ impl Shelf {
     pub fn publish(self, folder: &Path, name: &str, contents: &[u8]) -> io::Result<()> {
         let shelf = folder.join(self.name());
         if !shelf.is_dir() {
-            std::fs::create_dir_all(&shelf)?;
+            std::fs::create_dir_all(&shelf).map_err(|error| about(&shelf, &error))?;
             sync(folder)?;
         }
         write_whole(&self.path(folder, name), contents)
@@ -169,28 +174,51 @@ impl Artefact {
 /// # Errors
 ///
 /// When a file that is there cannot be removed.
-pub fn withdraw(folder: &Path) -> io::Result<()> {
+pub(in crate::jobs) fn withdraw(folder: &Path) -> io::Result<()> {
     for artefact in RESULTS {
         artefact.remove(folder)?;
     }
     Shelf::ALL.into_iter().try_for_each(|shelf| shelf.clear(folder))
 }
 
+/// The folders in which a job has files, each with what the names of its files begin with.
+pub(super) fn with_shelves(folder: &Path) -> Vec<(String, PathBuf)> {
+    let shelves = Shelf::ALL.map(|shelf| (shelf.file_name(""), folder.join(shelf.name())));
+    std::iter::once((String::new(), folder.to_owned())).chain(shelves).collect()
+}
+
+/// Makes the folder of the jobs' folders under the folder `data`.
+///
+/// # Errors
+///
+/// When it cannot be made.
+pub(super) fn make(data: &Path) -> io::Result<()> {
+    std::fs::create_dir_all(data.join(JOBS))
+}
+
 /// The folder of the job called `id` under the folder `data`.
-pub fn folder(data: &Path, id: Uuid) -> PathBuf {
+pub(super) fn folder(data: &Path, id: Uuid) -> PathBuf {
     data.join(JOBS).join(id.to_string())
 }
 
 /// Writes a file that appears whole or not at all.
 fn write_whole(path: &Path, contents: &[u8]) -> io::Result<()> {
-    let mut unfinished = Unfinished::new(path.parent().unwrap_or(Path::new(".")))?;
-    unfinished.file.write_all(contents)?;
-    unfinished.appear(path)
+    let write = || {
+        let mut unfinished = Unfinished::new(path.parent().unwrap_or(Path::new(".")))?;
+        unfinished.file.write_all(contents)?;
+        unfinished.appear(path)
+    };
+    write().map_err(|error| about(path, &error))
+}
+
+/// The error with the path that it is about.
+fn about(path: &Path, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }
 
 /// A file without a lasting name yet, readable by others as far as the user's mask allows. It goes when it is dropped.
 #[derive(Debug)]
-pub(super) struct Unfinished {
+pub(in crate::jobs) struct Unfinished {
     file: NamedTempFile,
 }
 
@@ -200,7 +228,7 @@ impl Unfinished {
     /// # Errors
     ///
     /// When it cannot be made.
-    pub(super) fn new(folder: &Path) -> io::Result<Self> {
+    pub(in crate::jobs) fn new(folder: &Path) -> io::Result<Self> {
         let mut builder = tempfile::Builder::new();
         #[cfg(unix)]
         {
@@ -211,7 +239,7 @@ impl Unfinished {
     }
 
     /// Where it is.
-    pub(super) fn path(&self) -> &Path {
+    pub(in crate::jobs) fn path(&self) -> &Path {
         self.file.path()
     }
 
@@ -221,7 +249,7 @@ impl Unfinished {
     /// # Errors
     ///
     /// When it cannot be written or named.
-    pub(super) fn appear(self, path: &Path) -> io::Result<()> {
+    pub(in crate::jobs) fn appear(self, path: &Path) -> io::Result<()> {
         self.file.as_file().sync_all()?;
         self.file.persist(path)?;
         sync(path.parent().unwrap_or(Path::new(".")))
@@ -233,8 +261,8 @@ impl Unfinished {
 /// # Errors
 ///
 /// When it cannot be opened or written.
-pub(super) fn sync(path: &Path) -> io::Result<()> {
-    File::open(path)?.sync_all()
+pub(in crate::jobs) fn sync(path: &Path) -> io::Result<()> {
+    File::open(path).and_then(|file| file.sync_all()).map_err(|error| about(path, &error))
 }
 
 /// The folder of the job called `id` under the folder `data`, made if it is not there.
@@ -261,7 +289,7 @@ pub(super) fn probe(data: &Path) -> io::Result<NamedTempFile> {
 }
 
 /// What the files in a job's folder take up, as far as that can be read.
-pub(super) fn storage(folder: &Path) -> JobStorage {
+pub(in crate::jobs) fn storage(folder: &Path) -> JobStorage {
     let recording = std::fs::metadata(Artefact::Recording.path(folder));
     JobStorage {
         bytes: size(folder).unwrap_or_default(),
@@ -301,10 +329,7 @@ pub(super) fn sweep(data: &Path, known: &BTreeSet<Uuid>) -> io::Result<()> {
         let id = path.file_name().and_then(|name| name.to_str()).and_then(|name| Uuid::parse_str(name).ok());
         match id {
             Some(id) if !known.contains(&id) => swept(&path, std::fs::remove_dir_all(&path)),
-            Some(_) => {
-                sweep_folder(&path)?;
-                Shelf::ALL.into_iter().try_for_each(|shelf| sweep_folder(&path.join(shelf.name())))?;
-            }
+            Some(_) => sweep_folder(&path)?,
             None if is_leftover(&path) => swept(&path, std::fs::remove_file(&path)),
             None => {}
         }
@@ -312,12 +337,17 @@ pub(super) fn sweep(data: &Path, known: &BTreeSet<Uuid>) -> io::Result<()> {
     Ok(())
 }
 
-/// Removes the files without a lasting name in `folder`, which nobody else writes into.
+/// Removes the files without a lasting name in the folder of a job, into which nobody else writes.
 ///
 /// # Errors
 ///
 /// When the folder cannot be read.
-pub(super) fn sweep_folder(folder: &Path) -> io::Result<()> {
+pub(in crate::jobs) fn sweep_folder(folder: &Path) -> io::Result<()> {
+    sweep_files(folder)?;
+    Shelf::ALL.into_iter().try_for_each(|shelf| sweep_files(&folder.join(shelf.name())))
+}
+
+fn sweep_files(folder: &Path) -> io::Result<()> {
     let entries = match std::fs::read_dir(folder) {
         Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
             return Ok(());
@@ -333,7 +363,7 @@ pub(super) fn sweep_folder(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-fn is_leftover(path: &Path) -> bool {
+pub(super) fn is_leftover(path: &Path) -> bool {
     let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
     name.starts_with(UNFINISHED) || name.starts_with(PROBE)
 }

@@ -1,0 +1,64 @@
+//! `work`: a worker beside servers and other workers, on this machine or another.
+
+use std::io::{Write, stdout};
+use std::time::Duration;
+
+use anyhow::Context;
+use gaitwright::jobs::start_workers;
+use gaitwright_physics::fault::{Fault, InputError};
+use tokio::runtime::{Handle, Runtime};
+
+use super::failure::CommandError;
+use super::serve::{close, interrupted, open, start_log};
+use super::settings::{ServiceSettings, SettingsArguments};
+
+/// Works at the jobs of a store that others share, until it is interrupted.
+///
+/// It has the settings of `serve`, so that one file serves both; those about requests mean nothing to it.
+#[derive(Debug, clap::Args)]
+pub struct WorkCommand {
+    #[command(flatten)]
+    settings: SettingsArguments,
+    /// Print the settings that the worker would have, as a settings file, and leave
+    #[arg(long)]
+    print_config: bool,
+}
+
+impl WorkCommand {
+    pub fn run(self) -> Result<(), CommandError> {
+        let settings = self.settings.complete()?;
+        let faults = faults(&settings);
+        if !faults.is_empty() {
+            return Err(CommandError::input("the settings")(InputError::Impossible(faults)));
+        }
+        if self.print_config {
+            stdout().lock().write_all(settings.to_file()?.as_bytes())?;
+            return Ok(());
+        }
+        start_log(&settings)?;
+        let runtime = Runtime::new().context("the runtime cannot be started")?;
+        let worked = runtime.block_on(async {
+            let jobs = open(settings.options()).await?;
+            start_workers(&jobs, &Handle::current()).context("the workers cannot be started")?;
+            tracing::info!(store = %settings.store, files = %settings.files, workers = settings.workers, "working");
+            interrupted().await?;
+            close(&jobs).await;
+            Ok::<_, anyhow::Error>(())
+        });
+        runtime.shutdown_timeout(Duration::from_millis(100));
+        worked.map_err(CommandError::from)
+    }
+}
+
+/// Settings with which there is nothing to work at.
+fn faults(settings: &ServiceSettings) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    if !settings.store.is_shared() {
+        let reason = "a worker shares the store of its servers: postgres://user@host/database";
+        faults.push(Fault::new("store", reason));
+    }
+    if settings.workers == 0 {
+        faults.push(Fault::new("workers", "must be at least 1"));
+    }
+    faults
+}

@@ -1,0 +1,212 @@
+//! The recording of a job: whole, in ranges, and while it grows.
+
+use std::io::{self, SeekFrom};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::body::{Body, Bytes};
+use axum::extract::{Request, State};
+use axum::http::header::{ACCEPT_RANGES, CACHE_CONTROL, CONTENT_TYPE};
+use axum::http::{HeaderValue, Method, StatusCode};
+use axum::response::{IntoResponse, Response};
+use tokio::fs::File;
+use tokio::io::{AsyncReadExt, AsyncSeekExt};
+use tokio::sync::mpsc;
+use tokio_stream::wrappers::ReceiverStream;
+use uuid::Uuid;
+
+use super::app::App;
+use super::caller::Caller;
+use super::extract::UrlPath;
+use super::limits::Place;
+use super::problem::ProblemDetails;
+use super::ranges;
+use super::responses::{JobId, NoRecording};
+use super::results::not_ready;
+use crate::jobs::{JobState, Jobs, Joined, Live, Recorded, ServiceError};
+
+/// How often a growing recording is looked at for more.
+const POLL_EVERY: Duration = Duration::from_millis(200);
+
+/// How often one that grows in an object store is.
+const LOOK_EVERY: Duration = Duration::from_secs(1);
+
+/// Bytes of a growing recording sent at once.
+const CHUNK: usize = 64 << 10;
+
+/// The recording; while the job runs, a stream that follows it.
+#[utoipa::path(
+    get, path = "/v1/jobs/{id}/recording.rrd", tag = "results",
+    params(JobId),
+    responses(
+        (status = 200, description = "The recording, for the Rerun viewer; while the job runs, everything \
+            recorded so far and then what is added, until the job ends",
+            content_type = "application/octet-stream", body = Vec<u8>),
+        (status = 206, description = "A range of a finished recording",
+            content_type = "application/octet-stream", body = Vec<u8>),
+        NoRecording))]
+pub(super) async fn recording(
+    State(app): State<App>,
+    caller: Caller,
+    UrlPath(id): UrlPath<Uuid>,
+    request: Request,
+) -> Result<Response, ProblemDetails> {
+    let job = app.jobs.job(id).await?;
+    if job.state == JobState::Running
+        && let Some(growing) = Growing::of(&app.jobs, id)
+    {
+        let place = app.stream(caller)?;
+        return Ok(followed(&request, growing, place));
+    }
+    if let Some(removed) = job.storage.recording_removed {
+        let detail =
+            format!("the recording was removed at {removed}, by the service's limits on what it keeps");
+        return Err(ProblemDetails::new(StatusCode::GONE, detail));
+    }
+    let mut response = match app.jobs.recording(app.jobs.run(id).await?).await? {
+        None => return Err(not_ready(&job, "recording")),
+        Some(Recorded::File(path)) => ranges::serve(&path, request).await,
+        Some(Recorded::Joined(joined)) => ranges::serve_joined(joined, &request),
+    };
+    response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    Ok(response)
+}
+
+/// A recording that grows until its job is over.
+struct Growing {
+    jobs: Jobs,
+    id: Uuid,
+    place: GrowingPlace,
+}
+
+/// Where it grows.
+enum GrowingPlace {
+    /// In a file, written by this process.
+    File(PathBuf, Arc<Live>),
+    /// In an object store, written by whichever process.
+    Objects,
+}
+
+impl Growing {
+    /// That of a job that runs; `None` where it has just ended.
+    fn of(jobs: &Jobs, id: Uuid) -> Option<Self> {
+        let place = match jobs.recording_file(id) {
+            Some(path) => GrowingPlace::File(path, jobs.live(id)?),
+            None => GrowingPlace::Objects,
+        };
+        Some(Self { jobs: jobs.clone(), id, place })
+    }
+
+    async fn follow(self, sender: &Sender) -> Result<(), ServiceError> {
+        match self.place {
+            GrowingPlace::File(path, live) => Ok(follow_file(&self.jobs, path, live, sender).await?),
+            GrowingPlace::Objects => follow_objects(&self.jobs, self.id, sender).await,
+        }
+    }
+}
+
+type Sender = mpsc::Sender<io::Result<Bytes>>;
+
+/// Answers with a recording that grows.
+fn followed(request: &Request, growing: Growing, place: Place) -> Response {
+    let body = if request.method() == Method::HEAD {
+        // A body of length 0 would be wrong: the length of what there will be is not known.
+        Body::from_stream(tokio_stream::empty::<io::Result<Bytes>>())
+    } else {
+        let (sender, receiver) = mpsc::channel(4);
+        tokio::spawn(async move {
+            let _place = place;
+            // The status has been sent: breaking the stream off is all that can still be done.
+            if let Err(error) = growing.follow(&sender).await {
+                let _ = sender.send(Err(io::Error::other(error))).await;
+            }
+        });
+        Body::from_stream(ReceiverStream::new(receiver))
+    };
+    ([(CONTENT_TYPE, "application/octet-stream"), (ACCEPT_RANGES, "none")], body).into_response()
+}
+
+async fn follow_file(jobs: &Jobs, path: PathBuf, live: Arc<Live>, sender: &Sender) -> io::Result<()> {
+    let mut moment = live.watch();
+    let (mut file, mut at) = (None, 0);
+    loop {
+        // Looked at before the file is: whatever was written before the end is read after it.
+        let over = moment.borrow_and_update().over;
+        if file.is_none() {
+            file = match File::open(&path).await {
+                Ok(file) => Some(file),
+                Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+                Err(error) => return Err(error),
+            };
+        }
+        if let Some(file) = &mut file {
+            file.seek(SeekFrom::Start(at)).await?;
+            loop {
+                let mut chunk = Vec::with_capacity(CHUNK);
+                let read = file.take(CHUNK as u64).read_to_end(&mut chunk).await?;
+                if read == 0 {
+                    break;
+                }
+                at += read as u64;
+                if sender.send(Ok(chunk.into())).await.is_err() {
+                    return Ok(());
+                }
+            }
+        }
+        if over {
+            return Ok(());
+        }
+        tokio::select! {
+            () = tokio::time::sleep(POLL_EVERY) => {}
+            () = sender.closed() => return Ok(()),
+            () = jobs.shutdown().cancelled() => return Ok(()),
+        }
+    }
+}
+
+async fn follow_objects(jobs: &Jobs, id: Uuid, sender: &Sender) -> Result<(), ServiceError> {
+    let (mut run, mut at) = (None, 0);
+    loop {
+        // Looked at before the recording is: whatever was written before the end is read after it.
+        let running = jobs.job(id).await?.state == JobState::Running;
+        let present = jobs.run(id).await?;
+        // A worker that takes the job up anew writes a recording of its own.
+        let followed = *run.get_or_insert(present);
+        let over = !running || (at > 0 && followed != present);
+        if at == 0 {
+            run = Some(present);
+        }
+        let sent = match jobs.recording(run.unwrap_or(present)).await? {
+            Some(Recorded::Joined(joined)) => send_from(&joined, &mut at, sender).await,
+            _ => Ok(true),
+        };
+        match sent {
+            Ok(true) => {}
+            Ok(false) => return Ok(()),
+            // Its parts have just been put together.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+            Err(error) => return Err(error.into()),
+        }
+        if over {
+            return Ok(());
+        }
+        tokio::select! {
+            () = tokio::time::sleep(LOOK_EVERY) => {}
+            () = sender.closed() => return Ok(()),
+            () = jobs.shutdown().cancelled() => return Ok(()),
+        }
+    }
+}
+
+/// Sends what there is from `at` on; whether anybody still wants it.
+async fn send_from(joined: &Joined, at: &mut u64, sender: &Sender) -> io::Result<bool> {
+    while *at < joined.length() {
+        let chunk = joined.read(*at..*at + ranges::CHUNK).await?;
+        *at += chunk.len() as u64;
+        if sender.send(Ok(chunk)).await.is_err() {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
