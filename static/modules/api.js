@@ -73,14 +73,6 @@ export async function characterOfJob(job) {
   return character;
 }
 
-/** A character as scenarios take it inline; `null` for an archive, which cannot be written so. */
-export async function inlineCharacter(path) {
-  const found = await file(path);
-  if (found.type.startsWith("application/zip")) return null;
-  const text = await found.text();
-  return found.type.startsWith("application/json") ? { json: JSON.parse(text) } : { urdf: text };
-}
-
 /** The lines of one simulation. */
 export async function simulate(scenario) {
   const headers = { "Content-Type": "application/json" };
@@ -89,7 +81,7 @@ export async function simulate(scenario) {
   return lines.map((line) => JSON.parse(line));
 }
 
-/** Follows a job's events: `state`, `generation` and `end` are told to the functions of these names. Returns what ends it. */
+/** Follows a job's events: `state`, `progress`, `generation` and `end` are told to the functions of these names. Returns what ends it. */
 export function follow(path, listeners) {
   const events = new EventSource(path);
   for (const [kind, listener] of Object.entries(listeners)) {

@@ -9,7 +9,8 @@ import { Stage } from "./stage.js";
 /** Shows the character called `id`; the form begins with what the job `from` was asked for, where there is one. */
 export async function showCharacter(main, id, from) {
   const character = await api.get(`/v1/characters/${id}`);
-  const stage = new Stage(`${character.name} in its standing pose. Arrow keys turn the view, plus and minus bring it nearer or farther.`);
+  const stage = new Stage(`${character.name} in its standing pose. Arrow keys turn the view, plus and minus bring it nearer or farther.`,
+    (angle) => form.dial.set(Math.round((angle * 180) / Math.PI)));
   const shapes = make("div");
   const form = new SettingsForm(character, learn, (degrees) => stage.setDirection((degrees * Math.PI) / 180));
   main.replaceChildren(

@@ -113,6 +113,7 @@ class LearningPage extends JobPage {
     super.start();
     this.stop = api.follow(this.job.links.events, {
       state: (job) => this.show(job),
+      progress: ({ evaluations }) => this.progress.count(evaluations),
       generation: (figures) => {
         this.newest = figures;
         this.curve.add(figures);

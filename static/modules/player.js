@@ -91,12 +91,10 @@ export class Player {
     complain(this.problem, null);
     const { motion } = this;
     try {
-      const character = await api.inlineCharacter(`/v1/characters/${this.character.id}/file`);
-      if (!character) throw new Error("A character with meshes of its own cannot be simulated from the page; the command `gaitwright simulate` can.");
       const { preliminary, ...document } = motion;
       const entry = motion.entry.at(-1)?.time ?? 0;
       const lines = await api.simulate({
-        character,
+        character: { id: this.character.id },
         scene: motion.scene,
         accuracy: motion.provenance.accuracy,
         drive: { kind: "track", motion: document },

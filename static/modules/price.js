@@ -22,10 +22,9 @@ export function priceSection(job, motion) {
     complain(problem, null);
     start.disabled = true;
     try {
-      const character = await api.inlineCharacter(job.links.character);
-      if (!character) throw new Error("A character with meshes of its own cannot be studied from the page; the command `gaitwright accuracy` can.");
+      const { id } = await api.characterOfJob(job);
       const { preliminary, ...document } = motion();
-      const scenario = { character, scene: document.scene, drive: { kind: "track", motion: document }, duration: STUDIED };
+      const scenario = { character: { id }, scene: document.scene, drive: { kind: "track", motion: document }, duration: STUDIED };
       watch((await api.post("/v1/accuracy", { scenario })).links.self);
     } catch (error) {
       start.disabled = false;

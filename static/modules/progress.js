@@ -27,9 +27,11 @@ export class ProgressCard {
     this.headline.textContent = state === "running" ? this.doing(stage, newest) : { queued: "waiting for its turn", failed: "failed", cancelled: "cancelled", succeeded: "" }[state];
     announce(over ? `The job has ${state === "succeeded" ? "succeeded" : state}.` : `The job is ${this.headline.textContent}.`);
     const rows = {};
+    this.tried = progress.evaluations;
     if (state === "queued") rows["Jobs before it"] = this.before ?? "–";
     if (job.kind === "learning" && state !== "queued") {
       const simulated = newest?.simulated_seconds ?? progress.simulated_seconds;
+      rows["Candidates tried"] = this.counted = make("span", {}, String(this.tried));
       rows.Generations = progress.generations;
       rows["Simulated so far"] = duration(simulated);
       if (passed > 1 && simulated > 0) rows["Faster than life"] = `${digits(simulated / passed, 0)}×`;
@@ -41,6 +43,12 @@ export class ProgressCard {
     }
     this.figures.replaceChildren(...Object.entries(rows).map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value))));
     if (state === "queued") this.lookAtQueue(job);
+  }
+
+  /** Takes note that so many candidates have been tried, between two looks at the job. */
+  count(tried) {
+    this.tried = Math.max(this.tried ?? 0, tried);
+    if (this.counted) this.counted.textContent = String(this.tried);
   }
 
   doing(stage, newest) {

@@ -6,6 +6,7 @@ import { Geometry } from "../vendor/ogl/core/Geometry.js";
 import { Mesh } from "../vendor/ogl/core/Mesh.js";
 import { Renderer } from "../vendor/ogl/core/Renderer.js";
 import { Transform } from "../vendor/ogl/core/Transform.js";
+import { Aim } from "./aim.js";
 import { Arrows } from "./arrow.js";
 import { button, make } from "./dom.js";
 import { Figure, readModel } from "./model.js";
@@ -17,8 +18,8 @@ const FIELD = 32;
 const FORCE_LENGTH = 0.9;
 
 export class Stage {
-  /** `label` says to readers of the screen what is seen. */
-  constructor(label) {
+  /** `label` says to readers of the screen what is seen; `turned` is told the angle (rad) to which the direction is dragged. */
+  constructor(label, turned) {
     this.canvas = make("canvas", { class: "stage-canvas", tabIndex: 0, role: "img", "aria-label": label });
     this.element = make("div", { class: "stage" }, this.canvas, this.buttons());
     // Without WebGL the page does all else.
@@ -31,6 +32,8 @@ export class Stage {
     this.renderer = new Renderer({ canvas: this.canvas, antialias: true, stencil: true, dpr: Math.min(devicePixelRatio, 2) });
     this.gl = this.renderer.gl;
     this.build();
+    // Before the orbit: what takes hold of the arrow does not turn the view.
+    if (turned) new Aim(this.canvas, this.camera, () => this.aimed, turned);
     this.orbit = new Orbit(this.canvas, () => this.redraw());
     this.sizes = new ResizeObserver(() => this.resize());
     this.sizes.observe(this.element);
@@ -135,7 +138,11 @@ export class Stage {
     const along = [Math.cos(angle), Math.sin(angle), 0];
     const [x, y] = this.body.standing.position;
     const from = [x + along[0] * this.reach, y + along[1] * this.reach, 0.012 * this.size];
-    this.direction.show(angle === null ? [] : [{ from, along, length: this.size * 0.35, thickness: this.size * 0.4 }]);
+    const length = this.size * 0.35;
+    this.direction.show(angle === null ? [] : [{ from, along, length, thickness: this.size * 0.4 }]);
+    const seen = ([x, y, z]) => [y, z, x];
+    const to = from.map((part, at) => part + length * along[at]);
+    this.aimed = angle === null ? null : { about: seen([x, y, 0]), from: seen(from), to: seen(to) };
     this.redraw();
   }
 

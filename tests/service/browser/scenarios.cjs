@@ -102,6 +102,19 @@ async function train({ open, faults, loaded }) {
   assert.equal(await dial.getAttribute("aria-valuenow"), "90");
   const turned = await inksOf(page, canvas);
   assert.notEqual(turned.digest, standing.digest, "the arrow on the ground follows the dial");
+
+  // The arrow itself is dragged as well, and the view stays as it is.
+  const place = await canvas.boundingBox();
+  const taken = { x: place.x + turned.green.x, y: place.y + turned.green.y };
+  assert.ok(turned.green.count > 200, `the arrow has ${turned.green.count} pixels`);
+  await page.mouse.move(taken.x, taken.y);
+  await page.mouse.down();
+  await page.mouse.move(taken.x - 60, taken.y + 40, { steps: 5 });
+  await page.mouse.up();
+  const dragged = Number(await dial.getAttribute("aria-valuenow"));
+  assert.ok(Math.abs(dragged - 90) > 10, `the dial follows the arrow: ${dragged}`);
+  const aimed = (await inksOf(page, canvas)).green;
+  assert.ok(Math.hypot(aimed.x - turned.green.x + 60, aimed.y - turned.green.y - 40) < 60, `the arrow is at ${aimed.x}, ${aimed.y}`);
   await dial.focus();
   await page.keyboard.press("Home");
   await page.keyboard.press("ArrowLeft");
@@ -117,6 +130,7 @@ async function train({ open, faults, loaded }) {
   await page.waitForURL(/#\/jobs\//);
 
   // Watched from the first second to the end.
+  await page.getByText("Candidates tried", { exact: true }).waitFor();
   await page.getByText("Generations", { exact: true }).waitFor();
   await page.locator(".curve .line.best").waitFor({ state: "attached" });
   await page.locator(".state.succeeded").waitFor();

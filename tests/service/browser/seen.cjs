@@ -2,7 +2,7 @@
 
 /**
  * The colors of an element as it is drawn: how many there are, how many pixels are red, how many have the gray of ground
- * in the shadow (in the light scheme), and a digest of all.
+ * in the shadow (in the light scheme), the middle of those that have the green of the arrow, and a digest of all.
  */
 exports.inksOf = async function inksOf(page, element) {
   const png = (await element.screenshot()).toString("base64");
@@ -17,14 +17,21 @@ exports.inksOf = async function inksOf(page, element) {
     const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
     const colors = new Set();
     let [red, shade, digest] = [0, 0, 0];
+    const green = { count: 0, x: 0, y: 0 };
     for (let at = 0; at < data.length; at += 4) {
       const [r, g, b] = [data[at], data[at + 1], data[at + 2]];
       colors.add((r << 16) | (g << 8) | b);
       if (r > 120 && r > 2 * g && r > 2 * b && Math.abs(g - b) < 30) red += 1;
       if (r > 165 && r < 195 && Math.abs(r - g) < 6 && Math.abs(g - b) < 8) shade += 1;
+      if (g > 60 && g > 2 * r && g > b && b > r) {
+        green.count += 1;
+        green.x += (at / 4) % canvas.width;
+        green.y += Math.floor(at / 4 / canvas.width);
+      }
       digest = (Math.imul(digest, 31) + r * 7 + g * 3 + b) | 0;
     }
-    return { colors: colors.size, red, shade, digest };
+    [green.x, green.y] = [green.x / green.count, green.y / green.count];
+    return { colors: colors.size, red, shade, green, digest };
   }, png);
 };
 
