@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use gaitwright::jobs::choose_cryptography;
 use reqwest::Client;
 use serde_json::{Value, json};
 
@@ -20,6 +21,9 @@ const READ_EVERY: Duration = Duration::from_secs(1);
 
 /// How often memory is looked at.
 const SAMPLE_EVERY: Duration = Duration::from_secs(5);
+
+/// Points of the curve of memory that is printed.
+const MEMORY_POINTS: usize = 16;
 
 /// Time before anything is measured, s: jobs start, pools fill.
 const WARM_UP: u64 = 10;
@@ -119,6 +123,7 @@ async fn look(job: String, offset: Duration, from: Instant, seen: Arc<Seen>) {
 
 #[tokio::main(flavor = "current_thread")]
 async fn main() {
+    choose_cryptography();
     let mut numbers = std::env::args().skip(1).filter_map(|argument| argument.parse::<u64>().ok());
     let mut next = |usual: u64| numbers.next().unwrap_or(usual);
     let (seconds, readers, streams, queued) = (next(60), next(1000), next(500), next(64));
@@ -183,4 +188,7 @@ async fn main() {
         mean(&memory[memory.len() - third..]),
         memory.iter().copied().fold(0.0, f64::max)
     );
+    let points = memory.chunks(memory.len().div_ceil(MEMORY_POINTS));
+    let points: Vec<String> = points.map(|part| format!("{:.0}", mean(part))).collect();
+    println!("over time, MB: {}", points.join(" "));
 }

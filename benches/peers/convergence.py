@@ -1,7 +1,9 @@
 """How far motions get at smaller and smaller steps, with each kind of feedforward: a table in Markdown and a plot.
 
-    python benches/peers/convergence.py examples/quadruped-walk.json examples/quadruped-trot.json \\
-        --gaitwright target/release/gaitwright --svg static/convergence.svg
+    python benches/peers/convergence.py examples/quadruped-walk.motion.json learned/motions/*.json \\
+        --character examples/quadruped.urdf --gaitwright target/release/gaitwright --svg static/convergence.svg
+
+Each motion is tracked on level ground by a character that cannot touch itself.
 """
 
 import argparse
@@ -16,14 +18,16 @@ COLORS = {"none": "#1f5fa0", "contact_free": "#c85f0f", "contact_aware": "#14825
 MARKERS = "osD^v"
 
 
-def distance(scenario, feedforward, step, seconds, program):
+def distance(motion, character, feedforward, step, seconds, program):
     """How far the root gets from its start over level ground, m."""
-    document = json.loads(scenario.read_text())
-    folder = scenario.parent.resolve()
-    document["character"] = str(folder / document["character"])
-    document["drive"]["motion"] = str(folder / document["drive"]["motion"])
-    document["drive"]["feedforward"] = feedforward
-    document["duration"] = document["sample_every"] = seconds
+    document = {
+        "format": "gaitwright/scenario@1",
+        "character": str(character.resolve()),
+        "scene": {"effects": {"self_collision": "off"}},
+        "drive": {"kind": "track", "motion": str(motion.resolve()), "feedforward": feedforward},
+        "duration": seconds,
+        "sample_every": seconds,
+    }
     with tempfile.TemporaryDirectory() as place:
         path = pathlib.Path(place) / "scenario.json"
         path.write_text(json.dumps(document))
@@ -65,7 +69,8 @@ def draw(lines, path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scenarios", nargs="+", type=pathlib.Path, help="scenarios whose drive tracks a motion")
+    parser.add_argument("motions", nargs="+", type=pathlib.Path, help="motion documents")
+    parser.add_argument("--character", required=True, type=pathlib.Path, help="whose motions they are")
     parser.add_argument("--gaitwright", required=True, type=pathlib.Path, help="the program")
     parser.add_argument("--seconds", type=float, default=5.0)
     parser.add_argument("--svg", type=pathlib.Path, help="the plot")
@@ -74,11 +79,14 @@ def main():
     print(f"| distance in {options.seconds:g} s, m; step, ms | " + " | ".join(f"{step:g}" for step in STEPS) + " |")
     print("|---" * (1 + len(STEPS)) + "|")
     lines = {}
-    for scenario in options.scenarios:
+    for motion in options.motions:
+        name = motion.name.removesuffix(".json").removesuffix(".motion")
         for feedforward in FEEDFORWARDS:
-            key = (scenario.stem, feedforward)
-            lines[key] = [distance(scenario, feedforward, step, options.seconds, program) for step in STEPS]
-            print(f"| {scenario.stem}, `{feedforward}` | " + " | ".join(f"{far:.3f}" for far in lines[key]) + " |")
+            key = (name, feedforward)
+            lines[key] = [
+                distance(motion, options.character, feedforward, step, options.seconds, program) for step in STEPS
+            ]
+            print(f"| {name}, `{feedforward}` | " + " | ".join(f"{far:.3f}" for far in lines[key]) + " |")
     if options.svg:
         draw(lines, options.svg)
 

@@ -10,6 +10,7 @@
 //! | [formats] | scenario, job, motion, recording |
 //! | [exports] | glTF, BVH, CSV, ROS 2, MuJoCo: the motion in other programs |
 //! | [service] | REST, curl, where jobs are kept |
+//! | [machines] | servers and workers on several machines, over PostgreSQL and an object store |
 //! | [accuracy] | how finely to simulate, and what it costs |
 //! | [other engines](other_engines) | speed and accuracy beside MuJoCo and rapier3d |
 //! | [effects] | what each part of the physics costs |
@@ -49,6 +50,9 @@ pub mod exports {}
 #[doc = include_str!("service.md")]
 #[doc = include_str!("../../static/page-character.svg")]
 pub mod service {}
+
+#[doc = include_str!("machines.md")]
+pub mod machines {}
 
 #[doc = include_str!("accuracy.md")]
 #[doc = include_str!("../../static/accuracy-walk.svg")]
