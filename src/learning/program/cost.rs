@@ -62,14 +62,17 @@ fn beyond(wanted: &Wanted, legs: &Legs, figures: &RolloutFigures) -> f64 {
     let allowed = GaitLimits::of_gait(wanted.gait.gait);
     let at_most = MeasureLimit::AtMost;
     let mut sum = excess(at_most(allowed.cost_of_transport), figures.cost_of_transport)
-        + excess(at_most(limits::SLIP), figures.slip / wanted.speed)
-        + excess(at_most(allowed.heave), figures.heave)
-        + excess(at_most(allowed.rotation), figures.pitch)
-        + excess(at_most(allowed.rotation), figures.roll)
         + excess(at_most(1.0), figures.speed_used)
         + excess(at_most(limits::SATURATION), figures.saturated)
         + excess(at_most(limits::DRIFT), figures.sideways.abs())
         + excess(MeasureLimit::at_least(limits::SMOOTHNESS), figures.smoothness);
+    if legs.legs.is_empty() {
+        return sum;
+    }
+    sum += excess(at_most(limits::SLIP), figures.slip / wanted.speed)
+        + excess(at_most(allowed.heave), figures.heave)
+        + excess(at_most(allowed.rotation), figures.pitch)
+        + excess(at_most(allowed.rotation), figures.roll);
     let apart = phases_apart(&wanted.gait, figures);
     sum += excess(at_most(wanted.gait.tolerance), apart.iter().map(|apart| apart.abs()).fold(0.0, f64::max));
     let worst = |limit: MeasureLimit, of: fn(&LegFigures) -> f64| {
@@ -118,27 +121,33 @@ fn phases_apart(gait: &NamedGait, figures: &RolloutFigures) -> Vec<f64> {
 
 /// What speaks against a gait that holds everything, from 0.
 fn effort(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) -> f64 {
-    let Wanted { gait, speed, weights, .. } = wanted;
-    let count = figures.legs.len().max(1) as f64;
-    let timing = phases_apart(gait, figures).iter().map(|apart| apart * apart).sum::<f64>() / count;
+    let Wanted { speed, weights, .. } = wanted;
     // In 60 √(h / g): for a dog in some ten seconds.
     let yaw = figures.yaw.abs() / period * 60.0 * (legs.hip_height / wanted.gravity).sqrt();
-    let duty = figures.legs.iter().map(|leg| (leg.duty - gait.duty_factor).powi(2)).sum::<f64>() / count;
-    // A half-sine of force over the stance has π / (2 β) times its share as peak.
-    let usual = FRAC_PI_2 / (gait.duty_factor * count);
-    let peak = (figures.peak / usual - 1.3).max(0.0);
     let off = figures.speed / speed - 1.0;
     let energy =
         7.0 * figures.cost_of_transport + 2.0 * figures.saturated + (figures.speed_used - 0.8).max(0.0);
     20.0 * off * off
-        + 60.0 * timing
-        + 30.0 * duty
-        + 1.5 * (period / wanted.usual_period(legs)).ln().powi(2)
         + weights.energy * energy
-        + weights.slip * 3.0 * figures.slip / speed
-        + weights.impact * 1.0 * peak * peak
         + weights.drift * 2.0 * figures.sideways.abs()
         + weights.turn * 0.5 * yaw.min(4.0)
         + weights.smoothness * (0.03 * figures.torque_rate + figures.irregular)
+        + if legs.legs.is_empty() { 0.0 } else { steps(wanted, period, legs, figures) }
+}
+
+/// What speaks against the way in which the legs step.
+fn steps(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) -> f64 {
+    let Wanted { gait, speed, weights, .. } = wanted;
+    let count = figures.legs.len().max(1) as f64;
+    let timing = phases_apart(gait, figures).iter().map(|apart| apart * apart).sum::<f64>() / count;
+    let duty = figures.legs.iter().map(|leg| (leg.duty - gait.duty_factor).powi(2)).sum::<f64>() / count;
+    // A half-sine of force over the stance has π / (2 β) times its share as peak.
+    let usual = FRAC_PI_2 / (gait.duty_factor * count);
+    let peak = (figures.peak / usual - 1.3).max(0.0);
+    60.0 * timing
+        + 30.0 * duty
+        + 1.5 * (period / wanted.usual_period(legs.hip_height)).ln().powi(2)
+        + weights.slip * 3.0 * figures.slip / speed
+        + weights.impact * 1.0 * peak * peak
         + weights.posture * (figures.heave + figures.roll + figures.pitch + 2.0 * figures.scuffed)
 }

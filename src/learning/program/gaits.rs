@@ -90,7 +90,29 @@ pub fn gaits(legs: usize) -> Vec<NamedGait> {
     ways.iter().filter_map(named).collect()
 }
 
+/// What waves along a body without legs are called, each with the part of the way that it goes along the body, and the usual Froude
+/// number, in which a quarter of the body's length stands in for the height of the hips.
+const WAVES: [(&str, [f64; 2], f64); 3] =
+    [("sidewinding", [0.0, 0.75], 0.04), ("undulation", [0.75, 1.0], 0.04), ("crawling", [0.75, 1.0], 0.01)];
+
+/// The ways of going of a character: the named gaits of its legs, or the waves along its body that lead along the way.
+pub fn ways(legs: &Legs) -> Vec<NamedGait> {
+    let Some(spine) = &legs.spine else { return gaits(legs.legs.len()) };
+    let along = spine.forward.x.abs();
+    let waves = WAVES.iter().filter(|(_, [least, most], _)| (*least..=*most).contains(&along));
+    waves
+        .map(|&(name, _, usual)| NamedGait {
+            name,
+            gait: name,
+            phases: &[],
+            tolerance: 1.0,
+            duty_factor: 1.0,
+            froude: [0.0, usual, 1.0],
+        })
+        .collect()
+}
+
 /// The gait called `name` for as many legs as `legs` has.
 pub fn named(name: &str, legs: &Legs) -> Option<NamedGait> {
-    gaits(legs.legs.len()).into_iter().find(|gait| gait.name == name)
+    ways(legs).into_iter().find(|gait| gait.name == name)
 }

@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, Matrix5, Point3, Rotation3, Vector2, Vector3, Vector5};
 use gaitwright_physics::model::{Body, DofKind, Model, Surface};
 use gaitwright_physics::stance::Stance;
 
+use super::spine::Spine;
 use crate::gait::limb::greatest_reach;
 
 /// A segment shorter than this share of the leg's longest one does not count for its length: it only turns
@@ -180,13 +181,42 @@ impl LegChain {
     }
 }
 
+/// Rotation of a body and the place of its joint, way frame.
+pub(super) type Frame = (Matrix3<f64>, Vector3<f64>);
+
+/// The way frame of travel along `direction` (world frame), and where the bodies of `model` are in it as they stand in `stance`.
+fn placed(model: &Model, stance: &Stance, direction: [f64; 3]) -> (Rotation3<f64>, Vec<Frame>) {
+    let to_way = Rotation3::from_axis_angle(&Vector3::z_axis(), -direction[1].atan2(direction[0]));
+    let mut frames = vec![(*to_way.matrix(), Vector3::zeros())];
+    for (body, &angle) in model.bodies.iter().skip(1).zip(&stance.angles) {
+        let (rotation, origin) = frames[body.parent];
+        frames.push(carried(body, angle, rotation, origin));
+    }
+    (to_way, frames)
+}
+
+/// Centre of mass, m, and rotational inertia about it with stiff joints, kg m².
+fn whole(model: &Model, frames: &[Frame]) -> (Vector3<f64>, Matrix3<f64>) {
+    let placed = || model.bodies.iter().zip(frames);
+    let at = |body: &Body, frame: &Frame| frame.1 + frame.0 * body.center;
+    let center = placed().map(|(body, frame)| at(body, frame) * body.mass).sum::<Vector3<f64>>() / model.mass;
+    let inertia = placed()
+        .map(|(body, frame)| {
+            let away = at(body, frame) - center;
+            let steiner = Matrix3::identity() * away.norm_squared() - away * away.transpose();
+            frame.0 * body.inertia * frame.0.transpose() + steiner * body.mass
+        })
+        .sum();
+    (center, inertia)
+}
+
 /// Frame of a body whose joint is at `angle`, on a parent with this frame.
 fn carried(
     body: &Body,
     angle: f64,
     rotation: Matrix3<f64>,
     origin: Vector3<f64>,
-) -> (Matrix3<f64>, Vector3<f64>) {
+) -> Frame {
     let at = origin + rotation * body.offset;
     match body.dof {
         DofKind::Revolute => {
@@ -209,17 +239,19 @@ fn carried(
 /// The legs of a character, and what of it as a whole a gait has to know.
 #[derive(Debug, Clone)]
 pub struct Legs {
-    /// Left legs before right ones, front to back.
+    /// Left legs before right ones, front to back; none where there is a spine.
     pub legs: Vec<LegChain>,
+    /// The body itself, where it has no legs.
+    pub spine: Option<Spine>,
     /// Centre of mass in the standing pose, m.
     pub center: Vector3<f64>,
     /// Rotational inertia about it along the axes of the way frame, all joints stiff, kg m².
     pub inertia: Matrix3<f64>,
     /// kg.
     pub mass: f64,
-    /// Mean height of the hips above the ground in the standing pose, m.
+    /// Mean height of the hips above the ground in the standing pose, m; without legs what stands in for it ([`Spine::size`]).
     pub hip_height: f64,
-    /// Mean length of the legs, m.
+    /// Mean length of the legs, or of the body that has none, m.
     pub length: f64,
     /// From the root's axes to those of the way frame.
     pub to_way: Rotation3<f64>,
@@ -232,12 +264,7 @@ impl Legs {
     /// and y count); `None` where it stands on nothing that a joint carries, or not on as many legs on the left
     /// as on the right.
     pub fn of(model: &Model, stance: &Stance, direction: [f64; 3]) -> Option<Self> {
-        let to_way = Rotation3::from_axis_angle(&Vector3::z_axis(), -direction[1].atan2(direction[0]));
-        let mut frames = vec![(*to_way.matrix(), Vector3::zeros())];
-        for (body, &angle) in model.bodies.iter().skip(1).zip(&stance.angles) {
-            let (rotation, origin) = frames[body.parent];
-            frames.push(carried(body, angle, rotation, origin));
-        }
+        let (to_way, frames) = placed(model, stance, direction);
         let mut bodies: Vec<usize> = stance.support.iter().map(|&link| model.links[link].body).collect();
         bodies.sort_unstable();
         bodies.dedup();
@@ -259,22 +286,35 @@ impl Legs {
             leg.row = index % left;
         }
 
-        let placed = || model.bodies.iter().zip(&frames);
-        let at = |body: &Body, frame: &(Matrix3<f64>, Vector3<f64>)| frame.1 + frame.0 * body.center;
-        let center =
-            placed().map(|(body, frame)| at(body, frame) * body.mass).sum::<Vector3<f64>>() / model.mass;
-        let inertia = placed()
-            .map(|(body, frame)| {
-                let away = at(body, frame) - center;
-                let steiner = Matrix3::identity() * away.norm_squared() - away * away.transpose();
-                frame.0 * body.inertia * frame.0.transpose() + steiner * body.mass
-            })
-            .sum();
+        let (center, inertia) = whole(model, &frames);
         let count = legs.len() as f64;
         let hip_height = legs.iter().map(|leg| leg.hip.z - leg.foot.z + leg.radius).sum::<f64>() / count;
         let length = legs.iter().map(|leg| leg.length).sum::<f64>() / count;
         let (mass, standing) = (model.mass, stance.angles.clone());
-        Some(Self { legs, center, inertia, mass, hip_height, length, to_way, standing })
+        Some(Self { legs, spine: None, center, inertia, mass, hip_height, length, to_way, standing })
+    }
+
+    /// A body without legs whose joints are a row, for travel along `direction`; `None` where they are not, and where it stands on
+    /// legs.
+    pub fn none(model: &Model, stance: &Stance, direction: [f64; 3]) -> Option<Self> {
+        let (to_way, frames) = placed(model, stance, direction);
+        let spine = Spine::of(model, &frames)?;
+        // What lies on its first link is not carried by the others.
+        if !stance.support.iter().any(|&link| model.links[link].body == 0) {
+            return None;
+        }
+        let (center, inertia) = whole(model, &frames);
+        let (hip_height, length) = (spine.size(), spine.length);
+        let (mass, standing) = (model.mass, stance.angles.clone());
+        let spine = Some(spine);
+        Some(Self { legs: Vec::new(), spine, center, inertia, mass, hip_height, length, to_way, standing })
+    }
+
+    /// The joints that move in a gait.
+    pub fn joints(&self) -> Vec<usize> {
+        let of_legs = self.legs.iter().flat_map(|leg| leg.joints.iter().copied());
+        let of_spine = self.spine.iter().flat_map(|spine| spine.joints.iter().map(|joint| joint.joint));
+        of_legs.chain(of_spine).collect()
     }
 
     /// Legs on a side.
@@ -292,7 +332,7 @@ impl Legs {
 fn leg(
     model: &Model,
     stance: &Stance,
-    frames: &[(Matrix3<f64>, Vector3<f64>)],
+    frames: &[Frame],
     body: usize,
 ) -> Option<LegChain> {
     let children =

@@ -1,4 +1,5 @@
-//! Leg programs: natural gaits for any number of legs, from a force template, polished by CMA-ES.
+//! Leg programs: natural gaits for any number of legs, from a force template, polished by CMA-ES; and waves along bodies without
+//! legs, polished in the same way.
 //!
 //! A gait is written in some twenty numbers that have a meaning for every character (stride time, duty
 //! factors, lift, where the feet stand …) instead of in joint angles. A template of the forces that the
@@ -14,6 +15,7 @@
 //! | [`gains`] | springs and dampers of the drive |
 //! | [`template`] | forces of the legs, and how the trunk moves under them |
 //! | [`ring`] | a stride as a ring of keyframes |
+//! | [`spine`] | bodies without legs, and their waves as such rings |
 //! | [`rollout`], [`figures`], [`leg_watch`] | such a ring in the simulator, and what is seen of it and of each leg |
 //! | [`cost`] | what that costs |
 //! | [`cma`] | the evolution strategy |
@@ -29,4 +31,5 @@ pub mod legs;
 pub mod refine;
 pub mod ring;
 pub mod rollout;
+pub mod spine;
 pub mod template;

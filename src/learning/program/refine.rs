@@ -19,6 +19,7 @@ use super::gaits::NamedGait;
 use super::legs::Legs;
 use super::ring::{AIM, EXTENSION, PARAMETERS, PERIOD, Ring, SIDEWAYS, TURN, Wanted, program, ring};
 use super::rollout::{Arena, STRIDES};
+use super::spine::{self, WAVE_SIDEWAYS, WAVE_TURN, softness};
 use crate::learn::{Interrupted, Stop};
 
 /// Candidates of a generation: fixed, so that the result does not depend on the number of threads.
@@ -55,8 +56,8 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// `model` as it stands in `stance`, with gains suited to gaits; `None` where it has no legs in pairs or nothing
-    /// pulls it down.
+    /// `model` as it stands in `stance`, with gains suited to gaits; `None` where it has neither legs in pairs nor joints in a row,
+    /// or nothing pulls it down.
     pub fn new(
         model: &Arc<Model>,
         stance: &Arc<Stance>,
@@ -64,7 +65,8 @@ impl Subject {
         accuracy: &Accuracy,
         direction: [f64; 3],
     ) -> Option<Self> {
-        let legs = Arc::new(Legs::of(model, stance, direction)?);
+        let legs = Legs::of(model, stance, direction).or_else(|| Legs::none(model, stance, direction))?;
+        let legs = Arc::new(legs);
         let gravity = nalgebra::Vector3::from(scene.gravity).norm();
         let gains = (gravity > 0.0).then(|| gains(model, stance, &legs, gravity))?;
         let (model, stance) = (model.clone(), stance.clone());
@@ -78,13 +80,34 @@ impl Subject {
 
     /// The ring of keyframes that `parameters` mean, and the springs and dampers of the legs for it.
     pub fn ring(&self, wanted: &Wanted, parameters: &[f64]) -> (Ring, Gains) {
-        let program = program(&self.legs, wanted, parameters);
-        let mut gains = self.gains.clone();
-        for &joint in self.legs.legs.iter().flat_map(|leg| &leg.joints) {
-            gains.stiffness[joint] *= program.stiffness;
-            gains.damping[joint] *= program.damping;
+        let Self { model, legs, .. } = self;
+        if let Some(spine) = &legs.spine {
+            let gains = self.gains_times(softness(parameters));
+            return (spine::ring(model, legs, spine, wanted, parameters), gains);
         }
-        (ring(&self.model, &self.legs, &program, &gains, wanted.gravity), gains)
+        let program = program(legs, wanted, parameters);
+        let gains = self.gains_times([program.stiffness, program.damping]);
+        (ring(model, legs, &program, &gains, wanted), gains)
+    }
+
+    /// The gains with other springs and dampers in the joints that move.
+    fn gains_times(&self, [stiffness, damping]: [f64; 2]) -> Gains {
+        let mut gains = self.gains.clone();
+        for joint in self.legs.joints() {
+            gains.stiffness[joint] *= stiffness;
+            gains.damping[joint] *= damping;
+        }
+        gains
+    }
+
+    /// Indices of the parameters of the turn and of the way to the side.
+    fn trims(&self) -> [usize; 2] {
+        if self.legs.spine.is_some() { [WAVE_TURN, WAVE_SIDEWAYS] } else { [TURN, SIDEWAYS] }
+    }
+
+    /// Where a search for `gait` may start.
+    pub fn seeds(&self, gait: &NamedGait) -> Vec<Vec<f64>> {
+        if self.legs.spine.is_some() { spine::seeds() } else { seeds(gait) }
     }
 
     /// Where its gaits are tried.
@@ -181,7 +204,7 @@ pub struct Refinement {
 }
 
 impl Refinement {
-    /// Starts from the best of `starts` (see [`seeds`]), or from the template where there are none.
+    /// Starts from the best of `starts` (see [`Subject::seeds`]), of which there is at least one.
     pub fn new(
         pool: &ThreadPool,
         subject: &Subject,
@@ -190,8 +213,6 @@ impl Refinement {
         starts: &[Vec<f64>],
         seed: u64,
     ) -> Self {
-        let template = [vec![0.0; PARAMETERS]];
-        let starts = if starts.is_empty() { &template } else { starts };
         let mut tried: Vec<Candidate> = pool.install(|| {
             let tried = starts.par_iter().with_max_len(1);
             tried.map(|parameters| evaluate(subject, arena, wanted, parameters, STRIDES)).collect()
@@ -340,8 +361,9 @@ impl Trial<'_> {
         let off = |candidate: &Candidate| Vector2::new(candidate.figures.yaw, candidate.figures.sideways);
         let moved = |change: Vector2<f64>, from: &Candidate| {
             let mut parameters = from.parameters.clone();
-            parameters[TURN] += change.x;
-            parameters[SIDEWAYS] += change.y;
+            let [turn, sideways] = self.subject.trims();
+            parameters[turn] += change.x;
+            parameters[sideways] += change.y;
             self.run(&parameters)
         };
         if off(&start).amax() < STRAIGHT {
@@ -367,10 +389,10 @@ impl Trial<'_> {
     }
 }
 
-/// Where a search for `gait` may start: the gait as the template has it, with stride times from the usual down to half of it, with
+/// Where a search for `gait` on legs may start: the gait as the template has it, with stride times from the usual down to half of it, with
 /// legs as long as usual and shorter; where fore or hind legs push together, also with forces that spare the trunk pitching.
 /// Small characters tip over within the usual time.
-pub fn seeds(gait: &NamedGait) -> Vec<Vec<f64>> {
+fn seeds(gait: &NamedGait) -> Vec<Vec<f64>> {
     let aims: &[f64] = if gait.symmetrical() { &[0.0] } else { &[0.0, 2.0] };
     let mut seeds = Vec::new();
     for &aim in aims {

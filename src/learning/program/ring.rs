@@ -82,9 +82,11 @@ impl Wanted {
         self.speed.powi(2) / (self.gravity * legs.hip_height)
     }
 
-    /// The stride time that animals of this size take at this speed, s: 2.3 Fr^0.3 h / v (after Alexander & Jayes 1983).
-    pub fn usual_period(&self, legs: &Legs) -> f64 {
-        2.3 * self.froude(legs).powf(0.3) * legs.hip_height / self.speed
+    /// The stride time that animals with hips at this height (m) take at this speed, s: 2.3 Fr^0.3 h / v (after Alexander & Jayes
+    /// 1983).
+    pub fn usual_period(&self, hip_height: f64) -> f64 {
+        let froude = self.speed.powi(2) / (self.gravity * hip_height);
+        2.3 * froude.powf(0.3) * hip_height / self.speed
     }
 }
 
@@ -126,7 +128,7 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         / legs.legs.len() as f64;
     let extension = (EXTENSIONS[1] + 0.04 * p(EXTENSION)).clamp(EXTENSIONS[0], EXTENSIONS[2]);
     Program {
-        period: wanted.usual_period(legs) * (0.2 * p(PERIOD)).exp().clamp(PERIODS[0], PERIODS[1]),
+        period: wanted.usual_period(size) * (0.2 * p(PERIOD)).exp().clamp(PERIODS[0], PERIODS[1]),
         speed: speed * (0.1 * p(3)).exp(),
         sideways: 0.03 * speed * p(SIDEWAYS),
         turn: 0.03 * speed / size * p(TURN),
@@ -176,8 +178,8 @@ impl Ring {
 }
 
 /// The ring of `program` for joints driven with `gains`. Its targets stay within the joints' ranges and speeds.
-pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, gravity: f64) -> Ring {
-    let moments = stride(legs, program, gravity);
+pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, wanted: &Wanted) -> Ring {
+    let moments = stride(legs, program, wanted.gravity);
     let dt = program.period / SAMPLES as f64;
     let mut cycle = vec![Posture::resting(&legs.standing); KEYFRAMES];
     let mut missed: f64 = 0.0;
@@ -226,21 +228,35 @@ pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, gravit
             }
         }
     }
-    let duration = program.period / KEYFRAMES as f64;
+    let moved = Wanted { speed: program.speed, ..wanted.clone() };
+    let ring = within_limits(model, &legs.standing, cycle, program.period, &moved);
+    Ring { missed, ..ring }
+}
+
+/// The ring of a `cycle` of `period` seconds, entered from the pose `standing`, with targets that stay within the joints' ranges
+/// and speeds: ways are shortened, or all is slowed down.
+pub fn within_limits(
+    model: &Model,
+    standing: &[f64],
+    mut cycle: Vec<Posture>,
+    period: f64,
+    wanted: &Wanted,
+) -> Ring {
+    let duration = period / KEYFRAMES as f64;
     let limits = TargetLimits::of(&model.character);
     for (joint, limits) in limits.iter().enumerate() {
         if let Some(speed) = limits.speed {
-            shorten(&mut cycle, joint, legs.standing[joint], speed, duration);
+            shorten(&mut cycle, joint, standing[joint], speed, duration);
         }
     }
-    let strides = entry_strides(program.speed, gravity, program.period);
-    let mut entry = entry(&legs.standing, &cycle, duration, strides);
+    let strides = entry_strides(wanted.speed, wanted.gravity, period);
+    let mut entry = entry(standing, &cycle, duration, strides);
     let first = entry.len();
     let mut postures: Vec<_> = entry.iter_mut().chain(&mut cycle).map(Posture::parts_mut).collect();
-    let slowed = shape(&legs.standing, &mut postures, first, duration, &limits);
-    // The program's own period where nothing had to be slowed down: as a product it may differ in the last digit.
-    let period = if slowed > duration { slowed * KEYFRAMES as f64 } else { program.period };
-    Ring { period, entry, cycle, missed }
+    let slowed = shape(standing, &mut postures, first, duration, &limits);
+    // The period as it was where nothing had to be slowed down: as a product it may differ in the last digit.
+    let period = if slowed > duration { slowed * KEYFRAMES as f64 } else { period };
+    Ring { period, entry, cycle, missed: 0.0 }
 }
 
 /// The periodic solution e of e + τ ė = `course`, with the time constant τ in samples: the lead of a spring and damper

@@ -6,7 +6,6 @@ use super::arena::StudyArena;
 use super::trail::Found;
 use crate::learn::grid::Grid;
 use crate::learn::{Behaviour, LearnError, Learning, Posture, Repair, Repairs, reference_gravity};
-use crate::program::refine::seeds;
 use crate::program::ring::{KEYFRAMES, PERIOD, Ring, entry, entry_strides};
 
 /// Keyframes of half a ring.
@@ -32,7 +31,7 @@ impl<'a> Keyframes<'a> {
         let usual = arena
             .gaits()
             .first()
-            .map_or(0.5, |gait| arena.wanted(*gait).usual_period(&subject.legs) * (0.2 * USUAL).exp());
+            .map_or(0.5, |gait| arena.wanted(*gait).usual_period(subject.legs.hip_height) * (0.2 * USUAL).exp());
         let grid = fine_grid(arena, usual / KEYFRAMES as f64)?;
         Ok(Self { arena, grid, period: usual })
     }
@@ -103,7 +102,7 @@ impl<'a> Keyframes<'a> {
             if left.iter().zip(right).any(|pair| apart(pair) > 1e-6) {
                 continue;
             }
-            for mut parameters in seeds(&gait) {
+            for mut parameters in self.arena.subject.seeds(&gait) {
                 // On a grid all rings take the same time.
                 parameters[PERIOD] = USUAL;
                 let (ring, _) = self.arena.subject.ring(&self.arena.wanted(gait), &parameters);

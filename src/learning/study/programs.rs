@@ -6,7 +6,7 @@ use rayon::ThreadPoolBuilder;
 use super::arena::StudyArena;
 use super::trail::{Found, Trail};
 use crate::learn::{Cancel, LearnError, Stop, Trunk};
-use crate::program::refine::{Refinement, seeds};
+use crate::program::refine::Refinement;
 
 /// Searches until `seconds` have been simulated; the generation in which they are is the last.
 ///
@@ -22,7 +22,7 @@ pub(super) fn run(arena: &StudyArena, seed: u64, seconds: f64) -> Result<Trail, 
     let pool = ThreadPoolBuilder::new().num_threads(1).build()?;
     let stop = Stop::new(&Cancel::default(), None);
     let subject = &arena.subject;
-    let mut search = Refinement::new(&pool, subject, &trials, &wanted, &seeds(&wanted.gait), seed);
+    let mut search = Refinement::new(&pool, subject, &trials, &wanted, &subject.seeds(&wanted.gait), seed);
     let mut trail = Trail::default();
     let mut least = f64::INFINITY;
     loop {

@@ -1,6 +1,6 @@
 //! Training: what a task asks of a character, by the search that suits both.
 //!
-//! A character with legs in pairs is taught gait by gait ([`program`](crate::program)): every way of going that the
+//! A character with legs in pairs, or a body whose joints are a row, is taught gait by gait ([`program`](crate::program)): every way of going that the
 //! task calls for is a niche of its own, in which candidates compete with their like only, so that a fast hop cannot
 //! crowd out a walk. What comes out is a repertoire. Any other character, any that none of its gaits keeps up, and any task that asks
 //! for it, is taught by QDSEGA ([`learn`](crate::learn)), which gives one motion.
@@ -30,7 +30,7 @@ use gaitwright_physics::scene::Scene;
 use gaitwright_physics::stance::Stance;
 
 use crate::learn::{Cancel, LearnError, LearningSetup, StopReason, Task};
-use crate::program::gaits::gaits;
+use crate::program::gaits::{gaits, ways};
 use crate::program::legs::Legs;
 use crate::program::refine::Subject;
 
@@ -63,11 +63,11 @@ pub fn train(
     qdsega::run(setup, observer, cancel, resume, Vec::new())
 }
 
-/// The character with its legs, where gaits are searched for one by one; `None` where QDSEGA is to search.
+/// The character with its legs or its spine, where gaits are searched for one by one; `None` where QDSEGA is to search.
 fn subject(setup: &LearningSetup) -> Result<Option<Subject>, InputError> {
     let LearningSetup { model, stance, scene, accuracy, task, parameters, .. } = setup;
     let walker = Subject::new(model, stance, scene, accuracy, task.direction)
-        .filter(|subject| !gaits(subject.legs.legs.len()).is_empty());
+        .filter(|subject| !ways(&subject.legs).is_empty());
     check_gait(task, model, stance, scene)?;
     Ok(walker.filter(|_| parameters.gait_by_gait()))
 }

@@ -1,7 +1,7 @@
 //! Niches: the ways of going and the speeds that a task calls for.
 
 use crate::learn::{Pace, Task};
-use crate::program::gaits::{NamedGait, gaits};
+use crate::program::gaits::{NamedGait, ways};
 use crate::program::refine::Subject;
 
 /// Factors of the usual Froude number at which the speed that costs least is looked for as well.
@@ -63,7 +63,7 @@ impl Niche {
 /// task, if it names one, is one of this character's.
 pub fn niches(task: &Task, subject: &Subject) -> Vec<Niche> {
     let hip = subject.gravity() * subject.legs.hip_height;
-    let all = gaits(subject.legs.legs.len());
+    let all = ways(&subject.legs);
     let pace = task.pace(hip);
     let asked: Vec<NamedGait> =
         all.iter().filter(|gait| task.any_gait() || gait.gait == task.gait).copied().collect();

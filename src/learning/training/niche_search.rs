@@ -8,7 +8,7 @@ use super::observer::TrainingObserver;
 use super::shared::{Progress, Shared};
 use crate::learn::{Generation, Interrupted};
 use crate::program::cost::HOLDS;
-use crate::program::refine::{Candidate, Refinement, seeds};
+use crate::program::refine::{Candidate, Refinement};
 use crate::program::ring::Wanted;
 use crate::program::rollout::Arena;
 
@@ -99,7 +99,10 @@ impl<'a> NicheSearch<'a> {
         let all = if parameters.refine { parameters.gait_generations * self.niche.gait.share() } else { 0 };
         // What other gaits have found is often a better start than the template.
         let known = self.progress.milestones.iter().filter(|milestone| milestone.finished);
-        let starts: Vec<Vec<f64>> = seeds(&self.niche.gait)
+        let starts: Vec<Vec<f64>> = self
+            .shared
+            .subject
+            .seeds(&self.niche.gait)
             .into_iter()
             .chain(known.map(|milestone| milestone.motion.parameters.clone()))
             .collect();

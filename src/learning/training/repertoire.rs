@@ -10,10 +10,16 @@ use super::observer::TrainingObserver;
 use super::shared::{Progress, Shared};
 use crate::learn::{Cancel, Interrupted, LearnError, Learning, LearningSetup, Stop, StopReason};
 use crate::program::refine::Subject;
-use gaitwright_physics::scene::Accuracy;
+use crate::program::rollout::Arena;
+use gaitwright_physics::fault::InputError;
+use gaitwright_physics::scene::{Accuracy, SolverKind, SolverChoice};
 
 /// Longest step of the coarse part of the search, in √(h / g).
 const COARSEST: f64 = 0.025;
+
+/// Sweeps of the solver where a body without legs is searched for waves, and the residual (m/s) at which they end.
+const SWEEPS: u32 = 100;
+const ROUGH: f64 = 1e-4;
 
 /// Searches for the motion of each of `niches`.
 ///
@@ -39,8 +45,8 @@ pub(super) fn run(
     let shared = Shared {
         setup,
         subject,
-        fine: subject.arena()?,
-        coarse: Subject { accuracy: coarse(setup, subject), ..subject.clone() }.arena()?,
+        fine: at(subject, searched(setup.accuracy, subject))?,
+        coarse: at(subject, searched(coarse(setup, subject), subject))?,
         pool: ThreadPoolBuilder::new().num_threads(setup.threads.max(1)).build()?,
         stop: {
             let seconds = setup.parameters.budget.seconds();
@@ -70,6 +76,19 @@ pub(super) fn run(
     let finished = progress.milestones.into_iter().filter(|milestone| milestone.finished);
     let motions = finished.map(|milestone| milestone.motion).collect();
     Ok(Trained { ended, motions, curve: progress.curve })
+}
+
+/// Where `subject` is tried with another accuracy.
+fn at(subject: &Subject, accuracy: Accuracy) -> Result<Arena, InputError> {
+    Subject { accuracy, ..subject.clone() }.arena()
+}
+
+/// `accuracy` as it serves the search. A body that lies on the ground has many more contacts than freedoms, which
+/// takes an exact solver most of its time; the rough forces of a few sweeps move it as far.
+fn searched(accuracy: Accuracy, subject: &Subject) -> Accuracy {
+    let Some(_) = subject.legs.spine else { return accuracy };
+    let solver = SolverChoice { kind: SolverKind::Pgs, iterations: SWEEPS, tolerance: ROUGH };
+    Accuracy { solver, ..accuracy }
 }
 
 /// The accuracy of the coarse part of the search: twice the step, where that is short beside the character's own time.
