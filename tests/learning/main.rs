@@ -19,3 +19,4 @@ mod synthetic;
 #[path = "../common/tables.rs"]
 mod tables;
 mod training;
+mod waves;

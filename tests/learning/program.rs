@@ -11,7 +11,7 @@ use gaitwright_learning::program::figures::RolloutFigures;
 use gaitwright_learning::program::gaits::{gaits, named};
 use gaitwright_learning::program::leg_watch::LegFigures;
 use gaitwright_learning::program::legs::Legs;
-use gaitwright_learning::program::refine::{Refinement, Subject, seeds};
+use gaitwright_learning::program::refine::{Refinement, Subject};
 use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, SWAY, Wanted, program};
 use gaitwright_learning::program::rollout::STRIDES;
 use gaitwright_learning::program::template::{SAMPLES, shares, stride};
@@ -337,7 +337,7 @@ fn refined(subject: &Subject, threads: usize) -> Refinement {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let arena = subject.arena().unwrap();
     let stop = Stop::new(&Cancel::default(), None);
-    let starts = &seeds(&wanted.gait)[..4];
+    let starts = &subject.seeds(&wanted.gait)[..4];
     let mut refinement = Refinement::new(&pool, subject, &arena, &wanted, starts, 7);
     for _ in 0..2 {
         refinement.generation((&pool, &stop), subject, &arena, &wanted).unwrap();
@@ -383,7 +383,7 @@ fn what_breaks_a_constraint_costs_more_than_all_that_holds_and_limits_come_befor
         legs: wanted.gait.phases.iter().map(|&phase| leg(phase)).collect(),
         ..RolloutFigures::default()
     };
-    let period = wanted.usual_period(legs);
+    let period = wanted.usual_period(legs.hip_height);
     let cost = |figures: &RolloutFigures| undisturbed(&wanted, period, legs, figures);
     let bent = |extension: f64| RolloutFigures {
         legs: good.legs.iter().map(|leg| LegFigures { extension, ..*leg }).collect(),
@@ -414,7 +414,8 @@ fn the_template_walks_before_any_search() {
     let arena = subject.arena().unwrap();
     // More than half of the seeds stay up over twenty strides, and more than without the sway.
     let upright = |sway: f64| {
-        seeds(&wanted.gait)
+        subject
+            .seeds(&wanted.gait)
             .iter()
             .filter(|seed| {
                 let mut parameters = (*seed).clone();
@@ -426,7 +427,7 @@ fn the_template_walks_before_any_search() {
     };
     let (swaying, stiff) = (upright(0.0), upright(-2.5));
     assert!(
-        2 * swaying > seeds(&wanted.gait).len() && swaying > stiff,
+        2 * swaying > subject.seeds(&wanted.gait).len() && swaying > stiff,
         "{swaying} with the sway, {stiff} without"
     );
 }

@@ -117,8 +117,7 @@ impl Cma {
 /// Weights of so many candidates by rank, for `n` parameters (Hansen 2016, equations 49 to 53).
 fn weights(candidates: usize, n: f64) -> Vec<f64> {
     let raw = |rank: usize| (0.5 * (candidates as f64 + 1.0)).ln() - (rank as f64).ln();
-    let (parents, others): (Vec<f64>, Vec<f64>) =
-        (1..=candidates).map(raw).partition(|weight| *weight > 0.0);
+    let (parents, others): (Vec<f64>, Vec<f64>) = (1..=candidates).map(raw).partition(|weight| *weight > 0.0);
     let sum = |weights: &[f64]| weights.iter().sum::<f64>().abs().max(f64::MIN_POSITIVE);
     let (positive, negative) = (effective(&parents), effective(&others));
     let [rate_one, rate_mu] = rates(n, positive);
@@ -126,7 +125,11 @@ fn weights(candidates: usize, n: f64) -> Vec<f64> {
         .min(1.0 + 2.0 * negative / (positive + 2.0))
         .min((1.0 - rate_one - rate_mu) / (n * rate_mu));
     let (all, against) = (sum(&parents), sum(&others));
-    parents.iter().map(|weight| weight / all).chain(others.iter().map(|weight| most * weight / against)).collect()
+    parents
+        .iter()
+        .map(|weight| weight / all)
+        .chain(others.iter().map(|weight| most * weight / against))
+        .collect()
 }
 
 /// How many candidates of equal weight would scatter as much as those with these `weights`.

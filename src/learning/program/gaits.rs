@@ -28,6 +28,11 @@ impl NamedGait {
         GaitLimits::of_gait(self.gait).symmetrical
     }
 
+    /// Whether legs stand for more than half of the stride, so that some of them always do.
+    pub fn walks(&self) -> bool {
+        self.duty_factor > 0.5
+    }
+
     /// How many times the generations of a gait it takes. Gaits that are not symmetrical pitch, and most of them turn.
     pub fn share(&self) -> u32 {
         if self.symmetrical() { 1 } else { 2 }
@@ -93,7 +98,7 @@ pub fn gaits(legs: usize) -> Vec<NamedGait> {
 /// What waves along a body without legs are called, each with the part of the way that it goes along the body, and the usual Froude
 /// number, in which a quarter of the body's length stands in for the height of the hips.
 const WAVES: [(&str, [f64; 2], f64); 3] =
-    [("sidewinding", [0.0, 0.75], 0.04), ("undulation", [0.75, 1.0], 0.04), ("crawling", [0.75, 1.0], 0.01)];
+    [("sidewinding", [0.0, 0.75], 0.05), ("undulation", [0.75, 1.0], 0.04), ("crawling", [0.75, 1.0], 0.01)];
 
 /// The ways of going of a character: the named gaits of its legs, or the waves along its body that lead along the way.
 pub fn ways(legs: &Legs) -> Vec<NamedGait> {

@@ -211,12 +211,7 @@ fn whole(model: &Model, frames: &[Frame]) -> (Vector3<f64>, Matrix3<f64>) {
 }
 
 /// Frame of a body whose joint is at `angle`, on a parent with this frame.
-fn carried(
-    body: &Body,
-    angle: f64,
-    rotation: Matrix3<f64>,
-    origin: Vector3<f64>,
-) -> Frame {
+fn carried(body: &Body, angle: f64, rotation: Matrix3<f64>, origin: Vector3<f64>) -> Frame {
     let at = origin + rotation * body.offset;
     match body.dof {
         DofKind::Revolute => {
@@ -329,12 +324,7 @@ impl Legs {
 }
 
 /// The leg that ends in `body`; on the left, in row 0.
-fn leg(
-    model: &Model,
-    stance: &Stance,
-    frames: &[Frame],
-    body: usize,
-) -> Option<LegChain> {
+fn leg(model: &Model, stance: &Stance, frames: &[Frame], body: usize) -> Option<LegChain> {
     let children =
         |body: usize| (1..model.bodies.len()).filter(move |child| model.bodies[*child].parent == body);
     let mut chain = vec![body];

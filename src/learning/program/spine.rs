@@ -66,9 +66,8 @@ impl Spine {
         let length = body.norm();
         let forward = body.try_normalize(0.0)?;
         let left = Vector3::new(-forward.y, forward.x, 0.0);
-        let joints = (1..model.bodies.len()).filter(|&body| {
-            model.driven[body - 1] && model.bodies[body].dof == DofKind::Revolute
-        });
+        let joints = (1..model.bodies.len())
+            .filter(|&body| model.driven[body - 1] && model.bodies[body].dof == DofKind::Revolute);
         let joints: Vec<SpineJoint> = joints
             .map(|body| {
                 let axis = frames[body].0 * model.bodies[body].axis;
@@ -127,7 +126,8 @@ impl Waves {
     /// Angle of a joint against the standing pose at the phase `at` (parts of a period), and its change with the phase.
     fn angle(&self, joint: &SpineJoint, at: f64) -> [f64; 2] {
         let grown = 1.0 + self.growth * (joint.along - 0.5);
-        let phases = [at - self.count * joint.along, at - (self.count + self.apart) * joint.along - self.later];
+        let phases =
+            [at - self.count * joint.along, at - (self.count + self.apart) * joint.along - self.later];
         let (mut angle, mut change) = (joint.bends[0] * self.turn, 0.0);
         for ((bend, amplitude), phase) in joint.bends.iter().zip(self.amplitudes).zip(phases) {
             let (sine, cosine) = (TAU * phase).sin_cos();

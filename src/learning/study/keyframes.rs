@@ -28,10 +28,9 @@ pub(super) struct Keyframes<'a> {
 impl<'a> Keyframes<'a> {
     pub(super) fn new(arena: &'a StudyArena) -> Result<Self, LearnError> {
         let subject = &arena.subject;
-        let usual = arena
-            .gaits()
-            .first()
-            .map_or(0.5, |gait| arena.wanted(*gait).usual_period(subject.legs.hip_height) * (0.2 * USUAL).exp());
+        let usual = arena.gaits().first().map_or(0.5, |gait| {
+            arena.wanted(*gait).usual_period(subject.legs.hip_height) * (0.2 * USUAL).exp()
+        });
         let grid = fine_grid(arena, usual / KEYFRAMES as f64)?;
         Ok(Self { arena, grid, period: usual })
     }

@@ -12,7 +12,7 @@ use crate::learn::{Cancel, Interrupted, LearnError, Learning, LearningSetup, Sto
 use crate::program::refine::Subject;
 use crate::program::rollout::Arena;
 use gaitwright_physics::fault::InputError;
-use gaitwright_physics::scene::{Accuracy, SolverKind, SolverChoice};
+use gaitwright_physics::scene::{Accuracy, SolverChoice, SolverKind};
 
 /// Longest step of the coarse part of the search, in √(h / g).
 const COARSEST: f64 = 0.025;
