@@ -20,6 +20,11 @@ const ROUNDING: f64 = 1e-13;
 /// leave errors of 10⁻⁹.
 const TRUSTED: f64 = 1e-8;
 
+/// The same for rows that contradict each other, whose forces are given up however much other forces leave, and how many times the
+/// residual of great forces those of the other solver may leave to be taken instead.
+const HOPELESS: f64 = 1e-6;
+const YIELDING_LOSS: f64 = 2.0;
+
 /// Solves free rows by a symmetric factor and gives what is left to another solver.
 ///
 /// For symmetric positive semidefinite A. Rows that depend on others (a redundant loop, a row repeated) are
@@ -256,7 +261,9 @@ impl<S: Solver> Solver for Equality<S> {
             self.trial.clear();
             self.trial.resize(lambda.len(), 0.0);
             let whole = self.inner.solve(problem, &mut self.trial);
-            if whole.residual.is_finite() {
+            let beyond = status == SolveStatus::Singular
+                && is_beyond_numbers(problem, lambda, self.tolerance, HOPELESS);
+            if whole.residual <= YIELDING_LOSS * residual || whole.residual.is_finite() && beyond {
                 lambda.copy_from_slice(&self.trial);
                 return Solution { iterations: left.iterations + whole.iterations, ..whole };
             }
