@@ -25,6 +25,11 @@ pub struct Momentum {
 }
 
 impl Momentum {
+    /// Kinetic energy of the centre of mass of `mass` kg, J.
+    pub(super) fn energy_of_center(self, mass: f64) -> f64 {
+        0.5 * self.linear.norm_squared() / mass
+    }
+
     /// This momentum after `time` seconds in which only the weight of `mass` kg under `gravity` acted.
     pub(super) fn after_flight(self, mass: f64, gravity: Vector3<f64>, time: f64) -> Self {
         Self { linear: self.linear + gravity * (mass * time), ..self }
@@ -84,6 +89,17 @@ impl Composite {
         let angular = Vector3::new(turn.x / xx - l21 * middle - l31 * last, middle, last);
         let motion = SpatialMotion { angular, linear: push / mass - angular.cross(&center) };
         (positive && motion.amax().is_finite()).then_some(motion)
+    }
+
+    /// The rigid motion, about the common point, that has the momentum `wanted` by itself; `None` as in
+    /// [`correction`](Self::correction).
+    pub fn rigid_motion(&self, wanted: Momentum) -> Option<SpatialMotion> {
+        Self { of_joints: SpatialForce::ZERO, ..*self }.correction(SpatialMotion::ZERO, wanted)
+    }
+
+    /// Kinetic energy of the rigid motion `motion`, J.
+    pub fn kinetic_energy(&self, motion: SpatialMotion) -> f64 {
+        0.5 * motion.dot(self.inertia.times(motion))
     }
 
     fn center(&self) -> Vector3<f64> {

@@ -4,6 +4,7 @@
 //! ([`CharacterUnits`](crate::scene::CharacterUnits)), and speak of relative motion: a character of any size, seen from any
 //! frame that moves uniformly, has the same steps divided.
 
+use super::rows::SHARE_PER_STEP;
 use super::state::State;
 use super::step_record::StepRecord;
 use super::step_totals::StepTotals;
@@ -37,6 +38,9 @@ pub const MAX_PENDULUM_PHASE: f64 = 0.5;
 /// accepted without an energy balance: its paths are straight enough.
 pub const NEGLIGIBLE_ROTATION: f64 = 0.02;
 
+/// Greatest rotation of a body in a time τ, rad, at which energy in flight is left to the scheme: it errs by the square of rotation angles.
+pub const SLOW_ROTATION: f64 = 1.0;
+
 /// Share of the kinetic energy of relative motion that the scheme may create in a time τ, for each τ of the whole step,
 /// and less at finer steps.
 pub const ENERGY_GROWTH: f64 = 0.04;
@@ -45,8 +49,9 @@ pub const ENERGY_GROWTH: f64 = 0.04;
 pub const MAX_PENETRATION_GAIN: f64 = 1.5e-3;
 
 /// Greatest distance by which the solver may leave a correction of positions wrong in a substep, ℓ, before the step counts as
-/// unsolved: a thousandth of what a contact may sink in.
-pub const MAX_RECOVERY_ERROR: f64 = 1e-3 * MAX_PENETRATION_GAIN;
+/// unsolved. What is left of it is corrected in later steps, by [`SHARE_PER_STEP`] each, so that errors e of every step add up to
+/// e / share at most (a geometric series): here to a thousandth of what a contact may sink in within a substep.
+pub const MAX_RECOVERY_ERROR: f64 = 1e-3 * SHARE_PER_STEP * MAX_PENETRATION_GAIN;
 
 /// A substep as short as the whole step divided by this is accepted as it is, and counted as coarse where it creates energy
 /// or drives a contact in.

@@ -1,8 +1,19 @@
 //! What a step's substeps sum to.
 
 use super::contact::Contact;
-use super::workspace::Workspace;
-use crate::scene::StepPlan;
+
+/// What a substep leaves to be counted.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Counts {
+    /// Residual, m/s or rad/s.
+    pub residual: f64,
+    /// Greatest depth of a contact at its beginning, m.
+    pub depth: f64,
+    /// Whether its forces do not solve its problem.
+    pub unsolved: bool,
+    /// Whether it was too coarse and was accepted.
+    pub coarse: bool,
+}
 
 /// What the substeps of a step sum to. Forces and torques are the means over several substeps; after a step of one substep the
 /// workspace holds them.
@@ -33,32 +44,37 @@ impl StepTotals {
         self.contacts.clear();
     }
 
-    /// Counts the substep that `work` has just computed.
-    pub fn count(&mut self, work: &Workspace) {
+    /// Counts a substep.
+    pub fn count(&mut self, substep: Counts) {
         self.substeps += 1;
-        self.residual = self.residual.max(work.problem.residual);
-        let candidates = &work.detection.candidates;
-        self.depth = candidates.iter().map(|candidate| candidate.depth).fold(self.depth, f64::max);
-        self.unsolved |= work.problem.unsolved;
-        self.coarse |= work.coarse;
+        self.residual = self.residual.max(substep.residual);
+        self.depth = self.depth.max(substep.depth);
+        self.unsolved |= substep.unsolved;
+        self.coarse |= substep.coarse;
     }
 
-    /// Adds the forces and torques of that substep, whose length is `share` of the step.
-    pub fn add_forces(&mut self, work: &Workspace, plan: &StepPlan, share: f64) {
-        self.torques.resize(work.drives.torque.len(), 0.0);
-        for (mean, torque) in self.torques.iter_mut().zip(&work.drives.torque) {
+    /// Adds the `torques` (N m or N, one a joint) and `contacts` with their slots of that substep, whose length is `share` of the
+    /// step.
+    pub fn add_forces(
+        &mut self,
+        torques: &[f64],
+        contacts: impl Iterator<Item = (usize, Contact)>,
+        share: f64,
+    ) {
+        self.torques.resize(torques.len(), 0.0);
+        for (mean, torque) in self.torques.iter_mut().zip(torques) {
             *mean += share * torque;
         }
-        for (candidate, mut contact) in work.detection.candidates.iter().zip(work.contacts(plan)) {
+        for (slot, mut contact) in contacts {
             contact.force *= share;
-            let after = self.contacts.partition_point(|(slot, _)| *slot < candidate.slot);
+            let after = self.contacts.partition_point(|(known, _)| *known < slot);
             let same = self.contacts[after..]
                 .iter_mut()
-                .take_while(|(slot, _)| *slot == candidate.slot)
+                .take_while(|(known, _)| *known == slot)
                 .find(|(_, known)| (known.link, known.against) == (contact.link, contact.against));
             match same {
                 Some((_, known)) => join(known, &contact),
-                None => self.contacts.insert(after, (candidate.slot, contact)),
+                None => self.contacts.insert(after, (slot, contact)),
             }
         }
     }

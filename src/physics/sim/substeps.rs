@@ -142,10 +142,12 @@ impl Simulator {
 
     /// Adds a substep of `length` seconds to the step's totals.
     fn add_to_totals(&mut self, length: f64) {
-        let (whole, totals) = (self.plan.step(), &mut self.step_control.totals);
-        totals.count(&self.work);
+        let Self { plan, work, step_control, .. } = self;
+        let (whole, totals) = (plan.step(), &mut step_control.totals);
+        totals.count(work.counts());
         if length < whole {
-            totals.add_forces(&self.work, &self.plan, length / whole);
+            let slots = work.detection.candidates.iter().map(|candidate| candidate.slot);
+            totals.add_forces(&work.drives.torque, slots.zip(work.contacts(plan)), length / whole);
         }
     }
 
@@ -250,7 +252,7 @@ impl Simulator {
             let flight = &mut system.flight;
             flight.begin(before);
             let momentum = flight.momentum(model).after_flight(model.mass, plan.gravity, time);
-            flight.end(model, state, momentum, false);
+            flight.end(model, state, momentum, None, false);
         }
     }
 }

@@ -5,6 +5,7 @@ use crate::contacts;
 
 mod any_input;
 mod contact;
+mod contradictions;
 mod convex;
 mod equality;
 mod few_freedoms;

@@ -15,7 +15,7 @@
 
 use super::active::{self, ActiveSet, NewtonStep};
 use super::problem::{Bound, Problem, Solution, SolveStatus, Solver};
-use super::residual::{evaluate, greatest_velocity, project};
+use super::residual::{NEGLIGIBLE, evaluate, greatest_velocity, is_beyond_numbers, project};
 use super::standard::Standard;
 
 /// An entry of the scaled tableau below this is no pivot.
@@ -96,7 +96,7 @@ impl Lemke {
                 lambda.copy_from_slice(&self.trial);
             }
         }
-        (residual, residual <= rounding)
+        (residual, residual <= rounding && !is_beyond_numbers(problem, lambda, 0.0, NEGLIGIBLE))
     }
 }
 

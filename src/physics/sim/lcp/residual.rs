@@ -3,6 +3,13 @@
 use super::problem::{Bound, Problem};
 use multiversion::multiversion;
 
+/// Rounding error of a sum as a share of the magnitudes that it is made of. Errors of single operations, of half this each,
+/// mostly cancel.
+const ROUNDING: f64 = f64::EPSILON;
+
+/// Share of the greatest velocity in b that rounding errors may be.
+pub(super) const NEGLIGIBLE: f64 = 1e-9;
+
 /// The natural-map residual of `lambda`, m/s or rad/s: how far the velocities are from what the
 /// bounds ask for, the greatest over the rows.
 ///
@@ -17,6 +24,10 @@ use multiversion::multiversion;
 /// and hi = μ max(λ_n, 0); for the cone both rows count together with the projection onto the disc of
 /// that radius in place of the clamp, and a is the larger of their two diagonals. A λ with residual 0
 /// solves the problem.
+///
+/// Velocities are differences of what forces do, and forces can be so great that these numbers no longer show whether they
+/// cancel: between two walls that approach each other, forces of 10¹⁶ N would seem to hold them up. Where the rounding errors
+/// of w may be more than a billionth of the velocities in b, the residual is at least as great as these errors.
 ///
 /// NaN when `lambda` or the problem holds a number that is not finite, or when their lengths disagree.
 pub fn residual(problem: &Problem<'_>, lambda: &[f64]) -> f64 {
@@ -39,7 +50,38 @@ pub(super) fn evaluate(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f6
         worst = worst.max(error);
         row += block;
     }
+    let asked = problem.offset.iter().fold(0.0_f64, |asked, b| asked.max(b.abs()));
+    if ROUNDING * reach(problem, lambda) > NEGLIGIBLE * asked {
+        let uncertain = uncertainty(problem, lambda);
+        if uncertain > NEGLIGIBLE * asked {
+            worst = worst.max(uncertain);
+        }
+    }
     worst + poison
+}
+
+/// A bound of the sums of magnitudes that make up the velocities, but for b, that costs no product with A: no entry of a
+/// semidefinite matrix is greater than its greatest diagonal entry.
+#[inline(always)] // part of the kernels
+fn reach(problem: &Problem<'_>, lambda: &[f64]) -> f64 {
+    if !problem.symmetric {
+        return f64::INFINITY;
+    }
+    let n = lambda.len();
+    let greatest = problem.matrix.iter().step_by(n + 1).fold(0.0_f64, |greatest, entry| greatest.max(*entry));
+    let forces: f64 = lambda.iter().map(|force| force.abs()).sum();
+    greatest * forces
+}
+
+/// How far the computed velocities of `lambda` may be from those that it causes, m/s or rad/s.
+fn uncertainty(problem: &Problem<'_>, lambda: &[f64]) -> f64 {
+    ROUNDING * greatest_velocity(problem, lambda)
+}
+
+/// Whether rounding errors of the velocities of `lambda` are more than `tolerance` and more than `share` of the velocities in b.
+pub(super) fn is_beyond_numbers(problem: &Problem<'_>, lambda: &[f64], tolerance: f64, share: f64) -> bool {
+    let asked = problem.offset.iter().fold(0.0_f64, |asked, b| asked.max(b.abs()));
+    uncertainty(problem, lambda) > tolerance.max(share * asked)
 }
 
 /// Puts A λ + b into `velocity`.

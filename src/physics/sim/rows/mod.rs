@@ -18,3 +18,4 @@ pub use assembly::{Row, Rows};
 pub use lanes::{LANES, Lanes, ROOT};
 pub use owner::RowOwner;
 pub use stabilization::Recovery;
+pub(super) use stabilization::SHARE_PER_STEP;

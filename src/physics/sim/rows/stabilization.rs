@@ -4,7 +4,7 @@ use crate::model::DofKind;
 use crate::scene::StepPlan;
 
 /// How much of a violation is corrected in a step.
-pub(super) const SHARE_PER_STEP: f64 = 0.2;
+pub(in crate::sim) const SHARE_PER_STEP: f64 = 0.2;
 
 /// Greatest speeds at which penetrating contacts are pushed apart and violated limits are corrected, and those at which open
 /// loops are closed, in lengths ℓ and in rad per time τ of the character ([`CharacterUnits`](crate::scene::CharacterUnits)).

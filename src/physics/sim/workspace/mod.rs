@@ -19,6 +19,7 @@ use super::joint_friction::FrictionMode;
 use super::memory::StepMemory;
 use super::rows::{ROOT, Rows, contact};
 use super::spatial::SpatialMotion;
+use super::step_totals::Counts;
 use crate::model::Model;
 use crate::scene::{Coordinates, Feedforward, StepPlan};
 
@@ -117,6 +118,17 @@ impl Workspace {
         let candidates = self.detection.candidates.iter().zip(forces);
         let outer = candidates.filter(|(candidate, _)| candidate.against.body().is_none());
         outer.map(|(candidate, forces)| candidate.force(forces)).sum()
+    }
+
+    /// What the step's totals count of it.
+    pub(in crate::sim) fn counts(&self) -> Counts {
+        let depths = self.detection.candidates.iter().map(|candidate| candidate.depth);
+        Counts {
+            residual: self.problem.residual,
+            depth: depths.fold(0.0, f64::max),
+            unsolved: self.problem.unsolved,
+            coarse: self.coarse,
+        }
     }
 
     /// Keeps in `memory` the forces that warm-start the next step.

@@ -4,6 +4,8 @@ use nalgebra::UnitQuaternion;
 
 use super::MaximalCoordinates;
 use super::kinematics::{joints_from_bodies, place};
+use crate::sim::coordinates::reduced::flight::factor_of_whirl;
+use crate::sim::energy::kinetic_energy_at;
 use crate::sim::momentum::Composite;
 use crate::sim::root_freedom::RootFreedom;
 use crate::sim::spatial::SpatialMotion;
@@ -57,12 +59,27 @@ impl MaximalCoordinates {
         let before = Composite::new(&placed.bodies).momentum(SpatialMotion::ZERO);
         let wanted = before.after_flight(model.mass, plan.gravity, *step);
         place(model, state, &mut placed.bodies);
-        let Some(motion) = Composite::new(&placed.bodies).correction(SpatialMotion::ZERO, wanted) else {
+        let composite = Composite::new(&placed.bodies);
+        let corrections = [composite.correction(SpatialMotion::ZERO, wanted), composite.rigid_motion(wanted)];
+        let [Some(motion), Some(rigid)] = corrections else {
             return;
         };
         for (body_state, body) in state.body_states.iter_mut().zip(&placed.bodies) {
             body_state.linear_velocity += motion.at(body.center);
             body_state.angular_velocity += motion.angular;
+        }
+        // The energy of a whirl (`coordinates/reduced/flight.rs`).
+        if let Some(energy) = self.forecast.energy() {
+            let against = placed.bodies.iter().map(|body| body.velocity.plus(motion).minus(rigid));
+            let internal = kinetic_energy_at(model, &placed.bodies, against, &state.velocities);
+            let of_rigid = composite.kinetic_energy(rigid) - wanted.energy_of_center(model.mass);
+            let factor = factor_of_whirl(energy - of_rigid, internal);
+            for (body_state, body) in state.body_states.iter_mut().zip(&placed.bodies) {
+                let (linear, angular) = (rigid.at(body.center), rigid.angular);
+                body_state.linear_velocity = linear + (body_state.linear_velocity - linear) * factor;
+                body_state.angular_velocity = angular + (body_state.angular_velocity - angular) * factor;
+            }
+            state.velocities.iter_mut().for_each(|rate| *rate *= factor);
         }
         // The root's velocity is the one of joint coordinates, with the correction that it has there.
         let ahead = &self.forecast;

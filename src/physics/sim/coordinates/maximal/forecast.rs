@@ -33,6 +33,11 @@ impl Forecast {
         }
     }
 
+    /// The kinetic energy against the centre of mass that a whirl in flight ends the step with, J.
+    pub fn energy(&self) -> Option<f64> {
+        self.system.energy
+    }
+
     /// Computes the step of `data`.
     ///
     /// # Errors

@@ -53,6 +53,10 @@ pub struct ReducedCoordinates {
     acceleration: Vec<f64>,
     /// Greatest rotation angle of a body in the step, rad. (place)
     rotation_angle: f64,
+    /// Whether a body rotates so fast that energy in flight has to be looked after. (refuse)
+    whirls: bool,
+    /// The kinetic energy against the centre of mass that a whirl in flight ends the step with, J. (advance)
+    pub(in crate::sim) energy: Option<f64>,
     /// The bodies of the state that a step in flight began from or ended in. (place, advance)
     pub(in crate::sim) flight: Flight,
     /// The character half a step away. (shorter_step)
@@ -82,6 +86,8 @@ impl ReducedCoordinates {
             articulated: Articulated::new(bodies),
             acceleration: vec![0.0; model.joint_count()],
             rotation_angle: 0.0,
+            whirls: false,
+            energy: None,
             flight: Flight::new(model),
             displaced: Displaced::new(model),
             per_unit: per_unit(model, plan),

@@ -10,7 +10,7 @@ use crate::sim::integrate::advance;
 use crate::sim::memory::Pendulum;
 use crate::sim::root_freedom::RootFreedom;
 use crate::sim::spatial::SpatialMotion;
-use crate::sim::step_control::{MAX_PENDULUM_PHASE, MAX_ROTATION_ANGLE};
+use crate::sim::step_control::{MAX_PENDULUM_PHASE, MAX_ROTATION_ANGLE, SLOW_ROTATION};
 use crate::sim::step_data::StepData;
 
 impl ReducedCoordinates {
@@ -57,6 +57,7 @@ impl ReducedCoordinates {
         if rate * data.step > MAX_ROTATION_ANGLE {
             return Some(StepOutcome::TooFast { body, longest: MAX_ROTATION_ANGLE / rate });
         }
+        self.whirls = rate * data.plan.units.time > SLOW_ROTATION;
         self.shorter_step(data, rate).map(|longest| StepOutcome::TooCoarse { longest })
     }
 }
