@@ -34,6 +34,12 @@ def first_line(context, response):
     return json.loads(response.content.split(b"\n")[0])
 
 
+@schemathesis.deserializer("application/yaml")
+def text(context, response):
+    """As text, which is all that its schema says: a trajectory may be several documents, of which each is for itself."""
+    return response.text
+
+
 @schemathesis.hook
 def filter_case(context, case):
     """Headers that nobody knows are passed over, as HTTP has it."""
