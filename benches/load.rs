@@ -181,12 +181,15 @@ async fn main() {
     );
     let third = memory.len().div_ceil(3);
     let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+    let thirds: Vec<String> = memory.chunks(third).map(|part| format!("{:.0}", mean(part))).collect();
+    let mut sorted = memory.clone();
+    sorted.sort_by(f64::total_cmp);
     println!(
-        "memory of the service, MB: {:.0} at first, {:.0} and {:.0} in the first and the last third, {:.0} at most",
+        "memory of the service, MB: {:.0} at first, {} in the thirds of the time, {:.0} half of the time or less, {:.0} at most",
         memory[0],
-        mean(&memory[..third]),
-        mean(&memory[memory.len() - third..]),
-        memory.iter().copied().fold(0.0, f64::max)
+        thirds.join(", "),
+        sorted[sorted.len() / 2],
+        sorted[sorted.len() - 1]
     );
     let points = memory.chunks(memory.len().div_ceil(MEMORY_POINTS));
     let points: Vec<String> = points.map(|part| format!("{:.0}", mean(part))).collect();

@@ -34,9 +34,9 @@ def first_line(context, response):
     return json.loads(response.content.split(b"\n")[0])
 
 
-@schemathesis.deserializer("application/yaml")
+@schemathesis.deserializer("text/yaml", "text/x-yaml", "application/x-yaml", "text/vnd.yaml", "application/yaml")
 def text(context, response):
-    """As text, which is all that its schema says: a trajectory may be several documents, of which each is for itself."""
+    """YAML as text, by any of its names: its schema says no more, and a trajectory may be several documents in a row."""
     return response.text
 
 

@@ -23,8 +23,8 @@ const SLIDE: f64 = 1e-3;
 /// Greatest distance of a standing foot from the ground, m.
 const GAP: f64 = 2e-4;
 
-/// Distance from the ground within which a foot of an exported entry stands on it, m.
-const GROUNDED: f64 = 2e-5;
+/// Distance from the ground within which a foot of an exported entry stands on it, m: at twice that it has lifted off.
+const GROUNDED: f64 = 1e-5;
 
 pub fn bundled(name: &str) -> Example {
     let motion = std::fs::read(example_path(&format!("quadruped-{name}.motion.json"))).unwrap();
