@@ -42,6 +42,9 @@ async function show() {
   }
 }
 
+// A file that misses its place does not take the place of the page.
+for (const kind of ["dragover", "drop"]) window.addEventListener(kind, (event) => event.preventDefault());
+
 window.addEventListener("hashchange", () => {
   show();
   main.focus({ preventScroll: true });

@@ -5,7 +5,10 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use gaitwright::export::{DEFAULT_FPS, ExportFormat, ExportOptions, LoopCertificate, StandingFoot, export};
+use gaitwright::export::{
+    DEFAULT_FPS, EntryCertificate, ExportFormat, ExportOptions, LoopCertificate, PoseChange, StandingFoot,
+    export,
+};
 use gaitwright_physics::fault::{Fault, InputError};
 use gaitwright_physics::motion::Motion;
 
@@ -72,35 +75,42 @@ impl ExportCommand {
 
 /// What was adjusted, in a line.
 fn adjustments(certificate: &LoopCertificate) -> String {
-    let LoopCertificate { closed, held, feet } = certificate;
-    let loop_closed = format!(
-        "the loop was closed by at most {:.4} rad in a joint, {:.2} mm and {:.4} rad at the root",
-        closed.angle,
-        1e3 * closed.translation,
-        closed.rotation
-    );
+    let LoopCertificate { closed, held, feet, entry } = certificate;
+    let mut text = format!("the loop was closed by at most {}", change(closed));
     if feet.is_empty() {
-        return format!("{loop_closed}; the motion does not tell when its feet stand");
+        return format!("{text}; the motion does not tell when its feet stand");
     }
-    let most = |figure: fn(&StandingFoot) -> f64| {
-        1e3 * feet.iter().filter(|foot| foot.held).map(figure).fold(0.0, f64::max)
-    };
-    let mut text = format!(
-        "{loop_closed}; standing feet slid by up to {:.2} mm a step and lay up to {:.2} mm off the ground, and are held to \
-         {:.2} mm and {:.2} mm by at most {:.4} rad in a joint, {:.2} mm and {:.4} rad at the root",
-        most(|foot| foot.slide.simulated),
-        most(|foot| foot.gap.simulated),
-        most(|foot| foot.slide.exported),
-        most(|foot| foot.gap.exported),
-        held.angle,
-        1e3 * held.translation,
-        held.rotation,
-    );
+    text += &standing(feet, held);
     let dragged: Vec<&str> = feet.iter().filter(|foot| !foot.held).map(|foot| &*foot.link).collect();
     if !dragged.is_empty() {
         text += &format!("; left as simulated, dragged or never lifted: {}", dragged.join(", "));
     }
+    if let Some(EntryCertificate { joined, held, feet }) = entry {
+        text +=
+            &format!("; the entry was led to the loop by at most {}{}", change(joined), standing(feet, held));
+    }
     text
+}
+
+fn change(change: &PoseChange) -> String {
+    let PoseChange { angle, translation, rotation } = change;
+    format!("{angle:.4} rad in a joint, {:.2} mm and {rotation:.4} rad at the root", 1e3 * translation)
+}
+
+/// How the feet that are held stand, and what that took.
+fn standing(feet: &[StandingFoot], held: &PoseChange) -> String {
+    let most = |figure: fn(&StandingFoot) -> f64| {
+        1e3 * feet.iter().filter(|foot| foot.held).map(figure).fold(0.0, f64::max)
+    };
+    format!(
+        "; standing feet slid by up to {:.2} mm a step and lay up to {:.2} mm off the ground, and are held to \
+         {:.2} mm and {:.2} mm by at most {}",
+        most(|foot| foot.slide.simulated),
+        most(|foot| foot.gap.simulated),
+        most(|foot| foot.slide.exported),
+        most(|foot| foot.gap.exported),
+        change(held),
+    )
 }
 
 /// The error without the place of a fault that is an option.

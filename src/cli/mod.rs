@@ -19,7 +19,9 @@ mod work;
 
 use std::process::ExitCode;
 
+use clap::error::{ContextKind, ContextValue};
 use clap::{Parser, Subcommand};
+use gaitwright::jobs::without_password;
 
 use failure::CommandError;
 use log::LogFormat;
@@ -63,7 +65,7 @@ enum Command {
 
 /// Runs the command line's command.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = Arguments::try_parse().unwrap_or_else(|error| without_secrets(error).exit());
     // Service and workers log as their settings say; the other commands print their own messages.
     if !matches!(arguments.command, Command::Serve(_) | Command::Work(_)) {
         let filter = std::env::var("RUST_LOG").unwrap_or_default();
@@ -86,4 +88,13 @@ pub fn main() -> ExitCode {
         Command::Schema => schema::run(),
     };
     done.map_or_else(CommandError::exit, |()| ExitCode::SUCCESS)
+}
+
+/// An error that tells of a value that cannot be read, without the password in it.
+fn without_secrets(mut error: clap::Error) -> clap::Error {
+    if let Some(ContextValue::String(value)) = error.get(ContextKind::InvalidValue) {
+        let value = without_password(value);
+        error.insert(ContextKind::InvalidValue, ContextValue::String(value));
+    }
+    error
 }

@@ -41,20 +41,17 @@ pub struct ServeCommand {
 impl ServeCommand {
     pub fn run(self) -> Result<(), CommandError> {
         let settings = self.settings.complete()?;
-        let offer = offer(&settings)?;
+        let offer = offer(&settings, settings.listen)?;
         if self.print_config {
             stdout().lock().write_all(settings.to_file()?.as_bytes())?;
             return Ok(());
         }
         start_log(&settings)?;
-        let offer = HttpOptions { connections: affordable(offer.connections), ..offer };
+        let offer = afforded(offer);
         let runtime = Runtime::new().context("the runtime cannot be started")?;
         let served = runtime.block_on(async {
             let mut service = Service::start(settings.listen, settings.options(), offer).await?;
-            match settings.log_format {
-                LogFormat::Text => tell(format_args!("listening on http://{}", service.address)),
-                LogFormat::Json => tracing::info!(address = %service.address, "listening"),
-            }
+            say_listening(settings.log_format, service.address);
             service.until_interrupted().await?;
             service.stop().await
         });
@@ -89,10 +86,18 @@ pub async fn close(jobs: &Jobs) {
     jobs.close().await;
 }
 
-/// How a service with these settings is offered.
-fn offer(settings: &ServiceSettings) -> Result<HttpOptions, CommandError> {
+/// Says where requests are listened for.
+pub fn say_listening(format: LogFormat, address: SocketAddr) {
+    match format {
+        LogFormat::Text => tell(format_args!("listening on http://{address}")),
+        LogFormat::Json => tracing::info!(%address, "listening"),
+    }
+}
+
+/// How a process with these settings is offered at `listen`.
+pub fn offer(settings: &ServiceSettings, listen: SocketAddr) -> Result<HttpOptions, CommandError> {
     let unprotected = if settings.insecure { Unprotected::Allow } else { Unprotected::Refuse };
-    let access = access(settings.listen, settings.tokens.clone(), unprotected, settings.allow_host.clone())?;
+    let access = access(listen, settings.tokens.clone(), unprotected, settings.allow_host.clone())?;
     Ok(HttpOptions {
         access,
         request_rate: NonZeroU32::new(settings.request_rate),
@@ -100,6 +105,11 @@ fn offer(settings: &ServiceSettings) -> Result<HttpOptions, CommandError> {
         streams: settings.streams.get(),
         caller_streams: settings.caller_streams.get(),
     })
+}
+
+/// The same with as many connections as the process may have open files for.
+pub fn afforded(offer: HttpOptions) -> HttpOptions {
+    HttpOptions { connections: affordable(offer.connections), ..offer }
 }
 
 /// As many connections as were asked for, or as the process may have open files for.

@@ -1,24 +1,31 @@
 //! `work`: a worker beside servers and other workers, on this machine or another.
 
 use std::io::{Write, stdout};
+use std::net::SocketAddr;
 use std::time::Duration;
 
 use anyhow::Context;
+use gaitwright::http;
 use gaitwright::jobs::start_workers;
 use gaitwright_physics::fault::{Fault, InputError};
+use tokio::net::TcpListener;
 use tokio::runtime::{Handle, Runtime};
 
 use super::failure::CommandError;
-use super::serve::{close, interrupted, open, start_log};
-use super::settings::{ServiceSettings, SettingsArguments};
+use super::serve::{afforded, close, interrupted, offer, open, say_listening, start_log};
+use super::settings::{STATUS, ServiceSettings, SettingsArguments};
 
 /// Works at the jobs of a store that others share, until it is interrupted.
 ///
-/// It has the settings of `serve`, so that one file serves both; those about requests mean nothing to it.
+/// It has the settings of `serve`, so that one file serves both; those about requests are for --status alone.
 #[derive(Debug, clap::Args)]
 pub struct WorkCommand {
     #[command(flatten)]
     settings: SettingsArguments,
+    /// Address and port at which to answer /healthz, /readyz and /metrics; nowhere unless it is given. One that others
+    /// reach needs a token, as that of a server does
+    #[arg(long, env = STATUS, value_name = "ADDRESS")]
+    status: Option<SocketAddr>,
     /// Print the settings that the worker would have, as a settings file, and leave
     #[arg(long)]
     print_config: bool,
@@ -31,6 +38,7 @@ impl WorkCommand {
         if !faults.is_empty() {
             return Err(CommandError::input("the settings")(InputError::Impossible(faults)));
         }
+        let status = self.status.map(|at| Ok::<_, CommandError>((at, offer(&settings, at)?))).transpose()?;
         if self.print_config {
             stdout().lock().write_all(settings.to_file()?.as_bytes())?;
             return Ok(());
@@ -39,6 +47,17 @@ impl WorkCommand {
         let runtime = Runtime::new().context("the runtime cannot be started")?;
         let worked = runtime.block_on(async {
             let jobs = open(settings.options()).await?;
+            if let Some((at, offer)) = status {
+                let listener = TcpListener::bind(at).await.with_context(|| format!("cannot listen on {at}"))?;
+                say_listening(settings.log_format, listener.local_addr()?);
+                let answering = http::serve_status(listener, jobs.clone(), afforded(offer));
+                tokio::spawn(async move {
+                    // The work goes on all the same.
+                    if let Err(error) = answering.await {
+                        tracing::error!(%error, "how the worker is can no longer be asked");
+                    }
+                });
+            }
             start_workers(&jobs, &Handle::current()).context("the workers cannot be started")?;
             tracing::info!(store = %settings.store, files = %settings.files, workers = settings.workers, "working");
             interrupted().await?;

@@ -8,14 +8,16 @@ mod formats;
 mod front;
 mod motion;
 mod recording;
+mod replay;
 
 pub use course::course_diagram;
 pub use curve::{Curve, CurveFormat};
 pub use diagram::{DiagramError, gait_diagram};
 pub use formats::{
-    DEFAULT_FPS, ExportFormat, ExportOptions, Exported, LoopCertificate, Mended, MotionClip, MotionFrame,
-    PoseChange, SampledMotion, StandingFoot, export, export_pose,
+    DEFAULT_FPS, EntryCertificate, ExportFormat, ExportOptions, Exported, LoopCertificate, Mended,
+    MotionClip, MotionFrame, PoseChange, SampledMotion, StandingFoot, export, export_pose,
 };
 pub use front::front_diagram;
 pub use motion::{Performance, motion};
 pub use recording::{Recording, RecordingError, RecordingSubject};
+pub use replay::Replay;

@@ -99,18 +99,42 @@ pub struct HttpOptions {
 ///
 /// When the service cannot be set up, or the listener fails.
 pub async fn serve(listener: TcpListener, jobs: Jobs, options: HttpOptions) -> io::Result<()> {
+    let (routes, description) = routes().split_for_parts();
+    let openapi = openapi::complete(description, options.access.asks_for_token())?;
+    offer(listener, jobs, options, (routes.merge(page::router()), openapi)).await
+}
+
+/// Serves no more of a process than how it is: whether it lives, whether it is ready, and its figures.
+///
+/// # Errors
+///
+/// As [`serve`].
+pub async fn serve_status(listener: TcpListener, jobs: Jobs, options: HttpOptions) -> io::Result<()> {
+    let routes = OpenApiRouter::new()
+        .routes(routes!(status::alive))
+        .routes(routes!(status::ready))
+        .routes(routes!(status::metrics));
+    let (routes, _) = routes.split_for_parts();
+    offer(listener, jobs, options, (routes, serde_json::Value::Null)).await
+}
+
+/// Serves these routes, with their description.
+async fn offer(
+    listener: TcpListener,
+    jobs: Jobs,
+    options: HttpOptions,
+    (routes, openapi): (Router<App>, serde_json::Value),
+) -> io::Result<()> {
     let shutdown = jobs.shutdown().clone();
     let figures = figures::collect().map_err(io::Error::other)?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let simulations = Arc::new(Semaphore::new(cores));
     let streams = Arc::new(Places::new(options.streams, options.caller_streams));
-    let (routes, description) = routes().split_for_parts();
-    let openapi = Arc::new(openapi::complete(description, options.access.asks_for_token())?);
-    let app = App { jobs, simulations, streams, figures, openapi };
+    let app = App { jobs, simulations, streams, figures, openapi: Arc::new(openapi) };
     let gate = Arc::new(Gate { policy: options.access, rate: options.request_rate.map(RequestRate::new) });
     let kept_up = tokio::spawn(keep_up(app.figures.clone(), Arc::clone(&gate)));
     let _kept_up = AbortOnDropHandle::new(kept_up);
-    let router = layered(routes.merge(page::router()), gate).with_state(app);
+    let router = layered(routes, gate).with_state(app);
     let serving = server::serve(listener, router, options.connections, shutdown.clone());
     tokio::select! {
         served = serving => served,

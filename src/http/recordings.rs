@@ -154,13 +154,8 @@ async fn follow_file(jobs: &Jobs, path: PathBuf, live: Arc<Live>, sender: &Sende
                 }
             }
         }
-        if over {
+        if over || !pause(jobs, sender, POLL_EVERY).await {
             return Ok(());
-        }
-        tokio::select! {
-            () = tokio::time::sleep(POLL_EVERY) => {}
-            () = sender.closed() => return Ok(()),
-            () = jobs.shutdown().cancelled() => return Ok(()),
         }
     }
 }
@@ -188,14 +183,18 @@ async fn follow_objects(jobs: &Jobs, id: Uuid, sender: &Sender) -> Result<(), Se
             Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
             Err(error) => return Err(error.into()),
         }
-        if over {
+        if over || !pause(jobs, sender, LOOK_EVERY).await {
             return Ok(());
         }
-        tokio::select! {
-            () = tokio::time::sleep(LOOK_EVERY) => {}
-            () = sender.closed() => return Ok(()),
-            () = jobs.shutdown().cancelled() => return Ok(()),
-        }
+    }
+}
+
+/// Waits before a recording is looked at again; whether anybody still wants it.
+async fn pause(jobs: &Jobs, sender: &Sender, length: Duration) -> bool {
+    tokio::select! {
+        () = tokio::time::sleep(length) => true,
+        () = sender.closed() => false,
+        () = jobs.shutdown().cancelled() => false,
     }
 }
 

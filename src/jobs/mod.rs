@@ -30,6 +30,7 @@ mod service;
 mod start;
 mod store;
 mod study;
+mod text;
 mod work;
 mod worker;
 
@@ -43,7 +44,7 @@ pub use live::{Live, Moment};
 pub use memory::{MemoryEstimate, MemoryShare};
 pub use once::{IdempotencyKey, IdempotencyKeyError, Posting};
 pub use order::{Order, read_character};
-pub use places::{FilesPlace, PlaceError, StorePlace};
+pub use places::{FilesPlace, PlaceError, StorePlace, without_password};
 pub use repertoire::{MotionSummary, Repertoire, RepertoireEntry, RepertoireFormat};
 pub use request::{CharacterChoice, JobRequest, JobTerms, Priority, PriorityError, Settings};
 pub use results::JobFile;

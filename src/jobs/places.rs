@@ -6,8 +6,10 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 use url::Url;
 
+use super::text::as_text;
+
 /// Where the store of jobs is.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum StorePlace {
     /// A file in the data folder, for one process.
@@ -44,6 +46,9 @@ const SQLITE: &str = "sqlite";
 
 /// The word for files in the data folder.
 const FOLDER: &str = "folder";
+
+/// The parameter of a database's URL that can hold its password.
+const PASSWORD: &str = "password";
 
 impl StorePlace {
     /// Whether several processes can use it at once.
@@ -85,18 +90,34 @@ impl FromStr for FilesPlace {
         if text == FOLDER {
             return Ok(Self::Folder);
         }
-        url(text, &["s3", "file"]).map(Self::Objects).ok_or_else(|| PlaceError::Files(text.to_owned()))
+        // Credentials come from the environment, and are not to be anywhere else.
+        let known =
+            url(text, &["s3", "file"]).filter(|url| url.username().is_empty() && url.password().is_none());
+        known.map(Self::Objects).ok_or_else(|| PlaceError::Files(without_password(text)))
     }
 }
 
-/// `text`, without the password if it is a URL that has one.
-fn without_password(text: &str) -> String {
-    let Ok(mut url) = Url::parse(text) else { return text.to_owned() };
-    match url.set_password(None) {
-        Ok(()) => url.into(),
-        // One without a host, and so without a password.
-        Err(()) => text.to_owned(),
+/// `text`, without the password if it is a URL that has one, or would be one if it were not faulty.
+pub fn without_password(text: &str) -> String {
+    let Ok(mut url) = Url::parse(text) else {
+        // Whatever stands where a password would.
+        let hidden = text.split_once("://").and_then(|(scheme, rest)| {
+            let (who, place) = rest.rsplit_once('@')?;
+            let user = who.split(':').next().unwrap_or_default();
+            Some(format!("{scheme}://{user}@{place}"))
+        });
+        return hidden.unwrap_or_else(|| text.to_owned());
+    };
+    // One without a host has none.
+    let _ = url.set_password(None);
+    if url.query_pairs().any(|(name, _)| name == PASSWORD) {
+        let others: Vec<_> = url.query_pairs().into_owned().filter(|(name, _)| name != PASSWORD).collect();
+        url.set_query(None);
+        if !others.is_empty() {
+            url.query_pairs_mut().extend_pairs(others);
+        }
     }
+    url.into()
 }
 
 impl fmt::Display for StorePlace {
@@ -109,6 +130,13 @@ impl fmt::Display for StorePlace {
     }
 }
 
+impl fmt::Debug for StorePlace {
+    /// As it is shown: no log is to have a password.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
 impl fmt::Display for FilesPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -118,30 +146,5 @@ impl fmt::Display for FilesPlace {
     }
 }
 
-impl TryFrom<String> for StorePlace {
-    type Error = PlaceError;
-
-    fn try_from(text: String) -> Result<Self, PlaceError> {
-        text.parse()
-    }
-}
-
-impl From<StorePlace> for String {
-    fn from(place: StorePlace) -> Self {
-        place.to_string()
-    }
-}
-
-impl TryFrom<String> for FilesPlace {
-    type Error = PlaceError;
-
-    fn try_from(text: String) -> Result<Self, PlaceError> {
-        text.parse()
-    }
-}
-
-impl From<FilesPlace> for String {
-    fn from(place: FilesPlace) -> Self {
-        place.to_string()
-    }
-}
+as_text!(StorePlace, PlaceError);
+as_text!(FilesPlace, PlaceError);

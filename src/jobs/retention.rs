@@ -9,6 +9,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
+use super::text::as_text;
+
 /// How much of one kind is kept. What exceeds one of the limits goes, the oldest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
@@ -98,19 +100,7 @@ impl FromStr for Retention {
     }
 }
 
-impl TryFrom<String> for Retention {
-    type Error = RetentionError;
-
-    fn try_from(text: String) -> Result<Self, RetentionError> {
-        text.parse()
-    }
-}
-
-impl From<Retention> for String {
-    fn from(limits: Retention) -> Self {
-        limits.to_string()
-    }
-}
+as_text!(Retention, RetentionError);
 
 impl fmt::Display for Retention {
     /// As it is read.

@@ -254,7 +254,9 @@ impl Worker {
     /// can be written. At the end of the service it may stay unrecorded: the job counts as running then, and is taken up
     /// again by another worker or at the next start.
     async fn settle(&self, job: &mut Job, live: &Arc<Live>, place: Option<&(PathBuf, Option<Arc<Upload>>)>) {
-        if !live.is_lost() {
+        // One that would only fail again is not put back before that has passed. The end of a job does not wait for a probe:
+        // below it is tried until it can be recorded.
+        if job.state == JobState::Queued && !live.is_lost() {
             self.recover(live).await;
         }
         let (folder, upload) = match place {

@@ -34,6 +34,12 @@ def first_line(context, response):
     return json.loads(response.content.split(b"\n")[0])
 
 
+@schemathesis.deserializer("text/yaml", "text/x-yaml", "application/x-yaml", "text/vnd.yaml", "application/yaml")
+def text(context, response):
+    """YAML as text, by any of its names: its schema says no more, and a trajectory may be several documents in a row."""
+    return response.text
+
+
 @schemathesis.hook
 def filter_case(context, case):
     """Headers that nobody knows are passed over, as HTTP has it."""

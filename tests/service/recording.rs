@@ -7,6 +7,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use gaitwright::export::{Recording, RecordingError, RecordingSubject};
+use gaitwright_learning::gait::Detection;
 use gaitwright_learning::learn::Generation;
 use gaitwright_physics::playback::Trace;
 use gaitwright_physics::scene::Scene;
@@ -16,6 +17,8 @@ use re_sdk::{StoreKind, TimelineName};
 use synthetic::Gait;
 
 const TROT: [f64; 4] = [0.0, 0.5, 0.5, 0.0];
+
+const DETECTION: Detection = Detection { threshold: 1.0, debounce: 0.025 };
 
 fn figures(generation: u32) -> Generation {
     Generation {
@@ -57,8 +60,8 @@ fn record(path: &Path) {
     for generation in 1..=5 {
         recording.generation(&figures(generation)).unwrap();
         match generation {
-            2 => recording.motion(generation, "# trot", &trot(2.0)).unwrap(),
-            4 => recording.motion(generation, "# trot", &trot(1.0)).unwrap(),
+            2 => recording.motion((generation, "# trot"), (&trot(2.0), DETECTION)).unwrap(),
+            4 => recording.motion((generation, "# trot"), (&trot(1.0), DETECTION)).unwrap(),
             _ => {}
         }
     }
@@ -208,7 +211,7 @@ fn a_running_recording_is_already_readable() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("recording.rrd");
     let mut recording = create(&path).unwrap();
-    recording.motion(1, "# trot", &trot(1.0)).unwrap();
+    recording.motion((1, "# trot"), (&trot(1.0), DETECTION)).unwrap();
     let content = read(&std::fs::read(&path).unwrap());
     assert_eq!(content.times("/world/character/trunk", "sim_time").len(), 51);
     assert!(content.has_static("/world/ground", "Mesh3D:vertex_positions"));
@@ -220,11 +223,11 @@ fn a_link_that_lifts_off_loses_its_arrow() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("recording.rrd");
     let mut recording = create(&path).unwrap();
-    recording.motion(1, "# trot", &trot(1.0)).unwrap();
+    recording.motion((1, "# trot"), (&trot(1.0), DETECTION)).unwrap();
     let mut flight = trot(1.0);
     flight.samples.iter_mut().for_each(|sample| sample.contacts.clear());
     synthetic::settle_loads(&mut flight);
-    recording.motion(2, "# trot", &flight).unwrap();
+    recording.motion((2, "# trot"), (&flight, DETECTION)).unwrap();
     recording.finish().unwrap();
     let content = read(&std::fs::read(&path).unwrap());
     // The second motion has a row without arrows for each sample: 51 of each motion.
@@ -240,7 +243,7 @@ fn an_empty_trace_and_a_place_that_cannot_be_written_are_no_accidents() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("recording.rrd");
     let mut recording = create(&path).unwrap();
-    recording.motion(1, "# trot", &Trace::default()).unwrap();
+    recording.motion((1, "# trot"), (&Trace::default(), DETECTION)).unwrap();
     recording.finish().unwrap();
     assert!(!read(&std::fs::read(&path).unwrap()).chunks.contains_key("/world/path"));
 
@@ -260,7 +263,7 @@ fn a_long_recording_holds_every_generation_and_every_motion() {
     for generation in 1..=30 {
         recording.generation(&figures(generation)).unwrap();
         if generation % 7 == 2 {
-            recording.motion(generation, "# trot", &trot(3.0)).unwrap();
+            recording.motion((generation, "# trot"), (&trot(3.0), DETECTION)).unwrap();
         }
     }
     recording.finish().unwrap();

@@ -70,6 +70,41 @@ fn what_is_printed_is_a_settings_file() {
 }
 
 #[test]
+fn no_password_is_printed() {
+    let files = ["--files", "file:///tmp/objects"];
+    for store in [
+        "postgres://anna:secret-1@host/jobs?sslmode=require",
+        "postgres://anna@host/jobs?password=secret-1&sslmode=require",
+    ] {
+        for (arguments, environment) in [
+            (&[&files[..], &["--store", store]].concat(), &[][..]),
+            (&files.to_vec(), &[("GAITWRIGHT_STORE", store)]),
+        ] {
+            let settings = printed(arguments, environment);
+            assert_eq!(settings["store"].as_str(), Some("postgres://anna@host/jobs?sslmode=require"));
+        }
+    }
+    let folder = TempDir::new().unwrap();
+    for store in
+        ["mysql://anna:secret-1@host/jobs", "postgres://anna:secret-1@host:port/jobs", "://:secret-1@"]
+    {
+        let path = file(folder.path(), &format!("store = \"{store}\"\n"));
+        for message in [
+            refused(&["--store", store], &[]),
+            refused(&[], &[("GAITWRIGHT_STORE", store)]),
+            refused(&["--config", path.to_str().unwrap()], &[]),
+        ] {
+            assert!(
+                message.contains("postgres://user@host/database") && !message.contains("secret"),
+                "{message}"
+            );
+        }
+    }
+    let message = refused(&["--files", "s3://key:secret-1@bucket/prefix"], &[]);
+    assert!(message.contains("s3://key@bucket/prefix") && !message.contains("secret"), "{message}");
+}
+
+#[test]
 fn shares_follow_from_who_may_come() {
     let alone = printed(&[], &[]);
     assert_eq!(integer(&alone, "caller_queue"), integer(&alone, "queue"));

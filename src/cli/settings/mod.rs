@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::Semaphore;
 
 use super::log::LogFormat;
-pub use source::{SettingsArguments, token, tokens};
+pub use source::{STATUS, SettingsArguments, token, tokens};
 
 /// Connections that may be open at once, unless told otherwise.
 pub const CONNECTIONS: NonZeroUsize = NonZeroUsize::new(2048).unwrap();

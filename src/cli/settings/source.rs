@@ -21,6 +21,9 @@ const TOKEN: &str = "GAITWRIGHT_TOKEN";
 /// The environment variable with several tokens.
 const TOKENS: &str = "GAITWRIGHT_TOKENS";
 
+/// The environment variable with the address at which a worker tells how it is: of each process its own, and so in no file.
+pub const STATUS: &str = "GAITWRIGHT_STATUS";
+
 /// The name of the caller whose token has none.
 const NAMELESS: &str = "default";
 
@@ -101,7 +104,7 @@ fn check_environment() -> Result<(), CommandError> {
     let known: BTreeSet<OsString> = flags
         .get_arguments()
         .filter_map(|flag| flag.get_env().map(OsString::from))
-        .chain([TOKEN.into(), TOKENS.into()])
+        .chain([TOKEN, TOKENS, STATUS].map(OsString::from))
         .collect();
     let looks = |name: &OsString| name.to_string_lossy().starts_with(PREFIX);
     let unknown =

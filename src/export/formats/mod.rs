@@ -6,6 +6,7 @@
 mod bvh;
 mod closing;
 mod csv;
+mod entry;
 mod feet;
 mod glb;
 mod ground_travel;
@@ -28,7 +29,7 @@ use gaitwright_physics::motion::Motion;
 
 use skeleton::Skeleton;
 
-pub use closing::{LoopCertificate, PoseChange};
+pub use closing::{EntryCertificate, LoopCertificate, PoseChange};
 pub use feet::{Mended, StandingFoot};
 pub use sampled::{MotionClip, MotionFrame, SampledMotion};
 

@@ -2,7 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::closing::{LoopCertificate, closed, rotation_of, standing};
+use super::closing::{LoopCertificate, closed, entering, flattened, level, rotation_of, standing};
+use super::entry;
 use super::ground_travel::GroundTravel;
 use super::skeleton::Skeleton;
 use super::track::{Knot, Track};
@@ -107,7 +108,7 @@ impl<'a> SampledMotion<'a> {
         let period = motion.cycle.end - start;
         let travel = GroundTravel::new(&cycle[0].root, &motion.cycle.root_advance, period);
         let targets = target_track(&cycle, start, &order);
-        let (poses, certificate) = match motion.poses.as_deref() {
+        let (poses, mut certificate) = match motion.poses.as_deref() {
             Some(poses) if poses.len() > 2 && poses[poses.len() - 1].time > 0.0 => {
                 let samples = poses.iter().map(|pose| {
                     let root = isometry(pose.root.position, pose.root.orientation);
@@ -123,28 +124,31 @@ impl<'a> SampledMotion<'a> {
         if let Some(last) = cycle.frames.last_mut() {
             *last = MotionFrame { time: last.time, travel: last.travel, ..first };
         }
-        let entry = (!lead.is_empty()).then(|| {
+        let entry = if lead.is_empty() {
+            None
+        } else {
             let targets = target_track(&lead, 0.0, &order);
-            let mut knots = keyframe_knots(&lead, 0.0, &order, None);
-            // The entry is known by its targets alone: its last stretch leads to where the loop really starts.
-            if let Some(last) = knots.last_mut() {
-                let time = last.time;
-                let mut end = poses.first().clone();
-                let (root, first) = (rotation_of(&last.values, joints), rotation_of(&end.values, joints));
-                if root.dot(&first) < 0.0 {
-                    end.values[joints + 3..].iter_mut().for_each(|q| *q = -*q);
-                    end.rates[joints + 3..].iter_mut().for_each(|q| *q = -*q);
+            let played = if certificate.feet.is_empty() {
+                None
+            } else {
+                entry::played(motion, &skeleton, level(motion))?
+            };
+            let track = match played {
+                Some((samples, stances)) => {
+                    let of_loop = (&*poses.first().values, &*certificate.feet);
+                    let (track, entering) = entering(motion, &skeleton, (samples, &stances), of_loop);
+                    certificate.entry = Some(entering);
+                    track
                 }
-                *last = Knot { time, ..end };
-            }
-            let track = Track::new(knots);
+                None => target_entry(&lead, &order, poses.first()),
+            };
             let duration = track.duration();
             let mut clip = clip(&track, &targets, joints, duration, fps, |_| Isometry3::identity());
             if let (Some(last), Some(first)) = (clip.frames.last_mut(), cycle.frames.first()) {
                 *last = MotionFrame { time: last.time, ..first.clone() };
             }
-            clip
-        });
+            Some(clip)
+        };
         let gait = motion.metrics.gait.as_deref().filter(|gait| *gait != "unclassified");
         let name = gait.unwrap_or("motion").to_owned();
         Ok(Self { skeleton, entry, cycle, name, certificate })
@@ -204,6 +208,24 @@ fn target_track(keyframes: &[Keyframe], start: f64, order: &[usize]) -> Track {
         rates: order.iter().map(|&joint| keyframe.velocities[joint]).collect(),
     };
     Track::new(keyframes.iter().map(knot).collect())
+}
+
+/// Angles and root over the keyframes of an entry that is known by its targets alone: its last stretch leads to `first`, where the
+/// loop really starts.
+fn target_entry(lead: &[Keyframe], order: &[usize], first: &Knot) -> Track {
+    let joints = order.len();
+    let mut knots = keyframe_knots(lead, 0.0, order, None);
+    if let Some(last) = knots.last_mut() {
+        let time = last.time;
+        let mut end = first.clone();
+        let (root, first) = (rotation_of(&last.values, joints), rotation_of(&end.values, joints));
+        if root.dot(&first) < 0.0 {
+            end.values[joints + 3..].iter_mut().for_each(|q| *q = -*q);
+            end.rates[joints + 3..].iter_mut().for_each(|q| *q = -*q);
+        }
+        *last = Knot { time, ..end };
+    }
+    Track::new(knots)
 }
 
 /// Angles and root over the keyframes of a loop, whose last one is made the first seen from the travelling frame.
@@ -295,13 +317,6 @@ fn clip(
         }
     };
     MotionClip { frames: (0..=count).map(frame).collect() }
-}
-
-/// Angles in the skeleton's order, then position and quaternion of the root.
-fn flattened(angles: &[f64], order: &[usize], root: &Isometry3<f64>) -> Vec<f64> {
-    let q = root.rotation;
-    let angles = order.iter().map(|&joint| angles[joint]);
-    angles.chain(root.translation.vector.iter().copied()).chain([q.w, q.i, q.j, q.k]).collect()
 }
 
 fn isometry(position: [f64; 3], [w, x, y, z]: [f64; 4]) -> Isometry3<f64> {

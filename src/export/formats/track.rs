@@ -47,6 +47,19 @@ impl Track {
         Self((0..=last).map(knot).collect())
     }
 
+    /// Joins samples of something that is gone through once, of which there are at least two. The rates are those of the
+    /// straight line between the neighbours, at the ends of that to the one neighbour.
+    pub(super) fn open(samples: Vec<(f64, Vec<f64>)>) -> Self {
+        let last = samples.len() - 1;
+        let knot = |index: usize| {
+            let (before, after) = (&samples[index.saturating_sub(1)], &samples[(index + 1).min(last)]);
+            let between = after.0 - before.0;
+            let rates = after.1.iter().zip(&before.1).map(|(after, before)| (after - before) / between);
+            Knot { time: samples[index].0, values: samples[index].1.clone(), rates: rates.collect() }
+        };
+        Self((0..=last).map(knot).collect())
+    }
+
     /// The knot at the start.
     pub(super) fn first(&self) -> &Knot {
         &self.0[0]

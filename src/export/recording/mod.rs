@@ -46,6 +46,7 @@ use appearance::Appearance;
 pub use appearance::RecordingSubject;
 pub(super) use appearance::limb_colors;
 use file::RecordingFile;
+use gaitwright_learning::gait::Detection;
 use gaitwright_learning::learn::Generation;
 use gaitwright_physics::playback::Trace;
 use paths::{APPLICATION, GENERATION, SIM_TIME};
@@ -161,7 +162,7 @@ impl Recording {
     }
 
     /// Records a motion found after `generation` generations, with what is said about it in Markdown; it follows the
-    /// motions before it on `sim_time`.
+    /// motions before it on `sim_time`. Its footfalls are told by `detection`, as whoever judges it tells them.
     ///
     /// Some 100 kB for a trace of 4 s at 50 samples a second of a character with 12 joints. A trace
     /// without samples records nothing.
@@ -170,13 +171,18 @@ impl Recording {
     ///
     /// [`RecordingError`] when it cannot be encoded, or when what was recorded so far could not be
     /// written.
-    pub fn motion(&mut self, generation: u32, markdown: &str, trace: &Trace) -> Result<(), RecordingError> {
+    pub fn motion(
+        &mut self,
+        (generation, markdown): (u32, &str),
+        (trace, detection): (&Trace, Detection),
+    ) -> Result<(), RecordingError> {
         let (Some(first), Some(last)) = (trace.samples.first(), trace.samples.last()) else { return Ok(()) };
         let duration = last.time - first.time;
         self.stream.set_time_sequence(GENERATION, i64::from(generation));
         self.stream.set_duration_secs(SIM_TIME, self.clock);
         self.stream.log(paths::motion(), &TextDocument::from_markdown(markdown))?;
-        motion::send(&self.stream, &self.appearance, &mut self.touched, (generation, self.clock), trace)?;
+        let place = (generation, self.clock);
+        motion::send(&self.stream, &self.appearance, &mut self.touched, place, (trace, detection))?;
         let interval = duration / (trace.samples.len().max(2) - 1) as f64;
         self.clock += duration + interval;
         self.flush()

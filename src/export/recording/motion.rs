@@ -61,13 +61,13 @@ fn log_contact_styles(
 }
 
 /// Sends every sample of `trace`, a column for each quantity: the motion of a generation that starts when `sim_time`
-/// is at `clock` (s). Adds the links that carry force in it to `touched`.
+/// is at `clock` (s), with its footfalls told by `detection`. Adds the links that carry force in it to `touched`.
 pub(super) fn send(
     stream: &RecordingStream,
     appearance: &Appearance,
     touched: &mut BTreeSet<usize>,
     (generation, clock): (u32, f64),
-    trace: &Trace,
+    (trace, detection): (&Trace, Detection),
 ) -> Result<(), RecordingStreamError> {
     let Some(first) = trace.samples.first() else { return Ok(()) };
     let offset = clock - first.time;
@@ -86,7 +86,6 @@ pub(super) fn send(
         sheet.link(index, name)?;
     }
     let meters_per_newton = appearance.size / appearance.weight.max(f64::MIN_POSITIVE);
-    let detection = Detection::of(appearance.weight, (0.5 * appearance.size / 9.81).sqrt());
     for &link in &*touched {
         let name = &appearance.links[link];
         sheet.contact(link, name, meters_per_newton)?;

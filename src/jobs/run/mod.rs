@@ -13,24 +13,21 @@ mod shelve;
 mod watcher;
 
 use std::path::Path;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::files::{self, Artefact};
 use super::job::Stage;
 use super::order::Order;
 use gaitwright_learning::gait::GaitReport;
-use gaitwright_learning::learn::{Cancel, StopReason, Task};
+use gaitwright_learning::learn::{Cancel, StopReason};
 use gaitwright_learning::training::{TrainingCheckpoint, train};
 use gaitwright_physics::character::Reading;
-use gaitwright_physics::model::{Base, Model};
-use gaitwright_physics::motion::{Motion, Player, TargetLimits};
-use gaitwright_physics::stance::Stance;
+use gaitwright_physics::motion::Motion;
 
-use crate::export::Curve;
+use crate::export::{Curve, Replay};
 use describe::describe;
 pub use error::{ReplayError, RunError};
-use gaitwright_learning::check::{CheckedMotion, MotionCheck};
+use gaitwright_learning::check::CheckedMotion;
 use limit::CancelLimit;
 use observe::Recorder;
 pub use outcome::{RunOutcome, Unsuccessful};
@@ -48,23 +45,9 @@ pub use watcher::RunWatcher;
 /// When the motion is not of this character, when its scene cannot be simulated, or not to the end, and when the
 /// character falls before it has gone round its loop.
 pub fn replay(motion: &Motion, reading: &Reading) -> Result<GaitReport, ReplayError> {
-    let model = Arc::new(Model::new(Arc::new(reading.character.clone()), Base::Floating));
-    let player = Player::new(motion, &model.joint_names, &TargetLimits::of(&model.character))?;
-    let stance = Stance::find(&model, &motion.scene);
-    // Whatever else the task asked for: direction and speed are all that a gait is judged by.
-    let asked = |field: &str| motion.provenance.task.get(field).cloned().unwrap_or_default();
-    let direction = serde_json::from_value(asked("direction")).unwrap_or(Task::default().direction);
-    let check = MotionCheck {
-        model: &model,
-        stance: &stance,
-        gains: &motion.drive,
-        scene: &motion.scene,
-        accuracy: &motion.provenance.accuracy,
-        player: &player,
-        direction,
-        speed: asked("speed").as_f64(),
-    };
-    let CheckedMotion { trace, gait, .. } = check.run(&|| false)?;
+    let played = Replay::new(motion, &reading.character)?;
+    let player = played.player();
+    let CheckedMotion { trace, gait, .. } = played.check().run(&|| false)?;
     let once = player.lead() + player.period();
     match (trace.failure, trace.fell_at) {
         (Some(failure), _) => Err(ReplayError::BrokenOff(failure)),

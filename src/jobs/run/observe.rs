@@ -102,9 +102,10 @@ impl<'a> Recorder<'a> {
         let player = motion.player(&self.prepared.setup.stance.angles);
         let seconds = player.lead() + SHOWN;
         let stop = || self.limit.is_cancelled();
-        let trace = motion.check(&self.prepared.setup, &player).play(seconds, RECORDED, &stop)?;
+        let check = motion.check(&self.prepared.setup, &player);
+        let (trace, detection) = (check.play(seconds, RECORDED, &stop)?, check.detection()?);
         let text = format!("# {}\n\non the way, at generation {}", motion.name, motion.behaviour.generation);
-        Ok(self.recording.motion(motion.behaviour.generation, &text, &trace)?)
+        Ok(self.recording.motion((motion.behaviour.generation, &text), (&trace, detection))?)
     }
 
     /// Checks a finished motion, records it and puts it with the others.
@@ -132,7 +133,8 @@ impl<'a> Recorder<'a> {
             }
             None => format!("# {}\n\n{}", motion.name, Unsuccessful::Fell),
         };
-        Ok(self.recording.motion(motion.behaviour.generation, &text, &thinned(&checked.trace, seconds))?)
+        let shown = (&thinned(&checked.trace, seconds), check.detection()?);
+        Ok(self.recording.motion((motion.behaviour.generation, &text), shown)?)
     }
 
     /// The recording, to which more may be added, and what was kept.

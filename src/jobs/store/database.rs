@@ -5,6 +5,7 @@
 //! transaction that is never committed; PostgreSQL rolls back what a connection that is closed has not committed.
 //! Readers go on while nothing can be written.
 
+use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -102,7 +103,7 @@ impl StoreError {
 }
 
 /// A handle on the database; clones share it.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Store {
     pub(super) dialect: Dialect,
     pub(super) options: AnyConnectOptions,
@@ -110,6 +111,13 @@ pub struct Store {
     pool: AnyPool,
     /// The one connection that writes to a file: `None` before the first writing, during one, and after an error.
     writer: Arc<Mutex<Option<AnyConnection>>>,
+}
+
+impl fmt::Debug for Store {
+    /// Without what it takes to connect: no log is to have a password.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Store").field("dialect", &self.dialect).finish_non_exhaustive()
+    }
 }
 
 /// Changes that come about together or not at all. Dropped before they are committed, they are undone, and the

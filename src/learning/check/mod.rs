@@ -12,8 +12,9 @@ use gaitwright_physics::playback::{Playback, Trace};
 use gaitwright_physics::scene::{Accuracy, ActuatorLimits, Gains, Scene, StepPlan, Terrain};
 use gaitwright_physics::sim::Simulator;
 use gaitwright_physics::stance::{Stance, Upright};
+use nalgebra::Isometry3;
 
-use crate::gait::{self, GaitContext, GaitReport, NaturalnessContext, validity};
+use crate::gait::{self, Detection, GaitContext, GaitReport, NaturalnessContext, validity};
 
 /// How long a motion is checked at least, s.
 const CHECKED: f64 = 20.0;
@@ -106,18 +107,9 @@ impl MotionCheck<'_> {
             positive_work: trace.positive_work - entry.positive_work,
             ..trace.clone()
         };
-        let [x, y, z] = self.scene.gravity;
         let plan = Arc::new(self.plan()?);
-        let standing = Simulator::new(plan.clone(), self.stance.state.clone()).link_poses();
-        let setting = GaitContext {
-            character: &self.model.character,
-            support: &self.stance.support,
-            standing: &standing,
-            ground: self.scene.ground.as_ref().map_or(0.0, |ground| Terrain::new(ground).height(0.0, 0.0)),
-            mass: self.model.mass,
-            gravity: x.hypot(y).hypot(z),
-            direction: self.direction,
-        };
+        let standing = self.standing(&plan);
+        let setting = self.setting(&standing);
         let mut gait = gait::measure(&looping, &setting);
         let actuators: Vec<ActuatorLimits> =
             (0..self.model.joint_count()).map(|joint| plan.actuator_limits(joint)).collect();
@@ -127,6 +119,34 @@ impl MotionCheck<'_> {
         let travels = gait::travels(&gait, &setting);
         let validity = validity(&looping, &self.model.limits, &actuators, period);
         Ok(CheckedMotion { trace, gait, travels, validity })
+    }
+
+    /// How its footfalls are told from contact forces: as [`run`](Self::run) does.
+    ///
+    /// # Errors
+    ///
+    /// Every fault of scene, accuracy and gains.
+    pub fn detection(&self) -> Result<Detection, InputError> {
+        Ok(self.setting(&self.standing(&Arc::new(self.plan()?))).detection())
+    }
+
+    /// World frames of all links in the standing pose, m.
+    fn standing(&self, plan: &Arc<StepPlan>) -> Vec<Isometry3<f64>> {
+        Simulator::new(plan.clone(), self.stance.state.clone()).link_poses()
+    }
+
+    /// What its gait is measured with.
+    fn setting<'s>(&'s self, standing: &'s [Isometry3<f64>]) -> GaitContext<'s> {
+        let [x, y, z] = self.scene.gravity;
+        GaitContext {
+            character: &self.model.character,
+            support: &self.stance.support,
+            standing,
+            ground: self.scene.ground.as_ref().map_or(0.0, |ground| Terrain::new(ground).height(0.0, 0.0)),
+            mass: self.model.mass,
+            gravity: x.hypot(y).hypot(z),
+            direction: self.direction,
+        }
     }
 
     fn plan(&self) -> Result<StepPlan, InputError> {

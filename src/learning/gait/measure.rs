@@ -41,7 +41,7 @@ impl GaitContext<'_> {
     }
 
     /// How stances are told from swings.
-    pub(super) fn detection(&self) -> Detection {
+    pub(crate) fn detection(&self) -> Detection {
         let root = || self.standing.first().map_or(0.0, |root| root.translation.z - self.ground);
         let height = self.hip_height().unwrap_or_else(root).max(0.0);
         let unit_time = if self.gravity > 0.0 { (height / self.gravity).sqrt() } else { 0.0 };

@@ -45,6 +45,12 @@ fn the_page_is_legible_at_phone_width_in_the_dark_and_in_the_light() {
 
 #[test]
 #[ignore = "needs Chromium and playwright-core: apt-get install chromium, npm install playwright-core, and NODE_PATH"]
+fn a_zip_with_meshes_is_dropped() {
+    run("drop");
+}
+
+#[test]
+#[ignore = "needs Chromium and playwright-core: apt-get install chromium, npm install playwright-core, and NODE_PATH"]
 fn a_study_is_shown_and_the_viewer_sends_nothing_elsewhere() {
     run("study");
 }

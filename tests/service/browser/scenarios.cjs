@@ -338,6 +338,60 @@ async function looks({ open, faults }) {
   assert.deepEqual(faults, []);
 }
 
+/** A zip of the quadruped with a mesh for its trunk: bytes. */
+function zipped() {
+  const zip = path.join(folder, "dog.zip");
+  const program = `
+import struct, sys, zipfile
+urdf = open(sys.argv[1]).read()
+visual = urdf.index("<geometry>", urdf.index("<visual"))
+urdf = urdf[:visual] + '<geometry><mesh filename="package://dog/meshes/trunk.stl"/>' + urdf[urdf.index("</geometry>", visual):]
+tip, ring = (0.3, 0, 0), [(-0.2, 0.1, 0.1), (-0.2, -0.1, 0.1), (-0.2, -0.1, -0.1), (-0.2, 0.1, -0.1)]
+faces = [(tip, ring[k], ring[(k + 1) % 4]) for k in range(4)] + [(ring[0], ring[2], ring[1]), (ring[0], ring[3], ring[2])]
+mesh = bytes(80) + struct.pack("<I", len(faces))
+mesh += b"".join(struct.pack("<12fH", 0, 0, 0, *a, *b, *c, 0) for a, b, c in faces)
+with zipfile.ZipFile(sys.argv[2], "w") as packed:
+    packed.writestr("dog/urdf/dog.urdf", urdf)
+    packed.writestr("dog/meshes/trunk.stl", mesh)
+`;
+  execFileSync("python3", ["-c", program, path.join(examples, "quadruped.urdf"), zip]);
+  return readFileSync(zip);
+}
+
+/** Files that are dropped: beside the place for them, and on it. */
+async function drop({ open, faults }) {
+  const page = await open({ colorScheme: "dark" });
+  await page.goto(address);
+  const transfer = await page.evaluateHandle((bytes) => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([new Uint8Array(bytes)], "dog.zip", { type: "application/zip" }));
+    return transfer;
+  }, [...zipped()]);
+  const kept = await page.evaluate((dataTransfer) => ["dragover", "drop"].every((kind) =>
+    !document.querySelector("h1").dispatchEvent(new DragEvent(kind, { dataTransfer, bubbles: true, cancelable: true }))), transfer);
+  assert.ok(kept, "a file that misses its place would be opened by the browser");
+  const place = page.locator(".drop");
+  await place.dispatchEvent("dragover", { dataTransfer: transfer });
+  assert.equal(await page.locator(".drop.over").count(), 1);
+  await place.dispatchEvent("drop", { dataTransfer: transfer });
+  await page.waitForURL(/#\/characters\//);
+  await page.getByText("12.00 kg").waitFor();
+  await page.waitForLoadState("networkidle");
+  const { colors } = await inksOf(page, page.locator("canvas"));
+  assert.ok(colors > 100, `the view has ${colors} colors`);
+  // The mesh is what is shown, and not the box that was there before.
+  const meshes = await page.evaluate(async () => {
+    const id = location.hash.split("/").pop();
+    const glb = await (await fetch(`/v1/characters/${id}/standing.glb`)).arrayBuffer();
+    const length = new DataView(glb).getUint32(12, true);
+    const document = JSON.parse(new TextDecoder().decode(new Uint8Array(glb, 20, length)));
+    return document.meshes.flatMap((mesh) => mesh.primitives.map(({ attributes }) => document.accessors[attributes.POSITION].count));
+  });
+  assert.ok(meshes.includes(18), `a mesh of six triangles is among ${meshes}`);
+  await picture(page, "dropped");
+  assert.deepEqual(faults, []);
+}
+
 async function study({ open, faults }) {
   const page = await open();
   await page.goto(address);
@@ -367,7 +421,7 @@ async function study({ open, faults }) {
 (async () => {
   const session = await start();
   try {
-    await { train, keyboard, looks, study }[scenario](session);
+    await { train, keyboard, looks, drop, study }[scenario](session);
     console.log("done");
   } finally {
     if (session.faults.length) console.log(session.faults.join("\n"));

@@ -23,6 +23,9 @@ const SLIDE: f64 = 1e-3;
 /// Greatest distance of a standing foot from the ground, m.
 const GAP: f64 = 2e-4;
 
+/// Distance from the ground within which a foot of an exported entry stands on it, m: at twice that it has lifted off.
+const GROUNDED: f64 = 1e-5;
+
 pub fn bundled(name: &str) -> Example {
     let motion = std::fs::read(example_path(&format!("quadruped-{name}.motion.json"))).unwrap();
     Example { motion: Motion::parse(&motion).unwrap(), model: common::example("quadruped.urdf") }
@@ -35,8 +38,8 @@ struct Stood {
     gap: f64,
 }
 
-/// The rows of the loop of an exported table: time, root and angles by the simulator's order.
-fn rows(example: &Example, fps: f64) -> Vec<(f64, Isometry3<f64>, Vec<f64>)> {
+/// The rows of the loop, or the entry, of an exported table: time, root and angles by the simulator's order.
+fn rows(example: &Example, fps: f64, stretch: &str) -> Vec<(f64, Isometry3<f64>, Vec<f64>)> {
     let table = example.export(ExportFormat::Csv, ExportOptions { fps, in_place: false });
     let mut reader = csv::Reader::from_reader(&*table);
     let names: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
@@ -51,8 +54,8 @@ fn rows(example: &Example, fps: f64) -> Vec<(f64, Isometry3<f64>, Vec<f64>)> {
         let angles = example.model.joint_names.iter().map(|name| value(name)).collect();
         (value("time"), Isometry3::from_parts(Translation3::new(x, y, z), rotation), angles)
     };
-    let of_loop = reader.records().map(Result::unwrap).filter(|row| &row[0] == "loop");
-    let mut rows: Vec<_> = of_loop.map(|row| read(&row)).collect();
+    let of_stretch = reader.records().map(Result::unwrap).filter(|row| &row[0] == stretch);
+    let mut rows: Vec<_> = of_stretch.map(|row| read(&row)).collect();
     let start = rows[0].0;
     rows.iter_mut().for_each(|row| row.0 -= start);
     rows
@@ -60,7 +63,7 @@ fn rows(example: &Example, fps: f64) -> Vec<(f64, Isometry3<f64>, Vec<f64>)> {
 
 /// How the feet stand over two rounds of the exported loop, the seam in the middle.
 fn stood(example: &Example, fps: f64) -> Vec<Stood> {
-    let rows = rows(example, fps);
+    let rows = rows(example, fps, "loop");
     let (first, last) = (&rows[0].1, &rows[rows.len() - 1].1);
     // From one round to the next.
     let onward = last * first.inverse();
@@ -121,6 +124,58 @@ fn assert_stands(example: &Example, what: &str) {
 pub fn bundled_feet_stand_over_the_seam_too() {
     for name in ["walk", "trot"] {
         assert_stands(&bundled(name), name);
+    }
+}
+
+/// On the way from the standing pose into the loop, too: a foot that is on the ground in two rows has not slid in between, and
+/// where the entry ends it is where the loop has it.
+#[test]
+fn feet_of_an_entry_stand() {
+    for name in ["walk", "trot"] {
+        let example = bundled(name);
+        let options = ExportOptions::default();
+        let exported = export(&example.motion, example.character(), ExportFormat::Csv, &options).unwrap();
+        let certificate = exported.certificate.unwrap().entry.unwrap();
+        assert_eq!(certificate.feet.len(), 4, "{name}");
+        for foot in &certificate.feet {
+            assert!(foot.held && foot.slide.simulated > SLIDE, "{name}: {foot:?}");
+            assert!(foot.slide.exported < SLIDE && foot.gap.exported < GAP, "{name}: {foot:?}");
+        }
+        assert!(certificate.held.angle < 0.2, "{name}: {certificate:?}");
+        let links = &example.character().links;
+        for fps in [60.0, 500.0] {
+            let [entry, cycle] = ["entry", "loop"].map(|stretch| rows(&example, fps, stretch));
+            let poses: Vec<_> = entry
+                .iter()
+                .chain(&cycle[..cycle.len() / 4])
+                .map(|(_, root, angles)| example.link_poses(root, angles))
+                .collect();
+            for foot in &certificate.feet {
+                let index = links.iter().position(|link| link.name == foot.link).unwrap();
+                let ball = links[index].collisions.iter().find_map(|placed| match placed.shape {
+                    Shape::Sphere { radius } => Some((Point3::from(placed.pose.translation.vector), radius)),
+                    _ => None,
+                });
+                let (center, radius) = ball.unwrap();
+                let (mut rows, mut slides) = (0, vec![0.0]);
+                for pair in poses.windows(2) {
+                    let [before, after] = [&pair[0][index], &pair[1][index]];
+                    let down = |pose: &Isometry3<f64>| ((pose * center).z - radius).abs() < GROUNDED;
+                    if !(down(before) && down(after)) {
+                        slides.push(0.0);
+                        continue;
+                    }
+                    let turned = after.rotation * before.rotation.inverse();
+                    let moved = after * center - before * center;
+                    let slid = moved - turned.scaled_axis().cross(&(radius * Vector3::z()));
+                    *slides.last_mut().unwrap() += slid.xy().norm();
+                    rows += 1;
+                }
+                let worst = slides.iter().fold(0.0, |worst: f64, slide| worst.max(*slide));
+                assert!(worst < SLIDE, "{name}, {fps} frames a second: {} slides by {worst} m", foot.link);
+                assert!(rows > 5, "{name}, {fps} frames a second: {} is down in {rows} rows", foot.link);
+            }
+        }
     }
 }
 

@@ -123,6 +123,11 @@ impl Service {
         }
     }
 
+    /// What the service has logged so far, line by line.
+    pub fn log(&self) -> Vec<String> {
+        self.log.lock().unwrap().clone()
+    }
+
     /// The address of `path`.
     pub fn url(&self, path: &str) -> String {
         format!("{}{path}", self.base)

@@ -56,11 +56,21 @@ impl Cluster {
 
     /// A worker that reaches the database at a URL of its own.
     pub fn worker_at(&self, store: &str) -> Worker {
+        self.worker_with(store, &[])
+    }
+
+    /// A worker that tells how it is at an address of this machine.
+    pub fn worker_with_status(&self) -> Worker {
+        self.worker_with(&self.database.url(), &["--status", "127.0.0.1:0"])
+    }
+
+    fn worker_with(&self, store: &str, arguments: &[&str]) -> Worker {
         let data = self.folder.path().join("scratch");
         let mut child = Command::new(env!("CARGO_BIN_EXE_gaitwright"))
             .arg("work")
             .args(["--store", store, "--files", &self.files, "--lease", self.lease, "--data"])
             .arg(data)
+            .args(arguments)
             .envs(self.environment())
             .stderr(Stdio::piped())
             .spawn()
@@ -96,13 +106,22 @@ impl Worker {
         self.child.wait().unwrap().success()
     }
 
-    /// Waits until it has logged a line that satisfies `condition`.
-    pub fn logged(&self, what: &str, condition: impl Fn(&str) -> bool) {
+    /// Waits until it has logged a line that satisfies `condition`, and gives the first.
+    pub fn logged(&self, what: &str, condition: impl Fn(&str) -> bool) -> String {
         let since = Instant::now();
-        while !self.log.lock().unwrap().iter().any(|line| condition(line)) {
+        loop {
+            if let Some(line) = self.log.lock().unwrap().iter().find(|line| condition(line)) {
+                return line.clone();
+            }
             assert!(since.elapsed() < DEADLINE, "{what} was not logged: {:#?}", self.log.lock().unwrap());
             std::thread::sleep(Duration::from_millis(20));
         }
+    }
+
+    /// The URL of `path` of a worker that tells how it is.
+    pub fn url(&self, path: &str) -> String {
+        let line = self.logged("where it listens", |line| line.starts_with("listening on "));
+        line.replace("listening on ", "") + path
     }
 }
 

@@ -1,14 +1,15 @@
 //! Everything works from any server, whichever process works at the job.
 
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
 use super::cluster::Cluster;
 use super::objects::ObjectStore;
-use super::postgres::Database;
+use super::postgres::{Database, Server};
 use super::results::Results;
-use crate::http::client::{PADDLER, Receiver, Service, events};
+use crate::http::client::{PADDLER, Receiver, Service, curl, events};
 use crate::http::whole::{sound_messages, tiny_job};
 
 /// A job that is not over before it is cancelled.
@@ -65,6 +66,97 @@ async fn a_job_is_seen_from_every_server() {
     assert_eq!(other.curl(&path, &["-X", "DELETE"]).status, 204);
     assert_eq!(one.curl(&path, &[]).status, 404);
     assert_eq!(one.curl(&format!("{path}/recording.rrd"), &[]).status, 404);
+}
+
+/// A figure of `/metrics`, by its name and labels; 0 where there is none.
+fn figure(metrics: &str, name: &str) -> f64 {
+    let line = metrics.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
+    line.map_or(0.0, |value| value.parse().unwrap())
+}
+
+/// Each process has figures of its own, a worker too; those of the queue are the same wherever they are asked for.
+#[tokio::test]
+#[ignore = "needs PostgreSQL"]
+async fn every_process_has_its_own_figures() {
+    let cluster = Cluster::new(Database::new().await);
+    let (one, other, worker) = (cluster.server(), cluster.server(), cluster.worker_with_status());
+    let path = post(&one, &tiny_job(2));
+    let job = other.wait_for_end(&path);
+    assert_eq!(job["state"], "succeeded", "{job}");
+    let asked = |path: &str| curl(&worker.url(path), &[], None);
+    assert_eq!((asked("/healthz").status, asked("/readyz").status), (200, 200));
+    // Nothing else is to be had there.
+    assert_eq!((asked("/v1/jobs").status, asked("/").status), (404, 404));
+    let metrics = [asked("/metrics"), one.curl("/metrics", &[]), other.curl("/metrics", &[])];
+    let metrics = metrics.map(|answer| answer.text());
+    let figures = |name: &str| metrics.each_ref().map(|metrics| figure(metrics, name));
+    let generations = job["progress"]["generations"].as_f64().unwrap();
+    for (name, [by_worker, by_one, by_other]) in [
+        ("gaitwright_generations_total", [generations, 0.0, 0.0]),
+        ("gaitwright_jobs_ended_total{state=\"succeeded\"}", [1.0, 0.0, 0.0]),
+        ("gaitwright_queue_wait_seconds_count", [1.0, 0.0, 0.0]),
+        ("gaitwright_jobs_posted_total", [0.0, 1.0, 0.0]),
+        ("gaitwright_jobs{state=\"succeeded\"}", [1.0, 1.0, 1.0]),
+        ("gaitwright_jobs{state=\"queued\"}", [0.0, 0.0, 0.0]),
+    ] {
+        assert_eq!(figures(name), [by_worker, by_one, by_other], "{name}");
+    }
+    assert!(figure(&metrics[0], "gaitwright_steps_total") > 0.0, "{}", metrics[0]);
+}
+
+/// A worker that others can ask wants a token as a server does.
+#[test]
+fn a_worker_tells_others_nothing_without_a_token() {
+    let output = Command::new(env!("CARGO_BIN_EXE_gaitwright"))
+        .args(["work", "--store", "postgres://a@127.0.0.1:1/a", "--files", "file:///tmp/objects"])
+        .env("GAITWRIGHT_STATUS", "0.0.0.0:0")
+        .output()
+        .unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("GAITWRIGHT_TOKEN"), "{message}");
+}
+
+/// A database that asks for a password has it from the URL or from `PGPASSWORD`, and nobody is told.
+#[tokio::test]
+#[ignore = "needs PostgreSQL"]
+async fn a_database_may_ask_for_a_password() {
+    const PASSWORD: &str = "correct-horse";
+    let database = Server::start().guarded_database(PASSWORD).await;
+    let folder = tempfile::tempdir().unwrap();
+    let files = format!("file://{}", folder.path().join("objects").display());
+    let (named, bare) = (database.guarded_url(&format!(":{PASSWORD}")), database.guarded_url(""));
+    let arguments = |store| ["--store", store, "--files", files.as_str(), "--log", "debug,sqlx=trace"];
+    let by_url = Service::with(&arguments(&named));
+    let by_variable = Service::with_environment(&[("PGPASSWORD", PASSWORD)], &arguments(&bare));
+    let path = post(&by_url, &tiny_job(2));
+    assert_eq!(by_variable.wait_for_end(&path)["state"], "succeeded");
+    for service in [&by_url, &by_variable] {
+        let log = service.log();
+        assert!(log.len() > 10 && !log.iter().any(|line| line.contains(PASSWORD)), "{log:#?}");
+    }
+    // Neither with another password nor with none.
+    for (store, environment) in [
+        (&bare, None),
+        (&database.guarded_url(":wrong-one"), None),
+        (&bare, Some(("PGPASSWORD", "wrong-one"))),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_gaitwright"))
+            .arg("serve")
+            .args(arguments(store))
+            .args(["--listen", "127.0.0.1:0", "--data"])
+            .arg(folder.path())
+            .env_remove("PGPASSWORD")
+            .envs(environment)
+            .output()
+            .unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{message}");
+        assert!(
+            message.contains(&bare) && message.contains("password") && !message.contains("wrong-one"),
+            "{message}"
+        );
+    }
 }
 
 #[tokio::test]

@@ -17,6 +17,9 @@ use uuid::Uuid;
 /// The superuser of the server, whom it lets in without a password.
 const USER: &str = "gaitwright";
 
+/// A user whom it lets in with a password only.
+const GUARDED: &str = "guarded";
+
 /// A server; it ends with the test.
 pub struct Server {
     programs: PathBuf,
@@ -69,6 +72,9 @@ impl Server {
             .stdout(Stdio::null())
             .status();
         assert!(made.unwrap().success());
+        let rules = server.data().join("pg_hba.conf");
+        let others = fs::read_to_string(&rules).unwrap();
+        fs::write(rules, format!("host all {GUARDED} all scram-sha-256\n{others}")).unwrap();
         server.rise();
         Arc::new(server)
     }
@@ -158,6 +164,20 @@ impl Server {
         database
     }
 
+    /// A new database of a user with this password; one on a server.
+    pub async fn guarded_database(self: &Arc<Self>, password: &str) -> Database {
+        let database = self.database().await;
+        let mut connection = self.connect("postgres").await;
+        for statement in [
+            format!("CREATE ROLE {GUARDED} LOGIN PASSWORD '{password}'"),
+            format!("ALTER DATABASE {} OWNER TO {GUARDED}", database.name),
+        ] {
+            sqlx::query(AssertSqlSafe(statement)).execute(&mut connection).await.unwrap();
+        }
+        connection.close().await.unwrap();
+        database
+    }
+
     async fn connect(&self, database: &str) -> PgConnection {
         let options = PgConnectOptions::new().host("127.0.0.1").port(self.port).username(USER);
         options.database(database).connect().await.unwrap()
@@ -179,6 +199,11 @@ impl Database {
     /// The server.
     pub fn server(&self) -> &Server {
         &self.server
+    }
+
+    /// Its URL for the user with a password, which may be part of it (`:…`).
+    pub fn guarded_url(&self, password: &str) -> String {
+        format!("postgres://{GUARDED}{password}@127.0.0.1:{}/{}", self.server.port, self.name)
     }
 
     /// Its URL, as it is reached at `port`.

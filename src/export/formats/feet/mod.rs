@@ -1,10 +1,11 @@
-//! Feet that stand, held where they stand.
+//! Feet that stand, held where they stand: in a loop, and in the entry that leads to it.
 //!
 //! The sampled poses of a loop are those of one simulated cycle whose root was bent a little to close: by as much its feet
 //! slide over the ground, beside what they slip in the simulation itself. Here each foot is led back, through the time
 //! in which it stands, to the path on which it rolls without sliding, its lowest point on level ground; while it swings
 //! what was added goes over into what is added at its next stance. The joints that carry the feet follow by inverse
-//! kinematics, and the root where they cannot reach.
+//! kinematics, and the root where they cannot reach. An entry is led back in the same way to where its last sample has the
+//! feet, which is the first of the loop.
 
 mod reach;
 mod slide;
@@ -17,7 +18,8 @@ use super::skeleton::Skeleton;
 use gaitwright_physics::character::LoopKind;
 use gaitwright_physics::motion::{StanceTime, hermite};
 use reach::{PointPair, PointTarget, Pose, reach};
-use slide::{slide, sole};
+use slide::slide;
+pub(super) use slide::sole;
 
 /// How often the feet are looked at and led back: moving a limb turns its foot, which rolls a little then.
 const ROUNDS: usize = 20;
@@ -41,46 +43,58 @@ pub struct Mended {
     pub exported: f64,
 }
 
-/// How one link stands on the ground in a loop.
+/// How one link stands on the ground in a loop or an entry.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StandingFoot {
     /// The link.
     pub link: String,
-    /// How often it stands in a cycle; a stance over the seam counts once.
+    /// How often it stands in a cycle or in the entry; a stance over the seam of a loop counts once.
     pub stances: usize,
     /// The longest way that it slides in a stance, m.
     pub slide: Mended,
     /// The most by which its lowest point lies off level ground in a stance, m; 0 on other ground.
     pub gap: Mended,
-    /// Whether it was held; one that never leaves the ground, or is dragged over it, is left as it was simulated.
+    /// Whether it was held; one that never leaves the ground, or is dragged over it, is left as it was simulated. In an entry
+    /// those are held that the loop holds.
     pub held: bool,
 }
 
-/// A cycle of poses that repeats itself.
-pub(super) struct Cycle<'a> {
+/// A stretch of poses whose feet are to stand.
+pub(super) struct Stretch<'a> {
     pub(super) skeleton: &'a Skeleton<'a>,
-    pub(super) travel: &'a GroundTravel,
-    /// s, increasing; the sample after the last is the first one `period` later.
+    /// s, increasing.
     pub(super) times: Vec<f64>,
-    /// s.
-    pub(super) period: f64,
     /// The root in the travelling frame.
     pub(super) roots: Vec<Isometry3<f64>>,
     /// rad or m, in the order of the skeleton.
     pub(super) angles: Vec<Vec<f64>>,
+    pub(super) course: Course<'a>,
 }
 
-/// The links of every sample of a cycle, in the travelling frame.
+/// How a stretch of poses lies in time and over the ground.
+pub(super) enum Course<'a> {
+    /// It repeats itself: the sample after the last is the first one a period (s) later.
+    Loop(&'a GroundTravel, f64),
+    /// It is gone through once, in a frame at rest, and its last sample stays as it is.
+    Once,
+}
+
+/// The links of every sample, in the travelling frame.
 type LinkPoses = Vec<Vec<Isometry3<f64>>>;
 
-/// Samples of a foot, first and last of every time in which it stands; from the number of samples on they are those of
-/// the next cycle.
+/// Samples of a foot, first and last of every time in which it stands; in a loop from the number of samples on they are
+/// those of the next cycle.
 type Runs = Vec<[usize; 2]>;
 
-impl Cycle<'_> {
+impl Stretch<'_> {
     /// Has the feet that stand at the given times stand still, and on the ground where that is level and at `ground`
-    /// (m). Tells of every link that stands, in the order of the links.
-    pub(super) fn plant(&mut self, stances: &[StanceTime], ground: Option<f64>) -> Vec<StandingFoot> {
+    /// (m), if they `may` be held. Tells of every link that stands, in the order of the links.
+    pub(super) fn plant(
+        &mut self,
+        stances: &[StanceTime],
+        ground: Option<f64>,
+        may: impl Fn(&str) -> bool,
+    ) -> Vec<StandingFoot> {
         let links = &self.skeleton.character.links;
         let poses = self.poses();
         let mut feet: Vec<(usize, Runs, StandingFoot)> = Vec::new();
@@ -91,8 +105,14 @@ impl Cycle<'_> {
                 continue;
             }
             let [slide, gap] = self.figures(&poses, index, &runs, ground);
-            let lifted = runs.iter().all(|[first, last]| last - first < self.times.len() - 1);
-            let held = lifted && self.can_be_moved() && slide <= self.stands_up_to(&runs);
+            let stands = match self.course {
+                Course::Loop(travel, _) => {
+                    self.is_lifted(&runs) && slide <= self.stands_up_to(travel.speed(), &runs)
+                }
+                // Leading an entry to the loop has its feet slide, too.
+                Course::Once => true,
+            };
+            let held = stands && may(&link.name) && self.can_be_moved();
             let mended = |simulated| Mended { simulated, exported: simulated };
             let foot = StandingFoot {
                 link: link.name.clone(),
@@ -123,6 +143,11 @@ impl Cycle<'_> {
         self.skeleton.character.loops.iter().all(|closed| points(closed.kind))
     }
 
+    /// Whether a link that stands so in a loop ever leaves the ground.
+    fn is_lifted(&self, runs: &Runs) -> bool {
+        runs.iter().all(|[first, last]| last - first < self.times.len() - 1)
+    }
+
     /// When a link with these stances stands, of two samples or more.
     fn runs(&self, stances: &[&StanceTime]) -> Runs {
         let count = self.times.len();
@@ -130,8 +155,14 @@ impl Cycle<'_> {
             let time = self.times[index % count];
             stances.iter().any(|stance| (stance.start..=stance.end).contains(&time))
         };
-        // From a sample at which it does not stand, so that none is cut by the seam; all of them if there is none.
-        let Some(swings) = (0..count).find(|&index| !stands(index)) else { return vec![[0, count]] };
+        let swings = match self.course {
+            // From a sample at which it does not stand, so that none is cut by the seam; all of them if there is none.
+            Course::Loop(..) => match (0..count).find(|&index| !stands(index)) {
+                None => return vec![[0, count]],
+                Some(swings) => swings,
+            },
+            Course::Once => 0,
+        };
         let mut runs: Runs = Vec::new();
         for index in (swings..swings + count).filter(|&index| stands(index)) {
             match runs.last_mut() {
@@ -143,23 +174,30 @@ impl Cycle<'_> {
         runs
     }
 
-    /// The greatest slide at which a link still stands rather than being dragged, m.
-    fn stands_up_to(&self, runs: &Runs) -> f64 {
+    /// The greatest slide at which a link still stands, where the character travels at `speed` (m/s), rather than being
+    /// dragged, m.
+    fn stands_up_to(&self, speed: f64, runs: &Runs) -> f64 {
         let longest =
             runs.iter().map(|[first, last]| self.time(*last) - self.time(*first)).fold(0.0, f64::max);
-        (DRAGGED * self.travel.speed() * longest).max(SLIPPED)
+        (DRAGGED * speed * longest).max(SLIPPED)
     }
 
     fn time(&self, index: usize) -> f64 {
         let count = self.times.len();
-        self.times[index % count] + (index / count) as f64 * self.period
+        match self.course {
+            Course::Loop(_, period) => self.times[index % count] + (index / count) as f64 * period,
+            Course::Once => self.times[index],
+        }
     }
 
     /// The travelling frame at a sample of this cycle or the next.
     fn frame(&self, index: usize) -> Isometry3<f64> {
         let count = self.times.len();
-        let frame = self.travel.frame(self.times[index % count]);
-        if index < count { frame } else { self.travel.frame(self.period) * frame }
+        match self.course {
+            Course::Loop(travel, _) if index < count => travel.frame(self.times[index]),
+            Course::Loop(travel, period) => travel.frame(period) * travel.frame(self.times[index % count]),
+            Course::Once => Isometry3::identity(),
+        }
     }
 
     fn poses(&self) -> LinkPoses {
@@ -209,31 +247,52 @@ impl Cycle<'_> {
             // joint is at its limit, draw that place to themselves with every round.
             let lowest = slid.iter().fold(slid[0], |lowest, slid| lowest.inf(slid));
             let highest = slid.iter().fold(slid[0], |highest, slid| highest.sup(slid));
-            let middle = (lowest + highest) / 2.0;
+            let middle = match self.course {
+                Course::Once if *last == count - 1 => slid[slid.len() - 1],
+                Course::Loop(..) | Course::Once => (lowest + highest) / 2.0,
+            };
             for (index, slid) in (*first..=*last).zip(&slid) {
                 let up = Vector3::z() * self.gap(poses, (link, index), ground);
                 added[index % count] = self.frame(index).rotation.inverse() * (middle - slid) - up;
             }
         }
         for (run, [_, from]) in runs.iter().enumerate() {
-            let [to, _] = runs[(run + 1) % runs.len()];
-            let to = if to > *from { to } else { to + count };
-            let (start, end) = (self.time(*from), self.time(to));
-            let at = |index: usize| added[index % count];
-            let rate = |one: usize, other: usize| (at(other) - at(one)) / (self.time(other) - self.time(one));
-            let ends = [(at(*from), rate(from - 1, *from)), (at(to), rate(to, to + 1))];
-            let between: Vec<_> = (from + 1..to)
-                .map(|index| {
-                    let part = |axis: usize| {
-                        let [one, other] = ends.map(|(value, rate)| (value[axis], rate[axis]));
-                        hermite(one, other, end - start, self.time(index) - start)
-                    };
-                    (index % count, Vector3::from_fn(|axis, _| part(axis)))
-                })
-                .collect();
-            between.into_iter().for_each(|(index, value)| added[index] = value);
+            let next = runs.get(run + 1).map(|[next, _]| *next);
+            let (to, at_rest) = match self.course {
+                Course::Loop(..) => (next.unwrap_or(runs[0][0] + count), false),
+                Course::Once => (next.unwrap_or(count - 1), next.is_none()),
+            };
+            if *from < to {
+                self.add_between(&mut added, [*from, to], at_rest);
+            }
+        }
+        if let (Course::Once, Some([first, _])) = (&self.course, runs.first()) {
+            let (before, after) = added.split_at_mut(*first);
+            before.fill(after[0]);
         }
         added
+    }
+
+    /// Fills what is added between two stances, from the end of one to the start of the next, where it goes over smoothly; where
+    /// nothing follows it comes to rest at nothing.
+    fn add_between(&self, added: &mut [Vector3<f64>], [from, to]: [usize; 2], at_rest: bool) {
+        let count = added.len();
+        let (start, end) = (self.time(from), self.time(to));
+        let at = |index: usize| added[index % count];
+        let rate = |one: usize, other: usize| (at(other) - at(one)) / (self.time(other) - self.time(one));
+        let last = if at_rest { (Vector3::zeros(), Vector3::zeros()) } else { (at(to), rate(to, to + 1)) };
+        let ends = [(at(from), rate(from - 1, from)), last];
+        let until = if at_rest { to + 1 } else { to };
+        let between: Vec<_> = (from + 1..until)
+            .map(|index| {
+                let part = |axis: usize| {
+                    let [one, other] = ends.map(|(value, rate)| (value[axis], rate[axis]));
+                    hermite(one, other, end - start, self.time(index) - start)
+                };
+                (index % count, Vector3::from_fn(|axis, _| part(axis)))
+            })
+            .collect();
+        between.into_iter().for_each(|(index, value)| added[index] = value);
     }
 
     /// Leads the held feet back; the most by which one was off.

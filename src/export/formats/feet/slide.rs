@@ -15,7 +15,7 @@ const RIM: u32 = 16;
 
 /// Where a link whose shapes may stand on the ground touches it with the link at `pose`, in the frame of that pose, m: the
 /// mean of its low points, the lowest counting most; `None` without shapes.
-pub(super) fn sole(link: &Link, pose: &Isometry3<f64>) -> Option<Point3<f64>> {
+pub(in crate::export::formats) fn sole(link: &Link, pose: &Isometry3<f64>) -> Option<Point3<f64>> {
     let mut points = Vec::new();
     for placed in &link.collisions {
         let at = pose * placed.pose;
