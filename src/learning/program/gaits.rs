@@ -28,11 +28,6 @@ impl NamedGait {
         GaitLimits::of_gait(self.gait).symmetrical
     }
 
-    /// Whether legs stand for more than half of the stride, so that some of them always do.
-    pub fn walks(&self) -> bool {
-        self.duty_factor > 0.5
-    }
-
     /// How many times the generations of a gait it takes. Gaits that are not symmetrical pitch, and most of them turn.
     pub fn share(&self) -> u32 {
         if self.symmetrical() { 1 } else { 2 }

@@ -17,9 +17,7 @@ use super::figures::RolloutFigures;
 use super::gains::gains;
 use super::gaits::NamedGait;
 use super::legs::Legs;
-use super::ring::{
-    AIM, DUTY, EXTENSION, PARAMETERS, PERIOD, Ring, SIDEWAYS, SWAY, TURN, Wanted, program, ring,
-};
+use super::ring::{AIM, EXTENSION, PARAMETERS, PERIOD, Ring, SIDEWAYS, TURN, Wanted, program, ring};
 use super::rollout::{Arena, STRIDES};
 use super::spine::{self, WAVE_SIDEWAYS, WAVE_TURN, softness};
 use crate::learn::{Interrupted, Stop};
@@ -394,27 +392,16 @@ impl Trial<'_> {
 /// Where a search for `gait` on legs may start: the gait as the template has it, with stride times from the usual down to half of it, with
 /// legs as long as usual and shorter. Small characters tip over within the usual time.
 ///
-/// Who walks on two may also stand for longer at a time and sway less, which keeps a biped up for longer strides. Where fore or
-/// hind legs push together, the forces may spare the trunk pitching.
+/// Where fore or hind legs push together, the forces may spare the trunk pitching.
 fn seeds(gait: &NamedGait) -> Vec<Vec<f64>> {
-    let parameters = |changes: &[(usize, f64)]| {
-        let mut parameters = vec![0.0; PARAMETERS];
-        changes.iter().for_each(|&(index, value)| parameters[index] = value);
-        parameters
-    };
-    let variants: &[&[(usize, f64)]] = if gait.walks() && gait.phases.len() == 2 {
-        &[&[], &[(DUTY, 3.0)], &[(DUTY, 3.0), (SWAY, -1.0)]]
-    } else if gait.symmetrical() {
-        &[&[]]
-    } else {
-        &[&[], &[(AIM, 2.0)]]
-    };
+    let aims: &[f64] = if gait.symmetrical() { &[0.0] } else { &[0.0, 2.0] };
     let mut seeds = Vec::new();
-    for variant in variants {
+    for &aim in aims {
         for period in [0.0, -1.0, -2.0, -3.0] {
             for extension in [0.0, -1.0] {
-                let changes = [&[(PERIOD, period), (EXTENSION, extension)], *variant].concat();
-                seeds.push(parameters(&changes));
+                let mut parameters = vec![0.0; PARAMETERS];
+                (parameters[PERIOD], parameters[EXTENSION], parameters[AIM]) = (period, extension, aim);
+                seeds.push(parameters);
             }
         }
     }

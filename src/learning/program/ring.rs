@@ -25,8 +25,6 @@ const GAIN: f64 = 0.2;
 pub const PARAMETERS: usize = 26;
 /// Index of the parameter of the stride time: a fifth more or less a unit.
 pub const PERIOD: usize = 0;
-/// Index of the parameter of the duty factors: 0.04 of a stride a unit.
-pub const DUTY: usize = 1;
 /// Index of the parameters of the way to the side and of the turn.
 pub const SIDEWAYS: usize = 13;
 pub const TURN: usize = 14;
@@ -39,10 +37,10 @@ pub const EXTENSION: usize = 12;
 /// Extension of the legs in mid-stance as a share of their length: at least, as a seed, and at most.
 const EXTENSIONS: [f64; 3] = [0.82, 0.86, 0.95];
 
-/// Shift of a leg's phase a unit, parts of a stride, and the greatest. A foot touches down later than it is sent where the
-/// trunk pitches away from it, and a gait's own phases are paid for by its cost.
+/// Shift of a leg's phase a unit, parts of a stride, and the greatest within a pair: more would make another gait of it. Pairs may be
+/// farther apart: a foot touches down later than it is sent where the trunk pitches away from it.
 const PHASE_SHIFT: f64 = 0.04;
-const MOST_SHIFT: f64 = 0.1;
+const PAIR_SHIFT: f64 = 0.1;
 /// The most by which a stride is slowed down for the sake of the motors' greatest speeds; slower ones take shorter ways.
 const SLOWEST: f64 = 4.0;
 /// Least and greatest stride time over that of animals.
@@ -111,9 +109,10 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         // From fore (+1) to hind (−1); all in the middle where there is one row only.
         let fore = if rows > 1 { 1.0 - 2.0 * leg.row as f64 / (rows - 1) as f64 } else { 0.0 };
         let side = if leg.left { 1.0 } else { -1.0 };
-        let shift = |index: usize| (PHASE_SHIFT * p(index)).clamp(-MOST_SHIFT, MOST_SHIFT);
+        let shift = |index: usize| PHASE_SHIFT * p(index).clamp(-1.0, 1.0);
         let aside = if mirrored { 0.0 } else { shift(18) * side + shift(19) * side * fore };
-        let phase = wanted.gait.phases[index] + shift(17) * fore + aside;
+        let apart = (PHASE_SHIFT * p(17)).clamp(-PAIR_SHIFT, PAIR_SHIFT);
+        let phase = wanted.gait.phases[index] + apart * fore + aside;
         // A single row of legs has to stand below the centre of mass.
         let below = if rows > 1 { leg.hip.x } else { legs.center.x };
         let neutral = Vector2::new(
@@ -122,7 +121,7 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         );
         Step {
             phase,
-            duty: (wanted.gait.duty_factor + 0.04 * (p(DUTY) + p(2) * fore)).clamp(0.15, 0.92),
+            duty: (wanted.gait.duty_factor + 0.04 * (p(1) + p(2) * fore)).clamp(0.15, 0.92),
             neutral,
             lift: size * (0.15 * (0.3 * (p(8) + p(9) * fore)).exp()).clamp(LIFTS[0], LIFTS[1]),
             push: 1.0 + 0.2 * (p(10) + p(11) * fore),

@@ -36,12 +36,13 @@ impl ReducedCoordinates {
     }
 
     /// The kinetic energy against the centre of mass, J, that a step in flight ends with: that of its beginning and the work of what
-    /// acts along the joints, which is taken at the mean of old and new velocities. `None` where no body rotates fast; where rows act
-    /// or joints stick, whose work is not known as well; and in Moreau and Jean's step, which is symmetric.
+    /// acts along the joints, which is taken at the mean of old and new velocities. `None` where no body rotates fast; where rows or
+    /// actuators act or joints stick, whose work is not known as well; and in Moreau and Jean's step, which is symmetric.
     fn energy_of_whirl(&mut self, data: &StepData<'_>) -> Option<f64> {
         let StepData { model, state, work, step, midpoint, .. } = data;
         let loads = &work.drives.loads;
-        let known = work.problem.rows.is_empty() && loads.iter().all(|load| load.held.is_none());
+        let driven = work.drives.torque.iter().any(|torque| *torque != 0.0);
+        let known = !driven && work.problem.rows.is_empty() && loads.iter().all(|load| load.held.is_none());
         if *midpoint || !self.whirls || !known {
             return None;
         }
