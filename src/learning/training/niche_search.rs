@@ -30,6 +30,8 @@ pub(super) struct NicheSearch<'a> {
     niche: &'a Niche,
     progress: &'a mut Progress,
     observer: &'a mut dyn TrainingObserver,
+    /// Generations that the niches after this one need.
+    later: u32,
     /// Refinements begun so far.
     stages: u64,
     /// The best so far at the speed that leads.
@@ -40,6 +42,15 @@ pub(super) struct NicheSearch<'a> {
 struct Found {
     wanted: Wanted,
     candidate: Candidate,
+    /// Whether it was found natural in a continuous simulation.
+    natural: bool,
+}
+
+impl Found {
+    /// Whether it is worth more than `other`, which was found in the same way.
+    fn beats(&self, other: &Self) -> bool {
+        self.natural || (!other.natural && self.candidate.cost < other.candidate.cost)
+    }
 }
 
 /// A refinement at one speed.
@@ -58,7 +69,7 @@ impl Stage {
     }
 
     fn found(&self) -> Found {
-        Found { wanted: self.wanted.clone(), candidate: self.best().clone() }
+        Found { wanted: self.wanted.clone(), candidate: self.best().clone(), natural: false }
     }
 
     /// Whether it does what is wanted for less than `other`.
@@ -78,25 +89,57 @@ enum Rank {
 impl<'a> NicheSearch<'a> {
     pub(super) fn new(
         shared: &'a Shared<'a>,
-        (index, niche): (usize, &'a Niche),
+        (index, niches): (usize, &'a [Niche]),
         progress: &'a mut Progress,
         observer: &'a mut dyn TrainingObserver,
     ) -> Self {
-        Self { shared, index, niche, progress, observer, stages: 0, found: None }
+        let share: u32 = niches[index + 1..].iter().map(|niche| niche.gait.share()).sum();
+        let later = share.saturating_mul(shared.setup.parameters.gait_generations);
+        Self { shared, index, niche: &niches[index], later, progress, observer, stages: 0, found: None }
     }
 
     /// Searches, and gives what was found also where the search was broken off: a motion that stays up and gets on.
     pub(super) fn run(mut self) -> (Option<LearnedMotion>, Result<(), Interrupted>) {
         let outcome = self.search();
-        let found = self.found.take().filter(|Found { wanted, candidate }| {
+        let found = self.found.take().filter(|Found { wanted, candidate, .. }| {
             candidate.figures.upright >= 1.0 && candidate.figures.speed > CRAWL * wanted.speed
         });
-        (found.map(|Found { wanted, candidate }| self.motion(&wanted, &candidate)), outcome)
+        (found.map(|Found { wanted, candidate, .. }| self.motion(&wanted, &candidate)), outcome)
     }
 
+    /// Searches once, and once more with other chances where what was found stays up but is not natural.
     fn search(&mut self) -> Result<(), Interrupted> {
+        self.attempt()?;
+        let again = |found: &mut Found| !found.natural && found.candidate.figures.upright >= 1.0;
+        if self.generations() > 0
+            && self.can_spare(self.generations())
+            && let Some(first) = self.found.take_if(again)
+        {
+            let outcome = self.attempt();
+            // What was broken off is not known to be better.
+            if outcome.is_err() || !self.found.as_ref().is_some_and(|second| second.beats(&first)) {
+                self.found = Some(first);
+            }
+            outcome?;
+        }
+        Ok(())
+    }
+
+    /// Generations of one attempt.
+    fn generations(&self) -> u32 {
         let parameters = &self.shared.setup.parameters;
-        let all = if parameters.refine { parameters.gait_generations * self.niche.gait.share() } else { 0 };
+        if parameters.refine { parameters.gait_generations * self.niche.gait.share() } else { 0 }
+    }
+
+    /// Whether so many more generations take none from the gaits that are still to come.
+    fn can_spare(&self, generations: u32) -> bool {
+        let most = self.shared.setup.parameters.budget.generations();
+        let used = self.progress.curve.len() + generations.saturating_add(self.later) as usize;
+        most.is_none_or(|most| used <= most as usize)
+    }
+
+    fn attempt(&mut self) -> Result<(), Interrupted> {
+        let all = self.generations();
         // What other gaits have found is often a better start than the template.
         let known = self.progress.milestones.iter().filter(|milestone| milestone.finished);
         let starts: Vec<Vec<f64>> = self
@@ -111,7 +154,7 @@ impl<'a> NicheSearch<'a> {
         };
         let mut leading = self.stage(first, &starts)?;
         self.found = Some(leading.found());
-        if leading.best().figures.upright >= 1.0 {
+        if self.stages == 1 && leading.best().figures.upright >= 1.0 {
             let motion = self.motion(&leading.wanted, leading.best());
             self.progress.show(motion, false, self.observer);
         }
@@ -183,9 +226,9 @@ impl<'a> NicheSearch<'a> {
         });
         stop.check()?;
         self.progress.simulated += refinement.seconds - before;
-        let chosen = natural.iter().position(|natural| *natural).unwrap_or(0);
-        let Some(candidate) = finalists.into_iter().nth(chosen) else { return Ok(()) };
-        self.found = Some(Found { wanted, candidate });
+        let first = natural.iter().position(|natural| *natural);
+        let Some(candidate) = finalists.into_iter().nth(first.unwrap_or(0)) else { return Ok(()) };
+        self.found = Some(Found { wanted, candidate, natural: first.is_some() });
         Ok(())
     }
 

@@ -54,12 +54,12 @@ pub(super) fn run(
         },
     };
     let mut ended = StopReason::Complete;
-    for (index, niche) in niches.iter().enumerate().skip(next) {
+    for index in next..niches.len() {
         if shared.used_up(&progress) {
             ended = StopReason::Generations;
             break;
         }
-        let search = NicheSearch::new(&shared, (index, niche), &mut progress, observer);
+        let search = NicheSearch::new(&shared, (index, niches), &mut progress, observer);
         let (motion, outcome) = search.run();
         if let Some(motion) = motion {
             progress.show(motion, true, observer);
