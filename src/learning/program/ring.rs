@@ -37,8 +37,9 @@ pub const EXTENSION: usize = 12;
 /// Extension of the legs in mid-stance as a share of their length: at least, as a seed, and at most.
 const EXTENSIONS: [f64; 3] = [0.82, 0.86, 0.95];
 
-/// Shift of a leg's phase a unit, parts of a stride, and the greatest within a pair: more would make another gait of it. Pairs may be
-/// farther apart: a foot touches down later than it is sent where the trunk pitches away from it.
+/// Shift of a leg's phase a unit, parts of a stride, and the greatest: more would make another gait of it. Where fore or hind legs
+/// push together the pairs may be shifted farther: their feet touch down later than they are sent where the trunk pitches away from
+/// them.
 const PHASE_SHIFT: f64 = 0.04;
 const PAIR_SHIFT: f64 = 0.1;
 /// The most by which a stride is slowed down for the sake of the motors' greatest speeds; slower ones take shorter ways.
@@ -111,7 +112,8 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         let side = if leg.left { 1.0 } else { -1.0 };
         let shift = |index: usize| PHASE_SHIFT * p(index).clamp(-1.0, 1.0);
         let aside = if mirrored { 0.0 } else { shift(18) * side + shift(19) * side * fore };
-        let apart = (PHASE_SHIFT * p(17)).clamp(-PAIR_SHIFT, PAIR_SHIFT);
+        let farthest = if wanted.gait.symmetrical() { PHASE_SHIFT } else { PAIR_SHIFT };
+        let apart = (PHASE_SHIFT * p(17)).clamp(-farthest, farthest);
         let phase = wanted.gait.phases[index] + apart * fore + aside;
         // A single row of legs has to stand below the centre of mass.
         let below = if rows > 1 { leg.hip.x } else { legs.center.x };
