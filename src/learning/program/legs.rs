@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Matrix5, Point3, Rotation3, Vector2, Vector3, Vector5};
 use gaitwright_physics::model::{Body, DofKind, Model, Surface};
 use gaitwright_physics::stance::Stance;
 
-use super::spine::Spine;
+use super::spine::{Frame, Spine};
 use crate::gait::limb::greatest_reach;
 
 /// A segment shorter than this share of the leg's longest one does not count for its length: it only turns
@@ -180,9 +180,6 @@ impl LegChain {
         left
     }
 }
-
-/// Rotation of a body and the place of its joint, way frame.
-pub(super) type Frame = (Matrix3<f64>, Vector3<f64>);
 
 /// The way frame of travel along `direction` (world frame), and where the bodies of `model` are in it as they stand in `stance`.
 fn placed(model: &Model, stance: &Stance, direction: [f64; 3]) -> (Rotation3<f64>, Vec<Frame>) {

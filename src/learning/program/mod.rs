@@ -15,7 +15,7 @@
 //! | [`gains`] | springs and dampers of the drive |
 //! | [`template`] | forces of the legs, and how the trunk moves under them |
 //! | [`ring`] | a stride as a ring of keyframes |
-//! | [`spine`] | bodies without legs, and their waves as such rings |
+//! | [`spine`], [`wave`] | bodies without legs, and their waves as such rings |
 //! | [`rollout`], [`figures`], [`leg_watch`] | such a ring in the simulator, and what is seen of it and of each leg |
 //! | [`cost`] | what that costs |
 //! | [`cma`] | the evolution strategy |
@@ -33,3 +33,4 @@ pub mod ring;
 pub mod rollout;
 pub mod spine;
 pub mod template;
+pub mod wave;

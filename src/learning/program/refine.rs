@@ -19,7 +19,7 @@ use super::gaits::NamedGait;
 use super::legs::Legs;
 use super::ring::{AIM, EXTENSION, PARAMETERS, PERIOD, Ring, SIDEWAYS, TURN, Wanted, program, ring};
 use super::rollout::{Arena, STRIDES};
-use super::spine::{self, WAVE_SIDEWAYS, WAVE_TURN, softness};
+use super::wave::{self, WAVE_SIDEWAYS, WAVE_TURN, softness};
 use crate::learn::{Interrupted, Stop};
 
 /// Candidates of a generation: fixed, so that the result does not depend on the number of threads.
@@ -83,7 +83,7 @@ impl Subject {
         let Self { model, legs, .. } = self;
         if let Some(spine) = &legs.spine {
             let gains = self.gains_times(softness(parameters));
-            return (spine::ring(model, legs, spine, wanted, parameters), gains);
+            return (wave::ring(model, legs, spine, wanted, parameters), gains);
         }
         let program = program(legs, wanted, parameters);
         let gains = self.gains_times([program.stiffness, program.damping]);
@@ -107,7 +107,7 @@ impl Subject {
 
     /// Where a search for `gait` may start.
     pub fn seeds(&self, gait: &NamedGait) -> Vec<Vec<f64>> {
-        if self.legs.spine.is_some() { spine::seeds() } else { seeds(gait) }
+        if self.legs.spine.is_some() { wave::seeds() } else { seeds(gait) }
     }
 
     /// Where its gaits are tried.
