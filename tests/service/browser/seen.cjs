@@ -35,6 +35,16 @@ exports.inksOf = async function inksOf(page, element) {
   }, png);
 };
 
+/** The colors of an element once it is drawn the same half a second later, within ten seconds: a busy machine draws late. */
+exports.stillInks = async function stillInks(page, element) {
+  for (let round = 0; round < 20; round += 1) {
+    const before = await exports.inksOf(page, element);
+    await page.waitForTimeout(500);
+    if ((await exports.inksOf(page, element)).digest === before.digest) return before;
+  }
+  throw new Error("it does not stand still");
+};
+
 /** Texts whose contrast with what lies under them is below that of WCAG 2 AA: 4.5, or 3 for large letters. */
 exports.contrasts = function contrasts(page) {
   return page.evaluate(() => {
