@@ -156,6 +156,11 @@ class Client:
         query = _query(fps=fps, in_place=in_place)
         return self._bytes("GET", f"{_place(job)}{_motion(number)}.{EXTENSIONS[form]}{query}")
 
+    def export_repertoire(self, job, fps=None, in_place=False):
+        """The bytes of one glTF binary with all motions of a job."""
+        query = _query(fps=fps, in_place=in_place)
+        return self._bytes("GET", f"{_place(job)}/motions.glb{query}")
+
     def recording(self, job, path):
         """Writes the recording for the Rerun viewer into a file; of a running job, as it grows, until the job has ended."""
         with self._open("GET", _place(job) + "/recording.rrd") as stream, open(path, "wb") as file:

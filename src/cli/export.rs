@@ -1,14 +1,15 @@
 //! `export`: a motion in the form that other programs open.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gaitwright::export::{
-    DEFAULT_FPS, EntryCertificate, ExportFormat, ExportOptions, LoopCertificate, PoseChange, StandingFoot,
-    export,
+    DEFAULT_FPS, EntryCertificate, ExportFormat, ExportOptions, LoopCertificate, PoseChange, SampledMotion,
+    StandingFoot, animation_name, export, export_repertoire,
 };
+use gaitwright_physics::character::Character;
 use gaitwright_physics::fault::{Fault, InputError};
 use gaitwright_physics::motion::Motion;
 
@@ -20,8 +21,9 @@ use super::message::tell;
 /// keyframes. The guide describes each.
 #[derive(Debug, clap::Args)]
 pub struct ExportCommand {
-    /// Motion document; `-` is standard input
-    motion: PathBuf,
+    /// Motion documents; `-` is standard input. Several, such as a whole repertoire, go into one glTF binary
+    #[arg(required = true, value_name = "MOTION")]
+    motions: Vec<PathBuf>,
     /// The character it was made for: URDF, character JSON, or zip
     #[arg(long)]
     character: PathBuf,
@@ -46,31 +48,69 @@ fn formats() -> impl TypedValueParser<Value = ExportFormat> {
 
 impl ExportCommand {
     pub fn run(self) -> Result<(), CommandError> {
-        let motion = Motion::parse(&read(&self.motion)?).map_err(CommandError::input(name(&self.motion)))?;
         let reading = read_character(&self.character, false)?;
-        let options = ExportOptions { fps: self.fps, in_place: self.in_place };
-        let exported = export(&motion, &reading.character, self.format, &options).map_err(|error| {
-            // What is wrong with an option is named as the option is.
-            let fault = error.faults().first().map_or("", |fault: &Fault| &fault.pointer);
-            let place = match fault {
-                "fps" => "--fps".to_owned(),
-                "in_place" => "--in-place".to_owned(),
-                _ => name(&self.motion),
-            };
-            CommandError::Input { name: place, error: without_option(error) }
-        })?;
-        if let Some(certificate) = &exported.certificate {
-            tell(format_args!("{}", adjustments(certificate)));
-        }
+        let file = match self.motions.as_slice() {
+            [motion] => self.one(motion, &reading.character)?,
+            motions => self.several(motions, &reading.character)?,
+        };
         if self.out.as_os_str() == "-" {
             let mut out = std::io::stdout().lock();
-            out.write_all(&exported.file)?;
+            out.write_all(&file)?;
             return Ok(out.flush()?);
         }
-        std::fs::write(&self.out, exported.file)
+        std::fs::write(&self.out, file)
             .with_context(|| format!("{} cannot be written", self.out.display()))?;
         Ok(())
     }
+
+    /// One motion in the form that was asked for.
+    fn one(&self, path: &Path, character: &Character) -> Result<Vec<u8>, CommandError> {
+        let motion = read_motion(path)?;
+        let options = ExportOptions { fps: self.fps, in_place: self.in_place };
+        let exported =
+            export(&motion, character, self.format, &options).map_err(|error| refused(path, error))?;
+        if let Some(certificate) = &exported.certificate {
+            tell(format_args!("{}", adjustments(certificate)));
+        }
+        Ok(exported.file)
+    }
+
+    /// Several motions in one file, each called after its own.
+    fn several(&self, paths: &[PathBuf], character: &Character) -> Result<Vec<u8>, CommandError> {
+        if self.format != ExportFormat::Glb {
+            let reason =
+                format!("a file of the format {} holds one motion, of glb several", self.format.name());
+            let error = InputError::impossible("", reason);
+            return Err(CommandError::Input { name: "--format".to_owned(), error });
+        }
+        let sampled = paths.iter().map(|path| {
+            let motion = read_motion(path)?;
+            let sampled =
+                SampledMotion::new(&motion, character, self.fps).map_err(|error| refused(path, error))?;
+            let file = path.file_name().unwrap_or_default().to_string_lossy();
+            Ok(sampled.named(animation_name(&file)))
+        });
+        let sampled = sampled.collect::<Result<Vec<_>, CommandError>>()?;
+        let file = export_repertoire(&sampled, self.in_place).map_err(CommandError::input("the motions"))?;
+        for SampledMotion { name, certificate, .. } in &sampled {
+            tell(format_args!("{name}: {}", adjustments(certificate)));
+        }
+        Ok(file)
+    }
+}
+
+fn read_motion(path: &Path) -> Result<Motion, CommandError> {
+    Motion::parse(&read(path)?).map_err(CommandError::input(name(path)))
+}
+
+/// The error under the name of the motion's file, or of the option that is wrong.
+fn refused(motion: &Path, error: InputError) -> CommandError {
+    let place = match error.faults() {
+        [Fault { pointer, .. }, ..] if pointer == "fps" => "--fps".to_owned(),
+        [Fault { pointer, .. }, ..] if pointer == "in_place" => "--in-place".to_owned(),
+        _ => name(motion),
+    };
+    CommandError::Input { name: place, error: without_option(error) }
 }
 
 /// What was adjusted, in a line.

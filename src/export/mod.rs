@@ -15,7 +15,8 @@ pub use curve::{Curve, CurveFormat};
 pub use diagram::{DiagramError, gait_diagram};
 pub use formats::{
     DEFAULT_FPS, EntryCertificate, ExportFormat, ExportOptions, Exported, LoopCertificate, Mended,
-    MotionClip, MotionFrame, PoseChange, SampledMotion, StandingFoot, export, export_pose,
+    MotionClip, MotionFrame, PoseChange, SampledMotion, StandingFoot, animation_name, export, export_pose,
+    export_repertoire,
 };
 pub use front::front_diagram;
 pub use motion::{Performance, motion};

@@ -171,6 +171,7 @@ fn routes() -> OpenApiRouter<App> {
         .routes(routes!(exports::csv))
         .routes(routes!(exports::ros))
         .routes(routes!(exports::mujoco))
+        .routes(routes!(exports::repertoire))
         .routes(routes!(results::gait))
         .routes(routes!(results::diagram))
         .routes(routes!(results::curve))

@@ -3,7 +3,6 @@
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::Response;
-use serde::Deserialize;
 use uuid::Uuid;
 
 use super::app::App;
@@ -14,17 +13,6 @@ use super::responses::{JobId, NotExported, PreliminaryQuery};
 use super::results::{Choice, check_ended, not_ready, served};
 use crate::export::ExportFormat;
 use crate::jobs::{Job, JobFile, Shelf};
-
-/// How a motion of the repertoire is wanted.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct Query {
-    #[serde(default)]
-    preliminary: bool,
-    fps: Option<f64>,
-    #[serde(default)]
-    in_place: bool,
-}
 
 /// One motion of the repertoire, as a document or in a form that other programs open.
 #[utoipa::path(
@@ -43,16 +31,16 @@ pub(super) struct Query {
 pub(super) async fn motion(
     State(app): State<App>,
     UrlPath((id, name)): UrlPath<(Uuid, String)>,
-    UrlQuery(query): UrlQuery<Query>,
+    UrlQuery(wanted): UrlQuery<Wanted>,
     headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
-    let choice = Choice { preliminary: query.preliminary };
+    let choice = wanted.choice();
     let (number, format) = match name.split_once('.') {
         None => (name.as_str(), None),
         Some((number, format)) => (number, Some(export_format(format)?)),
     };
-    if format.is_none() && (query.fps.is_some() || query.in_place) {
+    if format.is_none() && wanted.is_of_exports() {
         let detail = "fps, in_place: a motion document has neither, exports such as 1.glb have both";
         return Err(ProblemDetails::new(StatusCode::BAD_REQUEST, detail));
     }
@@ -61,10 +49,7 @@ pub(super) async fn motion(
     let document = JobFile::shelved(id, Shelf::Motions, &file);
     match format {
         None => served(&app, &job, (&choice, &headers), (&document, &file, "application/json")).await,
-        Some(format) => {
-            let wanted = Wanted::new(query.fps, query.in_place);
-            converted(&app, &job, &document, format, (&wanted, &headers)).await
-        }
+        Some(format) => converted(&app, &job, &document, format, (&wanted, &headers)).await,
     }
 }
 

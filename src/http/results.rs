@@ -194,13 +194,17 @@ pub(super) async fn served(
     (file, name, media_type): (&JobFile, &str, &'static str),
 ) -> Result<Response, ProblemDetails> {
     check_ended(job, choice, name)?;
-    let ended = job.state.is_final();
     let Some(contents) = app.jobs.read(file).await? else { return Err(not_ready(job, name)) };
-    if ended {
-        return Ok(tagged(headers, media_type, &tag(&[&contents]), contents));
+    let preliminary = !job.state.is_final() && media_type == "application/json";
+    Ok(given(job, headers, media_type, if preliminary { marked(contents) } else { contents }))
+}
+
+/// A result of `job`, with its tag; not to be kept while the job has not ended.
+pub(super) fn given(job: &Job, headers: &HeaderMap, media_type: &'static str, contents: Vec<u8>) -> Response {
+    if job.state.is_final() {
+        return tagged(headers, media_type, &tag(&[&contents]), contents);
     }
-    let contents = if media_type == "application/json" { marked(contents) } else { contents };
-    Ok(([(CONTENT_TYPE, media_type), (CACHE_CONTROL, "no-store")], contents).into_response())
+    ([(CONTENT_TYPE, media_type), (CACHE_CONTROL, "no-store")], contents).into_response()
 }
 
 /// A JSON document with the mark of what is not final.

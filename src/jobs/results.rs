@@ -10,11 +10,12 @@ use super::error::ServiceError;
 use super::files::{Artefact, Recorded, Run, Shelf};
 use super::live::Live;
 use super::order::read_character;
-use super::repertoire::Repertoire;
+use super::repertoire::{Repertoire, RepertoireEntry};
 use super::service::Jobs;
-use crate::export::{ExportFormat, ExportOptions, export};
+use crate::export::{ExportFormat, ExportOptions, SampledMotion, animation_name, export, export_repertoire};
 use gaitwright_learning::learn::Generation;
 use gaitwright_physics::character::Options;
+use gaitwright_physics::fault::InputError;
 use gaitwright_physics::motion::Motion;
 
 /// A file of a job, by its name.
@@ -108,6 +109,37 @@ impl Jobs {
             let motion = Motion::parse(&motion)?;
             let reading = read_character(&character, None, Options::default())?;
             Ok(Some(export(&motion, &reading.character, format, &options)?.file))
+        })
+        .await
+    }
+
+    /// All motions of a job's repertoire in one glTF binary; `None` when there are none (yet).
+    ///
+    /// # Errors
+    ///
+    /// [`ServiceError::UnknownJob`]; [`ServiceError::Input`] when the rate of frames cannot be used.
+    pub async fn exported_repertoire(
+        &self,
+        id: Uuid,
+        options: ExportOptions,
+    ) -> Result<Option<Vec<u8>>, ServiceError> {
+        let Some(repertoire) = self.repertoire(id).await? else { return Ok(None) };
+        let mut motions = Vec::with_capacity(repertoire.motions.len());
+        for RepertoireEntry { file, .. } in repertoire.motions {
+            let Some(motion) = self.read(&JobFile::shelved(id, Shelf::Motions, &file)).await? else {
+                return Ok(None);
+            };
+            motions.push((animation_name(&file), motion));
+        }
+        let character = self.shared().store.job_input(id).await?;
+        self.compute(move |_| {
+            let reading = read_character(&character, None, Options::default())?;
+            let sampled = motions.into_iter().map(|(name, motion)| {
+                let motion = Motion::parse(&motion)?;
+                Ok(SampledMotion::new(&motion, &reading.character, options.fps)?.named(name))
+            });
+            let sampled = sampled.collect::<Result<Vec<_>, InputError>>()?;
+            Ok(Some(export_repertoire(&sampled, options.in_place)?))
         })
         .await
     }

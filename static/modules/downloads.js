@@ -59,6 +59,7 @@ export class Downloads {
     if (over && job.metrics) {
       items.push(
         file("Report", "everything about the job, JSON", links.report, `${name}-report.json`),
+        file("All gaits", "glTF with every animation", `${links.motions}.glb`, `${name}.glb`),
         file("Repertoire", "all motions in figures, JSON", links.motions, `${name}-motions.json`),
         file("Gait", "footfalls in figures, JSON", links.gait, `${name}-gait.json`),
         file("Footfall diagram", "SVG", links.diagram, `${name}-gait.svg`));

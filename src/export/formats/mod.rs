@@ -31,7 +31,7 @@ use skeleton::Skeleton;
 
 pub use closing::{EntryCertificate, LoopCertificate, PoseChange};
 pub use feet::{Mended, StandingFoot};
-pub use sampled::{MotionClip, MotionFrame, SampledMotion};
+pub use sampled::{MotionClip, MotionFrame, SampledMotion, animation_name};
 
 /// Frames per second where no rate is asked for.
 pub const DEFAULT_FPS: f64 = 60.0;
@@ -140,7 +140,7 @@ pub fn export(
     }
     let sampled = SampledMotion::new(motion, character, options.fps)?;
     let file = match format {
-        ExportFormat::Glb => glb::write(&sampled, options.in_place)?,
+        ExportFormat::Glb => glb::write(&sampled, &[], options.in_place)?,
         ExportFormat::Bvh => bvh::write(&sampled, options.in_place).into_bytes(),
         ExportFormat::Csv => csv::write(&sampled, options.in_place)?,
         ExportFormat::Ros => ros::write(&sampled).into_bytes(),
@@ -148,6 +148,27 @@ pub fn export(
     };
     let certificate = (format != ExportFormat::Ros).then_some(sampled.certificate);
     Ok(Exported { file, certificate })
+}
+
+/// Writes several motions of one character into one glTF binary, with the animations of each called after its name.
+///
+/// # Errors
+///
+/// [`InputError::Impossible`] when there is no motion, when two are of different characters or have the same name, and
+/// when the file would be too large for its format.
+pub fn export_repertoire(motions: &[SampledMotion<'_>], in_place: bool) -> Result<Vec<u8>, InputError> {
+    let Some((first, others)) = motions.split_first() else {
+        return Err(InputError::impossible("", "there is no motion to be exported"));
+    };
+    for (index, motion) in others.iter().enumerate() {
+        if motion.skeleton.character.digest != first.skeleton.character.digest {
+            return Err(InputError::impossible(&*motion.name, "the motion is of another character"));
+        }
+        if motions[..=index].iter().any(|before| before.name == motion.name) {
+            return Err(InputError::impossible(&*motion.name, "two motions have this name"));
+        }
+    }
+    glb::write(first, others, in_place)
 }
 
 /// Writes `character` without a motion as glTF binary: its root link at `root` over the ground, in the world frame, and

@@ -17,6 +17,9 @@ const RATES: std::ops::RangeInclusive<f64> = 1.0..=1000.0;
 /// Most numbers of all frames together: angle, target and rate of every joint, and the root.
 const MOST_NUMBERS: f64 = 5e6;
 
+/// What the animations of a motion are called that has no name.
+const UNNAMED: &str = "motion";
+
 /// The whole character at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionFrame {
@@ -150,8 +153,14 @@ impl<'a> SampledMotion<'a> {
             Some(clip)
         };
         let gait = motion.metrics.gait.as_deref().filter(|gait| *gait != "unclassified");
-        let name = gait.unwrap_or("motion").to_owned();
+        let name = gait.unwrap_or(UNNAMED).to_owned();
         Ok(Self { skeleton, entry, cycle, name, certificate })
+    }
+
+    /// The same, with its animations called after `name`.
+    #[must_use]
+    pub fn named(self, name: String) -> Self {
+        Self { name, ..self }
     }
 
     /// Names of the joints in the order of the frames' angles.
@@ -162,6 +171,19 @@ impl<'a> SampledMotion<'a> {
     /// Frames of all links of the character, in their order, in the world frame or without the travel.
     pub fn link_poses(&self, frame: &MotionFrame, in_place: bool) -> Vec<Isometry3<f64>> {
         self.skeleton.poses(&frame.placed_root(in_place), &frame.angles)
+    }
+}
+
+/// What the animations of a motion are called after the name of its file: those of `3-running-trot.json`, the third of a
+/// repertoire, `running_trot`.
+pub fn animation_name(file: &str) -> String {
+    let stem = file.split('.').next().unwrap_or_default();
+    let words: Vec<&str> =
+        stem.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty()).collect();
+    match words.as_slice() {
+        [number, name @ ..] if !name.is_empty() && number.parse::<u32>().is_ok() => name.join("_"),
+        [] => UNNAMED.to_owned(),
+        name => name.join("_"),
     }
 }
 

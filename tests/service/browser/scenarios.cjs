@@ -172,7 +172,7 @@ async function train({ open, faults, loaded }) {
 
   // Everything can be had as a file.
   const links = await page.locator(".files a").evaluateAll((all) => all.map((link) => [link.querySelector("strong").textContent, link.href]));
-  const starts = { Motion: "{", glTF: "glTF", BVH: "HIERARCHY", CSV: "", "ROS 2": "", MuJoCo: "<", Recording: "RRF", Report: "{", Repertoire: "{",
+  const starts = { Motion: "{", glTF: "glTF", BVH: "HIERARCHY", CSV: "", "ROS 2": "", MuJoCo: "<", Recording: "RRF", "All gaits": "glTF", Report: "{", Repertoire: "{",
     Gait: "{", "Footfall diagram": "<svg", "Learning curve": "{", Character: "<?xml" };
   assert.deepEqual(links.map(([name]) => name).sort(), Object.keys(starts).sort());
   for (const [name, href] of links) {

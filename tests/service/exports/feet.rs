@@ -26,7 +26,7 @@ const GAP: f64 = 2e-4;
 /// Distance from the ground within which a foot of an exported entry stands on it, m: at twice that it has lifted off.
 const GROUNDED: f64 = 1e-5;
 
-pub fn bundled(name: &str) -> Example {
+pub(super) fn bundled(name: &str) -> Example {
     let motion = std::fs::read(example_path(&format!("quadruped-{name}.motion.json"))).unwrap();
     Example { motion: Motion::parse(&motion).unwrap(), model: common::example("quadruped.urdf") }
 }
@@ -121,7 +121,7 @@ fn assert_stands(example: &Example, what: &str) {
 }
 
 #[test]
-pub fn bundled_feet_stand_over_the_seam_too() {
+fn bundled_feet_stand_over_the_seam_too() {
     for name in ["walk", "trot"] {
         assert_stands(&bundled(name), name);
     }
@@ -205,7 +205,7 @@ fn feet_that_slide_are_held() {
     assert!(certificate.held.angle > 0.005 && certificate.held.angle < 0.2, "{:?}", certificate.held);
     // In the file as well.
     let file = gltf::Gltf::from_slice(&exported.file).unwrap();
-    let extras = file.scenes().next().unwrap().extras().clone().unwrap();
+    let extras = file.animations().next().unwrap().extras().clone().unwrap();
     let extras: serde_json::Value = serde_json::from_str(extras.get()).unwrap();
     let told = &extras["certificate"]["feet"][0];
     assert_eq!(told["link"], certificate.feet[0].link.as_str());

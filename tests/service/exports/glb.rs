@@ -3,11 +3,14 @@
 use std::collections::BTreeMap;
 use std::process::Command;
 
-use gaitwright::export::{ExportFormat, ExportOptions, MotionClip, SampledMotion};
+use gaitwright::export::{
+    ExportFormat, ExportOptions, MotionClip, SampledMotion, animation_name, export_repertoire,
+};
 use gltf::animation::util::ReadOutputs;
 use gltf::{Gltf, Node};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
+use super::feet::bundled;
 use super::{Example, assert_near, at, y_up};
 
 /// Position and quaternion of each node that an animation moves, key by key.
@@ -125,6 +128,50 @@ fn in_place_leaves_out_the_root_motion() {
     assert_eq!(names, ["gallop_in_place", "gallop_entry"]);
 }
 
+/// The bundled walk and trot in one file are what each is in a file of its own.
+#[test]
+fn a_repertoire_has_the_animations_of_each_motion() {
+    let examples = ["walk", "trot"].map(bundled);
+    let sampled = examples.each_ref().map(|example| {
+        let one = SampledMotion::new(&example.motion, example.character(), 60.0).unwrap();
+        let name = animation_name(&format!("1-fast {}.json", one.name));
+        one.named(name)
+    });
+    let bytes = export_repertoire(&sampled, false).unwrap();
+    let file = Gltf::from_slice(&bytes).unwrap();
+    let names: Vec<_> = file.animations().map(|animation| animation.name().unwrap().to_owned()).collect();
+    let kinds = ["fast_walk", "fast_trot"]
+        .map(|name| ["", "_in_place", "_entry"].map(|kind| format!("{name}{kind}")));
+    assert_eq!(names, kinds.concat());
+    for (example, motion) in examples.iter().zip(&sampled) {
+        assert_plays(&file, &motion.name, &motion.cycle, example, false);
+        assert_plays(&file, &format!("{}_in_place", motion.name), &motion.cycle, example, true);
+        assert_plays(
+            &file,
+            &format!("{}_entry", motion.name),
+            motion.entry.as_ref().unwrap(),
+            example,
+            false,
+        );
+    }
+    let [walk, trot] = sampled;
+    let twice = export_repertoire(&[walk.clone(), trot.named(walk.name.clone())], false);
+    assert!(twice.unwrap_err().to_string().contains("fast_walk: two motions have this name"));
+    export_repertoire(&[], false).unwrap_err();
+}
+
+#[test]
+fn animations_are_called_after_files() {
+    for (file, name) in [
+        ("3-running-trot.json", "running_trot"),
+        ("quadruped-walk.motion.json", "quadruped_walk"),
+        ("12.json", "12"),
+        ("-", "motion"),
+    ] {
+        assert_eq!(animation_name(file), name);
+    }
+}
+
 /// Every shape is there in its size, closed, and with its faces outward: the volume that they enclose is the shape's.
 #[test]
 fn its_meshes_are_the_shapes() {
@@ -194,10 +241,16 @@ fn the_khronos_validator_finds_no_fault() {
         v.validateBytes(new Uint8Array(fs.readFileSync(process.argv[1]))) \
         .then(r => console.log(JSON.stringify(r.issues)));";
     let folder = tempfile::tempdir().unwrap();
-    for (example, in_place) in [(Example::new(), false), (Example::with_poses(), true)] {
+    let one = |example: Example, in_place| {
+        example.export(ExportFormat::Glb, ExportOptions { in_place, ..ExportOptions::default() })
+    };
+    let examples = ["walk", "trot"].map(bundled);
+    let sampled =
+        examples.each_ref().map(|one| SampledMotion::new(&one.motion, one.character(), 60.0).unwrap());
+    let repertoire = export_repertoire(&sampled, false).unwrap();
+    for bytes in [one(Example::new(), false), one(Example::with_poses(), true), repertoire] {
         let path = folder.path().join("motion.glb");
-        let options = ExportOptions { in_place, ..ExportOptions::default() };
-        std::fs::write(&path, example.export(ExportFormat::Glb, options)).unwrap();
+        std::fs::write(&path, bytes).unwrap();
         let output = Command::new("node").args(["-e", SCRIPT]).arg(&path).output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let issues: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();

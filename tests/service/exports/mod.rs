@@ -7,6 +7,7 @@ mod frames;
 mod glb;
 mod mujoco;
 mod tables;
+mod three;
 
 use std::path::Path;
 use std::sync::Arc;

@@ -97,7 +97,7 @@ fn results_are_whole_or_marked() {
     let service = Service::start();
     let first = service.post_job(&endless());
     service.wait(&first, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 3);
-    for result in ["motion", "gait", "gait.svg", "report"] {
+    for result in ["motion", "motion.glb", "motions.glb", "gait", "gait.svg", "report"] {
         service.curl(&format!("{first}/{result}"), &[]).problem(409);
         service.curl(&format!("{first}/{result}?preliminary=true"), &[]).problem(409);
     }
@@ -123,6 +123,14 @@ fn results_are_whole_or_marked() {
     assert_eq!(marked["preliminary"], true);
     marked.as_object_mut().unwrap().remove("preliminary");
     assert_eq!(marked, serde_json::from_slice::<Value>(&left).unwrap());
+
+    // So with its exports.
+    let waiting = service.post_gaits(&json!({ "gait": "trot", "froude": 0.4 }), &json!({ "generations": 2 }));
+    std::fs::create_dir_all(service.folder(&waiting)).unwrap();
+    std::fs::write(service.folder(&waiting).join("motion.json"), &left).unwrap();
+    service.curl(&format!("{waiting}/motion.csv"), &[]).problem(409);
+    let export = service.curl(&format!("{waiting}/motion.csv?preliminary=true"), &[]);
+    assert_eq!((export.status, &*export.headers["cache-control"]), (200, "no-store"), "{}", export.text());
 
     // Whole results carry no mark, whatever is asked for.
     let whole = service.json(&format!("{again}/motion?preliminary=true"));

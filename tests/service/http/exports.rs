@@ -18,6 +18,15 @@ fn a_motion_is_exported_once_its_job_has_ended() {
     assert_eq!((glb.status, &*glb.headers["content-type"]), (200, "model/gltf-binary"));
     let file = gltf::Gltf::from_slice(&glb.body).unwrap();
     assert_eq!(file.animations().count(), 3);
+    let all = service.curl(&format!("{job}/motions.glb?in_place=true"), &[]);
+    assert_eq!((all.status, &*all.headers["content-type"]), (200, "model/gltf-binary"));
+    let names =
+        |file: &gltf::Gltf| file.animations().map(|one| one.name().unwrap().to_owned()).collect::<Vec<_>>();
+    assert_eq!(names(&gltf::Gltf::from_slice(&all.body).unwrap()), ["trot_in_place", "trot_entry"]);
+    let unchanged = format!("If-None-Match: {}", all.headers["etag"]);
+    let again = service.curl(&format!("{job}/motions.glb?in_place=true"), &["-H", &unchanged]);
+    assert_eq!(again.status, 304);
+    service.curl(&format!("{job}/motions.glb?fps=0"), &[]).problem(422);
     let bvh = service.curl(&format!("{job}/motion.bvh?in_place=true"), &[]);
     assert_eq!(bvh.status, 200);
     assert!(bvh.text().starts_with("HIERARCHY\nROOT trunk"));

@@ -75,6 +75,8 @@ if numpy:
 # Its files.
 glb = client.export(job, "glb", fps=30)
 assert struct.unpack("<4sII", glb[:12]) == (b"glTF", 2, len(glb))
+gaits = client.export_repertoire(job, in_place=True)
+assert b"_in_place" in gaits and struct.unpack("<4sII", gaits[:12]) == (b"glTF", 2, len(gaits))
 assert client.export(job, "bvh", number=1, in_place=True).startswith(b"HIERARCHY")
 rows = lambda fps: client.export(job, "csv", fps=fps).count(b"\nloop,")
 assert rows(100) > 1.5 * rows(50) > 3

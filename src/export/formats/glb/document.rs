@@ -62,13 +62,6 @@ impl Document {
         }
     }
 
-    /// Puts what is to be known of the file as a whole beside the scene.
-    pub(super) fn describe_scene(&mut self, meaning: &impl Serialize) {
-        if let Some(scene) = self.root.scenes.first_mut() {
-            scene.extras = to_raw_value(meaning).ok();
-        }
-    }
-
     /// Makes the scene, of one root node.
     pub(super) fn scene(&mut self, root: Index<Node>) {
         let scene = Scene { name: None, nodes: vec![root], extensions: None, extras: Default::default() };
@@ -271,14 +264,14 @@ impl AnimationKeys<'_> {
         self.channels.push(Channel { sampler, target, extensions: None, extras: Default::default() });
     }
 
-    /// Adds it to the document.
-    pub(super) fn finish(self) {
+    /// Adds it to the document, with what is to be known of it for readers that look for it.
+    pub(super) fn finish(self, meaning: Option<&impl Serialize>) {
         self.document.root.push(Animation {
             name: Some(self.name),
             channels: self.channels,
             samplers: self.samplers,
             extensions: None,
-            extras: Default::default(),
+            extras: meaning.and_then(|meaning| to_raw_value(meaning).ok()),
         });
     }
 }

@@ -2,13 +2,15 @@
 //!
 //! The node of a link that a joint moves tells of it in `extras`: `joint` (its name), `kind` (`revolute` or `prismatic`),
 //! `axis` (in the node's own frame) and `angle` (rad or m, in the pose that the nodes have without an animation), so that
-//! a reader can bend the character as it likes. `extras` of the scene hold the `certificate` of the loop: what was
+//! a reader can bend the character as it likes. `extras` of a loop's animations hold its `certificate`: what was
 //! adjusted, and how its feet stand.
 //!
 //! Key frames are joined linearly (quaternions on the shortest arc), which every program plays alike; the last of a
 //! loop equals the first, seen from the travelling root node.
 
 mod document;
+
+use std::iter;
 
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use serde::Serialize;
@@ -19,7 +21,7 @@ use super::skeleton::Skeleton;
 use super::tessellation::DisplayMesh;
 use super::up::y_up;
 use crate::export::recording::limb_colors;
-use document::{Document, Index, Node};
+use document::{AnimationKeys, Document, Index, Node};
 use gaitwright_physics::character::{Joint, JointKind, Link};
 use gaitwright_physics::fault::InputError;
 
@@ -39,9 +41,9 @@ impl<'a> JointExtras<'a> {
     }
 }
 
-/// What `extras` of the scene tell.
+/// What `extras` of a loop's animations tell.
 #[derive(Serialize)]
-struct SceneExtras<'a> {
+struct LoopExtras<'a> {
     certificate: &'a LoopCertificate,
 }
 
@@ -53,21 +55,20 @@ struct Nodes {
 
 /// The scene's one root node travels evenly over the ground (y up); below it stands a node that turns z up to y up,
 /// and below that the root link with all others, each moving as it does in the travelling frame. So the animation
-/// with root motion differs from the one in place by the root node alone.
-pub(super) fn write(sampled: &SampledMotion<'_>, in_place: bool) -> Result<Vec<u8>, InputError> {
+/// with root motion differs from the one in place by the root node alone. Without animations the character stands as
+/// `first` starts, the first of the motions.
+pub(super) fn write<'a>(
+    first: &SampledMotion<'a>,
+    others: &[SampledMotion<'a>],
+    in_place: bool,
+) -> Result<Vec<u8>, InputError> {
     let mut document = Document::default();
-    let rest = &sampled.entry.as_ref().unwrap_or(&sampled.cycle).frames[0];
-    let nodes = nodes(&mut document, &sampled.skeleton, &rest.root, &rest.angles);
-    document.describe_scene(&SceneExtras { certificate: &sampled.certificate });
-    let name = &sampled.name;
-    if !in_place {
-        animation(&mut document, sampled, &nodes, (name, &sampled.cycle), true);
+    let rest = &first.entry.as_ref().unwrap_or(&first.cycle).frames[0];
+    let nodes = nodes(&mut document, &first.skeleton, &rest.root, &rest.angles);
+    for sampled in iter::once(first).chain(others) {
+        animations(&mut document, sampled, &nodes, in_place);
     }
-    animation(&mut document, sampled, &nodes, (&format!("{name}_in_place"), &sampled.cycle), false);
-    if let Some(entry) = &sampled.entry {
-        animation(&mut document, sampled, &nodes, (&format!("{name}_entry"), entry), false);
-    }
-    let character = &sampled.skeleton.character.name;
+    let character = &first.skeleton.character.name;
     document.finish(character).map_err(|error| InputError::impossible("", error.to_string()))
 }
 
@@ -141,13 +142,27 @@ fn mesh(document: &mut Document, link: &Link, fallback: [f32; 4]) -> Option<Inde
     document.mesh(&link.name, &parts)
 }
 
-fn animation(
-    document: &mut Document,
-    sampled: &SampledMotion<'_>,
+/// The animations of one motion: the loop with root motion, the loop in place, and the entry.
+fn animations(document: &mut Document, sampled: &SampledMotion<'_>, nodes: &Nodes, in_place: bool) {
+    let SampledMotion { skeleton, entry, cycle, name, certificate } = sampled;
+    let extras = LoopExtras { certificate };
+    if !in_place {
+        animation(document, skeleton, nodes, (name, cycle), true).finish(Some(&extras));
+    }
+    animation(document, skeleton, nodes, (&format!("{name}_in_place"), cycle), false).finish(Some(&extras));
+    if let Some(entry) = entry {
+        animation(document, skeleton, nodes, (&format!("{name}_entry"), entry), false)
+            .finish(None::<&LoopExtras<'_>>);
+    }
+}
+
+fn animation<'a>(
+    document: &'a mut Document,
+    skeleton: &Skeleton<'_>,
     nodes: &Nodes,
     (name, clip): (&str, &MotionClip),
     travels: bool,
-) {
+) -> AnimationKeys<'a> {
     let mut animation = document.animation(name, clip.frames.iter().map(|frame| frame.time as f32));
     if travels {
         let turned = |frame: &MotionFrame| {
@@ -161,23 +176,20 @@ fn animation(
         animation.rotation(nodes.travel, &rotations(&poses));
     }
     for (link, &node) in nodes.links.iter().enumerate() {
-        let moves = link == 0 || sampled.skeleton.angle_of[link].is_some();
+        let moves = link == 0 || skeleton.angle_of[link].is_some();
         if !moves {
             continue;
         }
-        let poses: Vec<Isometry3<f64>> = clip
-            .frames
-            .iter()
-            .map(|frame| local(&sampled.skeleton, link, &frame.root, &frame.angles))
-            .collect();
-        if link == 0 || !sampled.skeleton.turns(link) {
+        let poses: Vec<Isometry3<f64>> =
+            clip.frames.iter().map(|frame| local(skeleton, link, &frame.root, &frame.angles)).collect();
+        if link == 0 || !skeleton.turns(link) {
             animation.translation(node, &positions(&poses));
         }
-        if link == 0 || sampled.skeleton.turns(link) {
+        if link == 0 || skeleton.turns(link) {
             animation.rotation(node, &rotations(&poses));
         }
     }
-    animation.finish();
+    animation
 }
 
 fn positions(poses: &[Isometry3<f64>]) -> Vec<[f32; 3]> {
