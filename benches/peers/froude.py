@@ -4,12 +4,13 @@
     python benches/peers/froude.py sweep.txt --svg static/froude.svg
 
 Asked for a speed and for no gait, a job tries the gaits that animals use there. Prints, for each Froude number asked for,
-those that came out natural, the cheapest first. Behind the points of the plot stand the Froude numbers at which horses and
+how many of each came out natural and the median cost of transport of these, the cheapest first. Behind the points of the plot stand the Froude numbers at which horses and
 dogs change from walk to trot and from trot to gallop (Alexander & Jayes 1983).
 """
 
 import argparse
 import re
+import statistics
 
 COLORS = {
     "walk": "#1f5fa0",
@@ -30,14 +31,14 @@ LINE = re.compile(
 
 def motions(path):
     """Name, Froude number asked for, cost of transport, and whether it is natural, of every line that is a motion."""
-    found = []
-    for line in open(path):
-        match = LINE.match(line)
-        if match:
-            speed, asked = float(match["speed"]), float(match["asked"])
-            froude = float(match["froude"]) * (asked / speed) ** 2 if speed else 0.0
-            found.append((match["name"], asked, froude, float(match["cost"]), match["verdict"] == "natural"))
-    return found
+    lines = [match for match in map(LINE.match, open(path)) if match]
+    # v² of Froude number 1, by the height of the hips in motion: the sums of many have more digits than what is printed of one.
+    unit = sum(float(line["speed"]) ** 2 for line in lines) / sum(float(line["froude"]) for line in lines)
+    return [
+        (line["name"], asked, asked**2 / unit, float(line["cost"]), line["verdict"] == "natural")
+        for line in lines
+        for asked in [float(line["asked"])]
+    ]
 
 
 def draw(found, path):
@@ -64,8 +65,8 @@ def draw(found, path):
                     label=name if natural else f"{name}, not natural",
                 )
     axes.set_xscale("log")
-    axes.set_ylim(bottom=0)
-    axes.set_xlabel("Froude number asked for")
+    axes.set_ylim(0, 1)
+    axes.set_xlabel("Froude number of the speed asked for")
     axes.set_ylabel("cost of transport")
     axes.grid(True, color="#dddddd")
     axes.set_axisbelow(True)
@@ -80,12 +81,20 @@ def main():
     parser.add_argument("--svg", help="the plot")
     options = parser.parse_args()
     found = motions(options.lines)
-    print("| asked, m/s | natural, the cheapest first (cost of transport) | not natural |")
-    print("|---|---|---|")
+    print("| Froude number | speed, m/s | natural: cost of transport, seeds | not natural |")
+    print("|---|---|---|---|")
     for asked in sorted({asked for _, asked, *_ in found}):
-        here = sorted((cost, name, natural) for name, speed, _, cost, natural in found if speed == asked)
-        told = [", ".join(f"{name} ({cost:.2f})" for cost, name, holds in here if holds == kept) for kept in (True, False)]
-        print(f"| {asked:.2f} | {told[0] or '–'} | {told[1] or '–'} |")
+        here = [motion for motion in found if motion[1] == asked]
+        natural, others = [], []
+        for gait in dict.fromkeys(name for name, *_ in here):
+            costs = [cost for name, _, _, cost, holds in here if name == gait and holds]
+            count = sum(name == gait for name, *_ in here)
+            if costs:
+                natural.append((statistics.median(costs), f"{gait} {statistics.median(costs):.2f} ({len(costs)} of {count})"))
+            else:
+                others.append(gait)
+        told = ", ".join(text for _, text in sorted(natural))
+        print(f"| {here[0][2]:.1g} | {asked:.2f} | {told or '–'} | {', '.join(others) or '–'} |")
     if options.svg:
         draw(found, options.svg)
 

@@ -28,6 +28,7 @@
 pub mod first_steps {}
 
 #[doc = include_str!("natural_gaits.md")]
+#[doc = include_str!("../../static/froude.svg")]
 pub mod natural_gaits {}
 
 #[doc = include_str!("study.md")]

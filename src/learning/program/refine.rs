@@ -392,13 +392,15 @@ impl Trial<'_> {
 /// Where a search for `gait` on legs may start: the gait as the template has it, with stride times from the usual down to half of it, with
 /// legs as long as usual and shorter. Small characters tip over within the usual time.
 ///
-/// Where fore or hind legs push together, the forces may spare the trunk pitching.
+/// Where fore or hind legs push together, the forces may spare the trunk pitching, and the legs are as long as usual or longer: they
+/// carry the more while they stand, and give way by more.
 fn seeds(gait: &NamedGait) -> Vec<Vec<f64>> {
-    let aims: &[f64] = if gait.symmetrical() { &[0.0] } else { &[0.0, 2.0] };
+    let (aims, extensions): (&[f64], _) =
+        if gait.symmetrical() { (&[0.0], [0.0, -1.0]) } else { (&[0.0, 2.0], [0.0, 1.0]) };
     let mut seeds = Vec::new();
     for &aim in aims {
         for period in [0.0, -1.0, -2.0, -3.0] {
-            for extension in [0.0, -1.0] {
+            for extension in extensions {
                 let mut parameters = vec![0.0; PARAMETERS];
                 (parameters[PERIOD], parameters[EXTENSION], parameters[AIM]) = (period, extension, aim);
                 seeds.push(parameters);
