@@ -161,9 +161,12 @@ fn finished_results_have_tags_and_text_is_compressed() {
         "motions/1/gait",
         "gait",
         "gait.svg",
+        "curve",
         "report",
         "motion.glb",
         "motion.csv",
+        "motion.yaml",
+        "motion.xml",
     ] {
         let place = format!("{path}/{result}");
         let whole = service.curl(&place, &[]);
