@@ -12,7 +12,7 @@ use super::forwarder::Forwarder;
 use super::objects::ObjectStore;
 use super::postgres::{Database, Server};
 use super::results::Results;
-use crate::http::client::Service;
+use crate::http::client::{Receiver, Service, events};
 use crate::http::whole::tiny_job;
 
 const SEEDS: [u64; 3] = [1, 2, 3];
@@ -112,6 +112,7 @@ async fn the_database_is_restarted() {
     let server = cluster.server();
     let _workers = [cluster.worker(), cluster.worker()];
     let jobs = post_all(&server, slow_job);
+    let followed = Receiver::start(&server.url(&format!("{}/events", jobs.keys().next().unwrap())));
     for pause in [0, 1, 4] {
         let path = jobs.keys().next().unwrap();
         wait_until_learning(&server, path, 3);
@@ -127,6 +128,8 @@ async fn the_database_is_restarted() {
     check_all(&server, &jobs, slow_job);
     let listed = server.json("/v1/jobs");
     assert_eq!(listed["jobs"].as_array().unwrap().len(), SEEDS.len(), "{listed}");
+    let events = events(&followed.finish());
+    assert_eq!(events.last().unwrap().0, "end", "who follows a job does so to its end");
 }
 
 #[tokio::test]
