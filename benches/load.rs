@@ -4,6 +4,7 @@
 //! once a second (1,000), how many follow its events (500), and how many jobs wait (64). Prints the times that looking at
 //! a job takes, from the request to the last byte, and the memory of the service over time.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -71,8 +72,11 @@ impl Service {
 struct Seen {
     /// s.
     times: Mutex<Vec<f64>>,
-    failed: AtomicU64,
+    /// Looks that came to nothing, by why.
+    failed: Mutex<BTreeMap<String, u64>>,
     event_bytes: AtomicU64,
+    /// Streams that were not begun.
+    refused: AtomicU64,
     /// Streams that have ended although their jobs had not.
     broken: AtomicU64,
 }
@@ -94,8 +98,9 @@ fn client() -> Client {
 
 /// Follows the events of a job.
 async fn follow(job: String, seen: Arc<Seen>) {
-    let Ok(mut events) = client().get(format!("{job}/events")).send().await else {
-        seen.broken.fetch_add(1, Ordering::Relaxed);
+    let answer = client().get(format!("{job}/events")).send().await;
+    let Some(mut events) = answer.ok().filter(|answer| answer.status() == 200) else {
+        seen.refused.fetch_add(1, Ordering::Relaxed);
         return;
     };
     while let Ok(Some(chunk)) = events.chunk().await {
@@ -112,17 +117,19 @@ async fn look(job: String, offset: Duration, from: Instant, seen: Arc<Seen>) {
     loop {
         turns.tick().await;
         let start = Instant::now();
-        let whole = match client.get(&job).send().await {
-            Ok(answer) if answer.status() == 200 => answer.bytes().await.is_ok(),
-            _ => false,
+        let failure = match client.get(&job).send().await {
+            Ok(answer) if answer.status() == 200 => {
+                answer.bytes().await.is_err().then(|| "broken off".to_owned())
+            }
+            Ok(answer) => Some(answer.status().as_u16().to_string()),
+            Err(_) => Some("no answer".to_owned()),
         };
         if start < from {
             continue;
         }
-        if whole {
-            seen.times.lock().expect("no panic").push(start.elapsed().as_secs_f64());
-        } else {
-            seen.failed.fetch_add(1, Ordering::Relaxed);
+        match failure {
+            None => seen.times.lock().expect("no panic").push(start.elapsed().as_secs_f64()),
+            Some(why) => *seen.failed.lock().expect("no panic").entry(why).or_default() += 1,
         }
     }
 }
@@ -168,9 +175,9 @@ async fn main() {
         times.get(index).map_or(f64::NAN, |time| 1e3 * time)
     };
     println!(
-        "GET /v1/jobs/{{id}}: {} answers, {} failures",
+        "GET /v1/jobs/{{id}}: {} answers, failures {:?}",
         times.len(),
-        seen.failed.load(Ordering::Relaxed)
+        seen.failed.lock().expect("no panic")
     );
     println!(
         "time, ms: median {:.1}, 90 % {:.1}, 99 % {:.1}, 99.9 % {:.1}, longest {:.1}",
@@ -181,8 +188,9 @@ async fn main() {
         quantile(1.0)
     );
     println!(
-        "events: {:.1} MB, {} streams broken off",
+        "events: {:.1} MB, {} streams refused, {} broken off",
         seen.event_bytes.load(Ordering::Relaxed) as f64 / 1e6,
+        seen.refused.load(Ordering::Relaxed),
         seen.broken.load(Ordering::Relaxed)
     );
     let third = memory.len().div_ceil(3);

@@ -51,6 +51,7 @@ pub(super) fn tagged(
 pub(super) fn is_text(_: StatusCode, _: Version, headers: &HeaderMap, _: &Extensions) -> bool {
     const STREAMS: [&str; 2] = ["text/event-stream", "application/jsonl"];
     let Some(kind) = media_type(headers) else { return false };
-    let text = kind.starts_with("text/") || kind.ends_with("json") || kind.ends_with("+xml");
+    let ends = ["json", "xml", "yaml"];
+    let text = kind.starts_with("text/") || ends.iter().any(|end| kind.ends_with(end));
     text && !STREAMS.contains(&kind.as_str())
 }

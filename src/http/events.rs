@@ -23,7 +23,8 @@ use super::responses::{JobId, NotFollowed};
 use crate::jobs::{Job, JobState, Jobs, Live, ServiceError};
 use gaitwright_learning::learn::Generation;
 
-/// Time after which a job that runs elsewhere is looked at again, if nothing has been heard of it.
+/// Time after which a job that runs elsewhere is looked at again, if nothing has been heard of it, and any job when the
+/// store has not answered.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
 
 /// Every generation's figures from the first on, then the end.
@@ -121,17 +122,29 @@ impl EventSender {
         }
     }
 
+    /// What the store says, which is asked again for as long as it cannot be reached or is overburdened.
+    async fn answered<T, A>(&self, ask: impl Fn() -> A) -> Result<T, StreamEnded>
+    where
+        A: Future<Output = Result<T, ServiceError>>,
+    {
+        loop {
+            match ask().await {
+                Ok(answer) => return Ok(answer),
+                Err(ServiceError::Store(error)) if error.is_unavailable() => {}
+                Err(_) => return Err(StreamEnded),
+            }
+            tokio::select! {
+                () = tokio::time::sleep(LOOK_EVERY) => {}
+                () = self.sender.closed() => return Err(StreamEnded),
+                () = self.jobs.shutdown().cancelled() => return Err(StreamEnded),
+            }
+        }
+    }
+
     /// Sends the state of a job that does not run here, its curve so far if it runs elsewhere, and if it has ended its
     /// curve and the end.
     async fn idle(&mut self) -> Result<(), StreamEnded> {
-        let job = match self.jobs.job(self.id).await {
-            Ok(job) => job,
-            // Others may have the store again soon.
-            Err(ServiceError::Store(error)) if self.jobs.is_shared() && error.is_unavailable() => {
-                return Ok(());
-            }
-            Err(_) => return Err(StreamEnded),
-        };
+        let job = self.answered(|| self.jobs.job(self.id)).await?;
         let ended = job.state.is_final();
         if !ended {
             self.state(job.clone()).await?;
@@ -139,7 +152,7 @@ impl EventSender {
         if job.state == JobState::Queued {
             return Ok(());
         }
-        let curve = self.jobs.curve(self.id, self.next).await.map_err(|_| StreamEnded)?;
+        let curve = self.answered(|| self.jobs.curve(self.id, self.next)).await?;
         self.figures(&curve).await?;
         if !ended {
             return Ok(());
@@ -150,7 +163,7 @@ impl EventSender {
 
     /// Sends what happens in a running job until it is over.
     async fn follow(&mut self, live: &Live) -> Result<(), StreamEnded> {
-        let job = self.jobs.job(self.id).await.map_err(|_| StreamEnded)?;
+        let job = self.answered(|| self.jobs.job(self.id)).await?;
         self.state(job).await?;
         let mut moment = live.watch();
         let mut seconds = tokio::time::interval(PROGRESS_EVERY);

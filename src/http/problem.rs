@@ -223,12 +223,15 @@ impl From<ServiceError> for ProblemDetails {
                 Self::new(StatusCode::SERVICE_UNAVAILABLE, detail).retry_after(STORE_RETRY)
             }
             ServiceError::Store(error @ StoreError::Unreadable { .. }) => Self::conflict(error.to_string()),
-            ServiceError::Unmanned { .. } => {
+            ServiceError::File(error) => {
+                tracing::error!(%error, "a file is not available");
+                let detail = "the files cannot be read or written at present; see /readyz";
+                Self::new(StatusCode::SERVICE_UNAVAILABLE, detail).retry_after(STORE_RETRY)
+            }
+            ServiceError::Unmanned { .. } | ServiceError::Silent(_) => {
                 Self::new(StatusCode::SERVICE_UNAVAILABLE, error.to_string()).retry_after(STORE_RETRY)
             }
-            ServiceError::Store(_) | ServiceError::File(_) | ServiceError::Broken(_) => {
-                Self::internal(&error)
-            }
+            ServiceError::Store(_) | ServiceError::Broken(_) => Self::internal(&error),
         }
     }
 }

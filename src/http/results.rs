@@ -1,6 +1,5 @@
 //! What a job leaves behind: motion, gait, curve, report; of a study, table and diagram.
 
-use axum::Json;
 use axum::extract::State;
 use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
@@ -16,7 +15,7 @@ use super::extract::{UrlPath, UrlQuery};
 use super::problem::ProblemDetails;
 use super::responses::{JobId, NoDiagram, NoMotion, NoReport, NoSuchJob, NoTable, PreliminaryQuery};
 use crate::export::Curve;
-use crate::jobs::{Artefact, Job, JobFile};
+use crate::jobs::{Artefact, Job, JobFile, ServiceError};
 
 /// The motion document.
 #[utoipa::path(
@@ -111,12 +110,14 @@ pub(super) async fn curve(
     UrlPath(id): UrlPath<Uuid>,
     headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
-    app.jobs.job(id).await?;
+    // The state first: the curve of a job that has ended grows no more.
+    let job = app.jobs.job(id).await?;
     let curve = Curve::new(&app.jobs.curve(id, 0).await?);
     Ok(if prefers_csv(&headers) {
-        ([(CONTENT_TYPE, "text/csv; charset=utf-8")], curve.to_csv()).into_response()
+        given(&job, &headers, "text/csv; charset=utf-8", curve.to_csv().into_bytes())
     } else {
-        Json(curve).into_response()
+        let text = serde_json::to_vec(&curve).map_err(|error| ServiceError::Store(error.into()))?;
+        given(&job, &headers, "application/json", text)
     })
 }
 

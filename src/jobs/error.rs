@@ -1,6 +1,7 @@
 //! Why a question to the service could not be answered.
 
 use std::io;
+use std::time::Duration;
 
 use uuid::Uuid;
 
@@ -64,6 +65,9 @@ pub enum ServiceError {
         /// Workers that there should be.
         workers: usize,
     },
+    /// Where jobs and files are kept does not answer.
+    #[error("the store, or where the files are, has not answered within {} s", .0.as_secs())]
+    Silent(Duration),
     /// The store failed.
     #[error(transparent)]
     Store(StoreError),

@@ -30,6 +30,9 @@ const TURN_TIMEOUT: Duration = Duration::from_secs(5);
 /// How long it is taken for granted that the data folder can be written, once it could.
 const PROBE_EVERY: Duration = Duration::from_millis(500);
 
+/// How long one who asks whether store and files can be written waits for them to answer.
+const PROBE_TIMEOUT: Duration = Duration::from_secs(5);
+
 /// Things that happened to jobs that one who waits may be behind; whoever is further behind looks at everything.
 const CHANGES: usize = 1024;
 
@@ -203,14 +206,17 @@ impl Jobs {
         if alive < workers {
             return Err(ServiceError::Unmanned { alive, workers });
         }
-        // One at a time, and not at the rate at which anybody may ask.
-        let mut proven = self.shared.proven.lock().await;
-        if proven.is_none_or(|at| at.elapsed() >= PROBE_EVERY) {
-            *proven = None;
-            self.shared.probe().await?;
-            *proven = Some(Instant::now());
-        }
-        Ok(())
+        let proof = async {
+            // One at a time, and not at the rate at which anybody may ask.
+            let mut proven = self.shared.proven.lock().await;
+            if proven.is_none_or(|at| at.elapsed() >= PROBE_EVERY) {
+                *proven = None;
+                self.shared.probe().await?;
+                *proven = Some(Instant::now());
+            }
+            Ok(())
+        };
+        tokio::time::timeout(PROBE_TIMEOUT, proof).await.unwrap_or(Err(ServiceError::Silent(PROBE_TIMEOUT)))
     }
 
     /// Runs a short computation off the asynchronous threads, as many at once as there are cores. It can

@@ -318,6 +318,9 @@ impl Worker {
         let checkpoint = found?.and_then(|bytes| read_checkpoint(&bytes));
         // Generations after the checkpoint are gone through again.
         let curve = checkpoint.as_ref().map(TrainingCheckpoint::curve).unwrap_or_default();
+        if checkpoint.is_some() {
+            tracing::info!(generations = curve.len(), "goes on from its checkpoint");
+        }
         if !self.runtime.block_on(self.shared.store.record_afresh(live.claim(), job, &curve))? {
             live.lose();
             return Ok(());

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
+use sqlx::sqlite::SqliteConnectOptions;
+use sqlx::{ConnectOptions, Executor};
 use tempfile::TempDir;
 
 use super::client::{Answer, PADDLER, Service};
@@ -119,4 +121,40 @@ fn nothing_accepted_is_lost_when_the_disk_is_full_for_a_while() {
         let error = job["error"].as_str().unwrap_or_default();
         assert!(!error.contains("store") && !error.contains("written"), "{job}");
     }
+}
+
+/// Another program that holds on to the database, such as one that copies it, is a reason to come again later, and no more.
+#[tokio::test]
+async fn nothing_accepted_is_lost_when_the_database_is_busy_for_a_while() {
+    let data = TempDir::new().unwrap();
+    let service = Service::on(data.path(), &["--queue", "1000"]);
+    let running = post(&service, 100_000, "running").headers["location"].clone();
+    service.wait(&running, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 2);
+    let waiting = post(&service, 1, "waiting").headers["location"].clone();
+
+    let options = SqliteConnectOptions::new().filename(data.path().join("gaitwright.db"));
+    let mut other = options.busy_timeout(RECOVERY).connect().await.unwrap();
+    other.execute("BEGIN IMMEDIATE").await.unwrap();
+    let since = Instant::now();
+    assert_unavailable(&post(&service, 1, "refused"));
+    assert_unavailable(&service.cancel(&waiting));
+    assert!(since.elapsed() < 2 * AT_ONCE, "{:?}", since.elapsed());
+    let unready = service.curl("/readyz", &[]);
+    assert_unavailable(&unready);
+    let reason = unready.json()["detail"].as_str().unwrap().to_owned();
+    assert!(reason.contains("locked") || reason.contains("busy"), "{reason}");
+    for path in ["/v1/jobs", &running, &waiting, &format!("{running}/curve"), "/healthz", "/metrics"] {
+        assert_eq!(service.curl(path, &[]).status, 200, "reading goes on: {path}");
+    }
+    assert_eq!(service.json(&waiting)["state"], "queued");
+    other.execute("ROLLBACK").await.unwrap();
+
+    wait_until_ready(&service);
+    assert_eq!(post(&service, 1, "refused").status, 202);
+    assert_eq!(post(&service, 1, "waiting").headers["location"], waiting);
+    let before = service.json(&running)["progress"]["generations"].as_u64();
+    service.wait(&running, "learning on", |job| job["progress"]["generations"].as_u64() > before);
+    assert_eq!(service.cancel(&running).status, 202);
+    assert_eq!(service.wait_for_end(&running)["state"], "cancelled");
+    assert!(service.wait_for_end(&waiting)["timings"]["ended"].is_string());
 }

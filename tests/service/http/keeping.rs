@@ -161,9 +161,12 @@ fn finished_results_have_tags_and_text_is_compressed() {
         "motions/1/gait",
         "gait",
         "gait.svg",
+        "curve",
         "report",
         "motion.glb",
         "motion.csv",
+        "motion.yaml",
+        "motion.xml",
     ] {
         let place = format!("{path}/{result}");
         let whole = service.curl(&place, &[]);
@@ -183,7 +186,9 @@ fn finished_results_have_tags_and_text_is_compressed() {
             assert!(!compressed.headers.contains_key("content-encoding"));
         } else {
             assert_eq!(compressed.headers["content-encoding"], "gzip", "{result}");
-            assert!(compressed.body.len() < whole.body.len() / 2, "{result}");
+            // A curve of two points is too short for more.
+            let share = if result == "curve" { 1 } else { 2 };
+            assert!(compressed.body.len() < whole.body.len() / share, "{result}");
             assert_eq!(gunzip(&compressed.body), whole.body, "{result}");
             assert_eq!(compressed.headers["etag"], tag, "{result}");
         }

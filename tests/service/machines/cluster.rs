@@ -38,6 +38,11 @@ impl Cluster {
         Self { files: files.to_owned(), environment, ..Self::new(database) }
     }
 
+    /// With the lease that a shared store has unless told otherwise.
+    pub fn with_usual_lease(database: Database) -> Self {
+        Self { lease: "20", ..Self::new(database) }
+    }
+
     fn environment(&self) -> Vec<(&str, &str)> {
         self.environment.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect()
     }

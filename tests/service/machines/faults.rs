@@ -12,10 +12,13 @@ use super::forwarder::Forwarder;
 use super::objects::ObjectStore;
 use super::postgres::{Database, Server};
 use super::results::Results;
-use crate::http::client::Service;
+use crate::http::client::{Receiver, Service, events};
 use crate::http::whole::tiny_job;
 
 const SEEDS: [u64; 3] = [1, 2, 3];
+
+/// How long a worker is cut off.
+const CUT: Duration = Duration::from_secs(60);
 
 /// A tiny job that takes some seconds, with a checkpoint now and then.
 fn slow_job(seed: u64) -> Value {
@@ -70,11 +73,11 @@ async fn workers_are_killed() {
     check_all(&server, &jobs, slow_job);
 }
 
-/// The one that is cut off stops by itself, before it can hear that another has its job.
+/// The one that is cut off for a minute stops by itself, before it can hear that another has its job.
 #[tokio::test]
 #[ignore = "needs PostgreSQL"]
 async fn a_worker_is_cut_off_from_the_database() {
-    let cluster = Cluster::new(Database::new().await);
+    let cluster = Cluster::with_usual_lease(Database::new().await);
     let server = cluster.server();
     let way = Forwarder::to(cluster.database.server().port());
     let jobs = post_all(&server, slow_job);
@@ -84,14 +87,16 @@ async fn a_worker_is_cut_off_from_the_database() {
     way.block();
     let since = Instant::now();
     first.logged("that its lease is over", |line| line.contains("lease is over"));
-    let _second = cluster.worker();
-    let job =
-        server.wait(path, "taken up by another", |job| job["attempts"] == 2 || job["state"] != "running");
-    println!(
-        "taken from the first after {:?}: {} generations",
-        since.elapsed(),
-        job["progress"]["generations"]
-    );
+    println!("the first has stopped after {:?}", since.elapsed());
+    let second = cluster.worker();
+    server.wait(path, "taken up by another", |job| job["attempts"] == 2 || job["state"] != "running");
+    println!("taken from the first after {:?}", since.elapsed());
+    let id = path.rsplit('/').next().unwrap();
+    let line = second.logged("from where it goes on", |line| {
+        line.contains(id) && line.contains("goes on from its checkpoint")
+    });
+    println!("{line}");
+    std::thread::sleep(CUT.saturating_sub(since.elapsed()));
     wait_until_learning(&server, path, 10);
     // What the first has kept to itself arrives now, and what it has begun to say.
     way.open();
@@ -107,6 +112,7 @@ async fn the_database_is_restarted() {
     let server = cluster.server();
     let _workers = [cluster.worker(), cluster.worker()];
     let jobs = post_all(&server, slow_job);
+    let followed = Receiver::start(&server.url(&format!("{}/events", jobs.keys().next().unwrap())));
     for pause in [0, 1, 4] {
         let path = jobs.keys().next().unwrap();
         wait_until_learning(&server, path, 3);
@@ -122,6 +128,8 @@ async fn the_database_is_restarted() {
     check_all(&server, &jobs, slow_job);
     let listed = server.json("/v1/jobs");
     assert_eq!(listed["jobs"].as_array().unwrap().len(), SEEDS.len(), "{listed}");
+    let events = events(&followed.finish());
+    assert_eq!(events.last().unwrap().0, "end", "who follows a job does so to its end");
 }
 
 #[tokio::test]
@@ -133,6 +141,8 @@ async fn the_object_store_is_slow_and_fails() {
     let cluster = Cluster::with_files(Database::new().await, "s3://bucket/prefix", environment);
     let server = cluster.server();
     let workers = [cluster.worker(), cluster.worker()];
+    let early = post_all(&server, tiny_job);
+    early.keys().for_each(|path| drop(server.wait_for_end(path)));
     way.slow_down(300);
     let jobs = post_all(&server, slow_job);
     wait_until_learning(&server, jobs.keys().next().unwrap(), 3);
@@ -141,9 +151,19 @@ async fn the_object_store_is_slow_and_fails() {
     // Jobs are accepted all the same, and wait for their files to arrive.
     let answer = server.post_json("/v1/jobs", &slow_job(2));
     assert_eq!(answer.status, 202);
-    std::thread::sleep(Duration::from_secs(25));
-    assert_eq!(server.curl("/readyz", &["--max-time", "100"]).status, 503);
+    // What is in the database is read all the same; what is not, later.
+    assert_eq!(server.curl("/v1/jobs", &[]).status, 200);
+    let report = format!("{}/report", early.keys().next().unwrap());
+    let unread = server.curl(&report, &["--max-time", "100"]);
+    unread.problem(503);
+    assert!(unread.headers["retry-after"].parse::<u32>().unwrap() > 0);
+    let since = Instant::now();
+    let reason = server.curl("/readyz", &[]).problem(503)["detail"].to_string();
+    assert!(reason.contains("has not answered"), "{reason}");
+    println!("not ready after {:?}: {reason}", since.elapsed());
+    std::thread::sleep(Duration::from_secs(10));
     way.open();
+    assert_eq!(server.curl(&report, &["--max-time", "100"]).status, 200);
     check_all(&server, &jobs, slow_job);
     server.wait_for_end(&answer.headers["location"]);
     drop(workers);
