@@ -3,7 +3,8 @@
     python benches/peers/convergence.py examples/quadruped-walk.motion.json learned/motions/*.json \\
         --character examples/quadruped.urdf --gaitwright target/release/gaitwright --svg static/convergence.svg
 
-Each motion is tracked on level ground by a character that cannot touch itself.
+Each motion is tracked on level ground by a character that cannot touch itself. The last column is how far the distance
+changes at one of the steps if the weight changes by a part in 10⁵: below that the steps cannot agree.
 """
 
 import argparse
@@ -17,13 +18,18 @@ FEEDFORWARDS = ["none", "contact_free", "contact_aware"]
 COLORS = {"none": "#1f5fa0", "contact_free": "#c85f0f", "contact_aware": "#14825a"}
 MARKERS = "osD^v"
 
+GRAVITY = 9.81
+# Weights that ought to make no difference, and the step at which they are tried, ms.
+WEIGHTS = [1 + change for change in (-1e-5, -1e-6, 1e-6, 1e-5)]
+SPREAD_STEP = 0.5
 
-def distance(motion, character, feedforward, step, seconds, program):
-    """How far the root gets from its start over level ground, m."""
+
+def distance(motion, character, feedforward, step, seconds, program, weight=1.0):
+    """How far the root gets from its start over level ground with this multiple of its weight, m."""
     document = {
         "format": "gaitwright/scenario@1",
         "character": str(character.resolve()),
-        "scene": {"effects": {"self_collision": "off"}},
+        "scene": {"gravity": [0, 0, -GRAVITY * weight], "effects": {"self_collision": "off"}},
         "drive": {"kind": "track", "motion": str(motion.resolve()), "feedforward": feedforward},
         "duration": seconds,
         "sample_every": seconds,
@@ -39,7 +45,7 @@ def distance(motion, character, feedforward, step, seconds, program):
     return ((x1 - x0) ** 2 + (y1 - y0) ** 2) ** 0.5
 
 
-def draw(lines, path):
+def draw(lines, spreads, path):
     import matplotlib
 
     matplotlib.use("svg")
@@ -54,6 +60,9 @@ def draw(lines, path):
         marker = MARKERS[names.index(name) % len(MARKERS)]
         label = f"{name}, {feedforward}"
         axes.loglog(STEPS[:-1], errors, color=COLORS[feedforward], marker=marker, linewidth=1.4, label=label)
+        if spreads[name, feedforward] > min(errors):
+            axes.axhline(spreads[name, feedforward], color=COLORS[feedforward], linewidth=0.8, linestyle="--")
+            axes.plot(STEPS[0], spreads[name, feedforward], color=COLORS[feedforward], marker=marker, fillstyle="none")
     slope = [0.01 * step for step in STEPS[:-1]]
     axes.loglog(STEPS[:-1], slope, color="#888888", linestyle=":", label="first order")
     axes.set_title(f"Distance covered: difference from that at {STEPS[-1]} ms", loc="left")
@@ -76,19 +85,22 @@ def main():
     parser.add_argument("--svg", type=pathlib.Path, help="the plot")
     options = parser.parse_args()
     program = options.gaitwright.resolve()
-    print(f"| distance in {options.seconds:g} s, m; step, ms | " + " | ".join(f"{step:g}" for step in STEPS) + " |")
-    print("|---" * (1 + len(STEPS)) + "|")
-    lines = {}
+    print(f"| distance in {options.seconds:g} s, m; step, ms | " + " | ".join(f"{step:g}" for step in STEPS) + " | spread |")
+    print("|---" * (2 + len(STEPS)) + "|")
+    lines, spreads = {}, {}
     for motion in options.motions:
         name = motion.name.removesuffix(".json").removesuffix(".motion")
         for feedforward in FEEDFORWARDS:
             key = (name, feedforward)
-            lines[key] = [
-                distance(motion, options.character, feedforward, step, options.seconds, program) for step in STEPS
-            ]
-            print(f"| {name}, `{feedforward}` | " + " | ".join(f"{far:.3f}" for far in lines[key]) + " |")
+            scene = (motion, options.character, feedforward)
+            lines[key] = [distance(*scene, step, options.seconds, program) for step in STEPS]
+            others = [distance(*scene, SPREAD_STEP, options.seconds, program, weight) for weight in WEIGHTS]
+            present = lines[key][STEPS.index(SPREAD_STEP)]
+            spreads[key] = max(abs(far / present - 1) for far in others)
+            distances = " | ".join(f"{far:.3f}" for far in lines[key])
+            print(f"| {name}, `{feedforward}` | {distances} | {spreads[key]:.0e} |", flush=True)
     if options.svg:
-        draw(lines, options.svg)
+        draw(lines, spreads, options.svg)
 
 
 if __name__ == "__main__":

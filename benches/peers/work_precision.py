@@ -79,11 +79,12 @@ class Scene:
         drive = scenario.get("drive", {"kind": "none"})
         gains, self.track = None, None
         if drive["kind"] == "track":
-            if drive.get("feedforward") != "none" or {"stiffness", "damping", "max_torque"} & drive.keys():
-                sys.exit("the drive must have the motion's own gains and no feedforward")
             document = json.loads((path.parent / drive["motion"]).read_text())
-            self.track = Track(document)
             own = document["drive"]
+            feedforward = drive.get("feedforward", own.get("feedforward", "none"))
+            if feedforward != "none" or {"stiffness", "damping", "max_torque"} & drive.keys():
+                sys.exit("the drive must have the motion's own gains and no feedforward")
+            self.track = Track(document)
             gains = tuple(dict(zip(self.track.names, own[key])) for key in ("stiffness", "damping", "max_torque"))
         elif drive["kind"] != "none":
             sys.exit("the drive must be a motion or none")

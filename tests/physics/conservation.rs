@@ -125,6 +125,39 @@ fn flight_keeps_momentum_to_rounding_and_energy_up_to_the_methods_order() {
     }
 }
 
+/// A body that spins about its middle axis, tumbles over within the second and spins the other way. The energy lost on the way is of
+/// the method's order, and and in each turn no more than the angle of a step as a share of what the middle axis has above the greatest.
+#[test]
+fn a_body_that_tumbles_over_loses_energy_by_the_methods_order() {
+    let model = bodies::brick([0.1, 0.2, 0.3], [0.0; 3]);
+    let (spin, seconds) = (15.8, 1.0);
+    let scene = Scene { gravity: [0.0; 3].into(), ground: None, ..Scene::default() };
+    for (integrator, order) in ORDERS {
+        let errors = [4e-3, 2e-3, 1e-3, 5e-4].map(|step| {
+            let mut state = State::new(&model);
+            state.root.angular_velocity = Vector3::new(0.01, spin, 0.01);
+            let plan = common::plan(&model, &scene, &exact(step, integrator), None);
+            let mut simulator = Simulator::new(plan, state);
+            let (before, momentum) = (simulator.energy().kinetic, simulator.momentum().angular);
+            let mut turned_over = false;
+            for _ in 0..(seconds / step).round() as usize {
+                advance(&mut simulator, Command::Passive);
+                let root = simulator.state().root;
+                turned_over |= (root.orientation.inverse() * root.angular_velocity).y < 0.0;
+            }
+            assert!(turned_over, "it spins on");
+            let moved = (simulator.momentum().angular - momentum).norm() / momentum.norm();
+            assert!(moved < 1e-10, "{moved} of the momentum");
+            let lost = 1.0 - simulator.energy().kinetic / before;
+            // 1 − I₂ / I₃ is what there is to lose; the tumbling takes a share of about ω h of it in each of ω t / 2π turns.
+            let most = (1.0 - 0.2 / 0.3) * spin * step * (spin * seconds / std::f64::consts::TAU);
+            assert!(lost.abs() < most, "{integrator:?} at {step} s: {lost} of the energy, {most} allowed");
+            lost.abs()
+        });
+        slopes_are(&order, &errors, &format!("{integrator:?}"));
+    }
+}
+
 /// A body without joints moves its centre of mass along a parabola: its linear momentum is exact.
 #[test]
 fn a_lone_symmetric_body_keeps_everything_exactly() {

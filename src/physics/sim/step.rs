@@ -72,6 +72,7 @@ struct Stages<'a, C> {
 
 impl<C: CoordinateSystem> Stages<'_, C> {
     /// Detects contact candidates.
+    #[inline(always)] // compiled for the processor of `step`
     fn detection(&mut self) {
         let StepData { model, plan, state, work, step, .. } = &mut self.data;
         let Workspace { detection, placed, feedforward, .. } = &mut **work;
@@ -81,6 +82,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     }
 
     /// New velocities; whether the mean velocities converged.
+    #[inline(always)] // compiled for the processor of `step`
     fn velocities(&mut self, command: Command<'_>) -> Result<bool, Failure> {
         self.system.predict_mean(&mut self.data);
         let mut iteration = FixedPoint::START;
@@ -114,6 +116,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     }
 
     /// New velocities with the present velocity-dependent forces and mass matrix.
+    #[inline(always)] // compiled for the processor of `step`
     fn velocities_at_mean(&mut self) -> Result<(), Failure> {
         self.data.work.evaluations += 1;
         loop {

@@ -56,6 +56,40 @@ fn a_cube_slides_down_a_steep_slope_as_coulomb_says() {
     }
 }
 
+/// Floor and ceiling are nearer to each other than the cube is high, and each asks it to leave at the speed of a recovery: no
+/// motion does. The cube stays in the middle, no force is greater than its weight, and every step says that it was not solved.
+#[test]
+fn a_cube_between_walls_that_are_too_close_stays_there() {
+    let overlap = 0.002;
+    let middle = Point3::new(0.0, 0.0, 0.1 - overlap);
+    let ceiling = obstacle(&format!(
+        r#"{{"kind": "box", "size": [2, 2, 1], "pose": {{"position": [0, 0, {}]}}}}"#,
+        0.7 - 2.0 * overlap
+    ));
+    let scene = Scene { obstacles: vec![ceiling], ..Scene::default() };
+    let (model, weight) = (body(CUBE), 2.0 * GRAVITY);
+    for step in [0.002, 0.008] {
+        let mut state = State::new(&model);
+        state.root.position = middle;
+        let mut simulator = simulator(&model, &scene, step, state);
+        run(&mut simulator, 2.0);
+        let root = simulator.state().root;
+        let away = (root.position - middle).norm();
+        assert!(away < 1e-3 * overlap, "it left the middle by {away} m");
+        assert!(root.linear_velocity.norm() < 1e-9 && root.angular_velocity.norm() < 1e-8, "it moves");
+        let force: Vector3<f64> = simulator.contacts().map(|contact| contact.force).sum();
+        assert!((force - Vector3::z() * weight).norm() < 1e-5, "{force}");
+        let greatest = simulator.contacts().map(|contact| contact.force.norm()).fold(0.0, f64::max);
+        assert!(greatest < weight, "{greatest} N");
+        assert_eq!(
+            simulator.record().unsolved_steps,
+            (2.0 / step).round() as u64,
+            "{:?}",
+            simulator.record()
+        );
+    }
+}
+
 #[test]
 fn a_cube_rests_on_a_gentle_slope() {
     let (angle, friction): (f64, f64) = (0.3, 0.4);

@@ -50,8 +50,8 @@ pub(super) fn evaluate(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f6
         worst = worst.max(error);
         row += block;
     }
-    let asked = problem.offset.iter().fold(0.0_f64, |asked, b| asked.max(b.abs()));
-    if ROUNDING * reach(problem, lambda) > NEGLIGIBLE * asked {
+    let (reach, asked) = reach_and_asked(problem, lambda);
+    if ROUNDING * reach > NEGLIGIBLE * asked {
         let uncertain = uncertainty(problem, lambda);
         if uncertain > NEGLIGIBLE * asked {
             worst = worst.max(uncertain);
@@ -61,16 +61,18 @@ pub(super) fn evaluate(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f6
 }
 
 /// A bound of the sums of magnitudes that make up the velocities, but for b, that costs no product with A: no entry of a
-/// semidefinite matrix is greater than its greatest diagonal entry.
+/// semidefinite matrix is greater than its greatest diagonal entry. And the greatest velocity in b.
 #[inline(always)] // part of the kernels
-fn reach(problem: &Problem<'_>, lambda: &[f64]) -> f64 {
-    if !problem.symmetric {
-        return f64::INFINITY;
+fn reach_and_asked(problem: &Problem<'_>, lambda: &[f64]) -> (f64, f64) {
+    let (mut greatest, mut forces, mut asked) = (0.0, 0.0, 0.0);
+    let diagonal = problem.matrix.iter().step_by(lambda.len() + 1);
+    for ((entry, force), b) in diagonal.zip(lambda).zip(problem.offset) {
+        forces += force.abs();
+        // Not `max`, which looks for NaN as well.
+        greatest = if *entry > greatest { *entry } else { greatest };
+        asked = if b.abs() > asked { b.abs() } else { asked };
     }
-    let n = lambda.len();
-    let greatest = problem.matrix.iter().step_by(n + 1).fold(0.0_f64, |greatest, entry| greatest.max(*entry));
-    let forces: f64 = lambda.iter().map(|force| force.abs()).sum();
-    greatest * forces
+    (if problem.symmetric { greatest * forces } else { f64::INFINITY }, asked)
 }
 
 /// How far the computed velocities of `lambda` may be from those that it causes, m/s or rad/s.
@@ -80,8 +82,10 @@ fn uncertainty(problem: &Problem<'_>, lambda: &[f64]) -> f64 {
 
 /// Whether rounding errors of the velocities of `lambda` are more than `tolerance` and more than `share` of the velocities in b.
 pub(super) fn is_beyond_numbers(problem: &Problem<'_>, lambda: &[f64], tolerance: f64, share: f64) -> bool {
-    let asked = problem.offset.iter().fold(0.0_f64, |asked, b| asked.max(b.abs()));
-    uncertainty(problem, lambda) > tolerance.max(share * asked)
+    let (reach, asked) = reach_and_asked(problem, lambda);
+    let most = tolerance.max(share * asked);
+    // The bound costs no product with A, and in most problems it is far below.
+    ROUNDING * (reach + asked) > most && uncertainty(problem, lambda) > most
 }
 
 /// Puts A λ + b into `velocity`.

@@ -38,6 +38,7 @@ pub fn compliance(mass: f64, step: f64) -> f64 {
 /// is that of ground and obstacles, (m/s)/N; `half_solve` half-solves the rows of forces on a candidate's body
 /// (see [`Rows::push`]).
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
+#[inline(always)] // compiled for the processor of `step`
 pub fn add(
     rows: &mut Rows,
     candidates: &[ContactCandidate],

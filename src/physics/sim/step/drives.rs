@@ -12,6 +12,7 @@ use crate::sim::workspace::Workspace;
 
 impl<C: CoordinateSystem> Stages<'_, C> {
     /// The joints' drives under `command`, with their feedforward torques.
+    #[inline(always)] // compiled for the processor of `step`
     pub(super) fn drives(&mut self, command: Command<'_>) -> Result<(), Failure> {
         let (plan, step) = (self.data.plan, self.data.step);
         let work = &mut *self.data.work;
@@ -49,6 +50,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     }
 
     /// Drives every joint by `drive` from its target `now` to the `next`.
+    #[inline(always)] // compiled for the processor of `step`
     fn track(&mut self, drive: &DrivePlan, now: &[f64], next: &[f64]) -> Result<(), Failure> {
         self.feedforward(drive)?;
         for joint in 0..now.len() {
@@ -70,7 +72,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     }
 
     /// The drive of joint `joint` toward `target`.
-    #[inline]
+    #[inline(always)] // compiled for the processor of `step`
     fn spring(&self, stiffness: f64, damping: f64, offset: f64, joint: usize, target: Target) -> Spring {
         let (state, step) = (&self.data.state, self.data.step);
         let angle = state.angles[joint];
@@ -101,6 +103,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     }
 
     /// The loads of the joints but for their dry friction.
+    #[inline(always)] // compiled for the processor of `step`
     pub(super) fn loads(&mut self) {
         let (model, plan, step) = (self.data.model, self.data.plan, self.data.step);
         for joint in 0..self.data.work.drives.loads.len() {
@@ -127,6 +130,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     }
 
     /// Which line each actuator is to follow at the new velocities; whether one has to follow another than it did.
+    #[inline(always)] // compiled for the processor of `step`
     pub(super) fn switch_actuators(&mut self) -> bool {
         let Workspace { drives, new, problem, .. } = &mut *self.data.work;
         drives.switch_actuators(self.data.plan, &new.rates, &problem.rows)

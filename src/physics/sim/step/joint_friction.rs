@@ -10,6 +10,7 @@ use crate::sim::workspace::Workspace;
 
 impl<C: CoordinateSystem> Stages<'_, C> {
     /// What to try first for the dry friction of every joint. Needs the drives.
+    #[inline(always)] // compiled for the processor of `step`
     pub(super) fn first_friction(&mut self) {
         let plan = self.data.plan;
         let Some(friction) = &plan.dry_friction else { return };
@@ -54,6 +55,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     }
 
     /// Gives rows to the joints whose friction is not what it was taken for; whether there are any.
+    #[inline(always)] // compiled for the processor of `step`
     pub(super) fn friction_gives_way(&mut self) -> bool {
         let plan = self.data.plan;
         let Some(most) = &plan.dry_friction else { return false };

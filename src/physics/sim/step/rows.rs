@@ -14,6 +14,7 @@ use crate::sim::workspace::Workspace;
 impl<C: CoordinateSystem> Stages<'_, C> {
     /// The rows: contacts first, then what has bounds (limits, dry friction, saturated actuators), then what holds the
     /// character together, if that has rows, and its loops.
+    #[inline(always)] // compiled for the processor of `step`
     pub(super) fn rows(&mut self) {
         if !C::JOINTS_BY_ROWS {
             self.near_limits();
@@ -72,7 +73,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     }
 
     /// Adds the rows of the contacts `candidates`, whose solve starts from `warm_start`; for both see [`contact::add`].
-    #[inline]
+    #[inline(always)] // compiled for the processor of `step`
     pub(super) fn contacts(
         &self,
         rows: &mut Rows,
@@ -130,6 +131,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     }
 
     /// New velocities.
+    #[inline(always)] // compiled for the processor of `step`
     pub(super) fn respond(&mut self) {
         let StepData { model, work, step, .. } = &mut self.data;
         let Workspace { placed, free, problem, new, changes, .. } = &mut **work;
@@ -144,6 +146,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     }
 
     /// Whether a joint without a row for its limit would cross it in this step; a row is added.
+    #[inline(always)] // compiled for the processor of `step`
     pub(super) fn crosses_limit(&mut self) -> bool {
         let StepData { plan, state, work, step, .. } = &mut self.data;
         let Workspace { problem, new, .. } = &mut **work;
@@ -153,6 +156,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
 
     /// Whether an impact in this step, which changes the velocities after the detection, brings about other
     /// contacts; rows are added for them.
+    #[inline(always)] // compiled for the processor of `step`
     pub(super) fn impact_contacts(&mut self) -> bool {
         let StepData { model, plan, state, work, step, .. } = &mut self.data;
         let Workspace { detection, placed, new, feedforward, .. } = &mut **work;

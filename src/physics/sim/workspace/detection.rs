@@ -81,6 +81,7 @@ impl ContactDetection {
 
     /// Whether the step changes the velocity of a body from its old one to `new` by more than the detection allows for (see
     /// [`DetectionSettings::margin`]): by an impact, or because a support is lost.
+    #[inline(always)] // compiled for the processor of `step`
     pub fn is_impact(&self, plan: &StepPlan, placed: &Placement, new: &[SpatialMotion], step: f64) -> bool {
         if plan.ground.is_none() && self.solids.is_none() {
             return false;

@@ -51,6 +51,7 @@ impl Drives {
 
     /// Torques of the actuators at the joint velocities `rates` and the forces of `rows`, and which line each of them is to
     /// follow; whether one has to follow another than it did.
+    #[inline(always)] // compiled for the processor of `step`
     pub fn switch_actuators(&mut self, plan: &StepPlan, rates: &[f64], rows: &Rows) -> bool {
         for ((torque, spring), rate) in self.torque.iter_mut().zip(&self.springs).zip(rates) {
             *torque = spring.torque(*rate);

@@ -103,6 +103,7 @@ impl ReducedCoordinates {
 impl CoordinateSystem for ReducedCoordinates {
     const JOINTS_BY_ROWS: bool = false;
 
+    #[inline(always)] // compiled for the processor of `step`
     fn place(&mut self, data: &mut StepData<'_>, _: Command<'_>) -> Result<Option<StepOutcome>, Failure> {
         Ok(self.begin(data))
     }
@@ -111,6 +112,7 @@ impl CoordinateSystem for ReducedCoordinates {
         self.predict(data);
     }
 
+    #[inline(always)] // compiled for the processor of `step`
     fn correct_mean(&mut self, data: &mut StepData<'_>, iteration: &mut FixedPoint) -> Convergence {
         self.correct(data, iteration)
     }
@@ -177,6 +179,7 @@ impl CoordinateSystem for ReducedCoordinates {
         self.stick(data);
     }
 
+    #[inline(always)] // compiled for the processor of `step`
     fn judge(&mut self, data: &mut StepData<'_>) -> Option<StepOutcome> {
         let refused = self.refuse(data);
         if refused.is_none() {

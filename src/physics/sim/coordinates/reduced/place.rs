@@ -15,6 +15,7 @@ use crate::sim::step_data::StepData;
 
 impl ReducedCoordinates {
     /// Places the bodies. The outcome of a step that is too long for the old velocities.
+    #[inline(always)] // compiled for the processor of `step`
     pub(super) fn begin(&mut self, data: &mut StepData<'_>) -> Option<StepOutcome> {
         if RootFreedom::keeps_momentum(data.model, data.plan) {
             self.flight.begin(data.state);
@@ -51,6 +52,7 @@ impl ReducedCoordinates {
     }
 
     /// The outcome of a step that is too long for the new velocities.
+    #[inline(always)] // compiled for the processor of `step`
     pub(super) fn refuse(&mut self, data: &mut StepData<'_>) -> Option<StepOutcome> {
         let (body, rate) =
             fastest(data.model, &data.work.placed.bodies, data.work.new.bodies.iter().copied());
@@ -70,6 +72,7 @@ fn first_half(data: &mut StepData<'_>) {
 }
 
 /// Index and magnitude of the greatest angular velocity, rad/s, less spin that changes nothing.
+#[inline(always)] // compiled for the processor of `step`
 fn fastest(
     model: &Model,
     bodies: &[BodyMotion],

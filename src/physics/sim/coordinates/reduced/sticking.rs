@@ -1,10 +1,14 @@
 //! The torques of dry friction with which joints stick (see `sim/joint_friction.rs`).
 
+use multiversion::multiversion;
+
 use super::ReducedCoordinates;
+use super::articulated::Articulated;
 use super::free_motion::minus_gravity;
 use crate::sim::rows::contact;
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
 use crate::sim::step_data::StepData;
+use crate::sim::workspace::Placement;
 
 impl ReducedCoordinates {
     /// Torques of friction in the joints that stick: what their bodies, with all beyond, require at the new velocities and
@@ -20,12 +24,7 @@ impl ReducedCoordinates {
             let root = bodies[0].velocity;
             constant.linear -= root.angular.cross(&root.linear);
         }
-        for (index, wrench) in wrenches.iter_mut().enumerate() {
-            let change = work.new.bodies[index].minus(work.placed.old[index]);
-            let acceleration: SpatialMotion = constant.plus_scaled(change, per_second);
-            let required = bodies[index].inertia.times(acceleration);
-            *wrench = self.articulated.bias_force(index).plus(required);
-        }
+        required(&self.articulated, &work.placed, &work.new.bodies, constant, per_second, wrenches);
         let forces = work.problem.rows.force.chunks_exact(contact::rows_per_contact(plan.friction));
         for (candidate, forces) in work.detection.candidates.iter().zip(forces) {
             let force = SpatialForce::at(candidate.at, candidate.force(forces));
@@ -44,5 +43,25 @@ impl ReducedCoordinates {
             let parent = model.bodies[index].parent;
             wrenches[parent] = wrenches[parent].plus(wrench);
         }
+    }
+}
+
+/// The wrench that each body requires for its change to the velocities `new`, `per_second` being one by the step, under the prepared
+/// bias forces. `constant` is added to all accelerations.
+#[multiversion(targets("x86_64+avx2"))]
+fn required(
+    articulated: &Articulated,
+    placed: &Placement,
+    new: &[SpatialMotion],
+    constant: SpatialMotion,
+    per_second: f64,
+    wrenches: &mut [SpatialForce],
+) {
+    let velocities = placed.old.iter().zip(new);
+    for (index, (wrench, (body, (old, new)))) in
+        wrenches.iter_mut().zip(placed.bodies.iter().zip(velocities)).enumerate()
+    {
+        let acceleration = constant.plus_scaled(new.minus(*old), per_second);
+        *wrench = articulated.bias_force(index).plus(body.inertia.times(acceleration));
     }
 }

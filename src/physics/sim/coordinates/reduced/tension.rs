@@ -16,6 +16,7 @@ impl ReducedCoordinates {
     /// The tension in each joint, under which its body is a pendulum, and the fastest pendulum: ω² = F r / d, with the
     /// tension F, the moment arm r and the inertia d that the joint shows. Working with ω⁴ and F² takes no root for each
     /// joint.
+    #[inline(always)] // compiled for the processor of `step`
     pub(super) fn joint_tensions(&mut self, data: &mut StepData<'_>) {
         let StepData { model, plan, state, work, step, .. } = data;
         let Self { articulated, transmitted_force, moment_arms, loops: forces_of_loops, .. } = self;

@@ -51,6 +51,7 @@ impl ReducedCoordinates {
     }
 
     /// Compares the mean with the new velocities, and sets it anew if another iteration is needed.
+    #[inline(always)] // compiled for the processor of `step`
     pub(super) fn correct(&mut self, data: &mut StepData<'_>, iteration: &mut FixedPoint) -> Convergence {
         let rotation_angle = self.rotation_angle;
         let StepData { model, plan, state, work, step, midpoint, .. } = data;
