@@ -131,7 +131,7 @@ fn flight_keeps_momentum_to_rounding_and_energy_up_to_the_methods_order() {
 fn a_body_that_tumbles_over_loses_energy_by_the_methods_order() {
     let model = bodies::brick([0.1, 0.2, 0.3], [0.0; 3]);
     let (spin, seconds) = (15.8, 1.0);
-    let scene = Scene { gravity: [0.0; 3].into(), ground: None, ..Scene::default() };
+    let scene = Scene { gravity: [0.0; 3], ground: None, ..Scene::default() };
     for (integrator, order) in ORDERS {
         let errors = [4e-3, 2e-3, 1e-3, 5e-4].map(|step| {
             let mut state = State::new(&model);
