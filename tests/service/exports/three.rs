@@ -11,13 +11,16 @@ use serde::Deserialize;
 use super::feet::bundled;
 use super::{Example, assert_near, at, y_up};
 
+/// Position, and quaternion x, y, z, w, of a node in the world.
+type Placed = ([f64; 3], [f64; 4]);
+
 /// What three.js has made of an animation.
 #[derive(Deserialize)]
 struct Played {
     /// s.
     duration: f64,
-    /// Position, and quaternion x, y, z, w, of every node in the world, by name, at each time that was asked for.
-    frames: Vec<BTreeMap<String, ([f64; 3], [f64; 4])>>,
+    /// Every node by its name, at each time that was asked for.
+    frames: Vec<BTreeMap<String, Placed>>,
 }
 
 /// Has three.js play an animation of a file at some times, s.
