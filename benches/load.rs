@@ -81,7 +81,7 @@ struct Seen {
     broken: AtomicU64,
 }
 
-/// Posts a job that learns for longer than this bench runs, and gives its address.
+/// Posts a job that learns the whole repertoire, however long that takes, and gives its address.
 async fn post(client: &Client, base: &str) -> String {
     let job = json!({ "character": { "urdf": QUADRUPED }, "learning": { "generations": 400_000 } });
     let answer = client.post(format!("{base}/v1/jobs")).json(&job).send().await.expect("an answer");
@@ -96,17 +96,29 @@ fn client() -> Client {
     Client::builder().tls_certs_only([]).build().expect("a client")
 }
 
-/// Follows the events of a job.
-async fn follow(job: String, seen: Arc<Seen>) {
-    let answer = client().get(format!("{job}/events")).send().await;
-    let Some(mut events) = answer.ok().filter(|answer| answer.status() == 200) else {
-        seen.refused.fetch_add(1, Ordering::Relaxed);
-        return;
-    };
-    while let Ok(Some(chunk)) = events.chunk().await {
-        seen.event_bytes.fetch_add(chunk.len() as u64, Ordering::Relaxed);
+/// Follows the events of one job after the other, each to its end.
+async fn follow(jobs: Vec<String>, seen: Arc<Seen>) {
+    for job in jobs {
+        let answer = client().get(format!("{job}/events")).send().await;
+        let Some(mut events) = answer.ok().filter(|answer| answer.status() == 200) else {
+            seen.refused.fetch_add(1, Ordering::Relaxed);
+            return;
+        };
+        while let Ok(Some(chunk)) = events.chunk().await {
+            seen.event_bytes.fetch_add(chunk.len() as u64, Ordering::Relaxed);
+        }
+        if !has_ended(&job).await {
+            seen.broken.fetch_add(1, Ordering::Relaxed);
+            return;
+        }
     }
-    seen.broken.fetch_add(1, Ordering::Relaxed);
+}
+
+/// Whether a job says that it has ended.
+async fn has_ended(job: &str) -> bool {
+    let Ok(answer) = client().get(job).send().await else { return false };
+    let job: Value = answer.json().await.unwrap_or_default();
+    job["state"] == "succeeded" || job["state"] == "failed"
 }
 
 /// Looks at a job again and again, on a connection of its own; counts from `from` on.
@@ -151,7 +163,9 @@ async fn main() {
     }
     let seen = Arc::new(Seen::default());
     for number in 0..streams as usize {
-        tokio::spawn(follow(jobs[number % cores].clone(), Arc::clone(&seen)));
+        // One of those that run, then those that may run when it has ended.
+        let followed = jobs.iter().skip(number % cores).step_by(cores).cloned().collect();
+        tokio::spawn(follow(followed, Arc::clone(&seen)));
     }
     let from = Instant::now() + Duration::from_secs(WARM_UP);
     for number in 0..readers {
@@ -193,6 +207,11 @@ async fn main() {
         seen.refused.load(Ordering::Relaxed),
         seen.broken.load(Ordering::Relaxed)
     );
+    let mut ended = 0;
+    for job in &jobs {
+        ended += usize::from(has_ended(job).await);
+    }
+    println!("jobs: {ended} have ended");
     let third = memory.len().div_ceil(3);
     let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
     let thirds: Vec<String> = memory.chunks(third).map(|part| format!("{:.0}", mean(part))).collect();

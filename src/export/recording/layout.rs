@@ -6,6 +6,7 @@
 
 use re_sdk::external::re_log_types::BlueprintActivationCommand;
 
+use re_sdk::sink::MemorySink;
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamError};
 use re_sdk_types::blueprint::archetypes::{
     Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
@@ -29,11 +30,16 @@ pub(super) fn send(
     appearance: &Appearance,
     scene: &Scene,
 ) -> Result<(), RecordingStreamError> {
-    let (layout, messages) = RecordingStreamBuilder::new(APPLICATION)
+    let layout = RecordingStreamBuilder::new(APPLICATION)
         .recording_id(format!("{id}/layout"))
         .enabled(true)
         .blueprint()
-        .memory()?;
+        .buffered()?;
+    // The sink that the builder's `memory` makes owns its stream, which owns the sink: neither is ever freed, nor do the
+    // stream's two threads end.
+    let sink = MemorySink::new(layout.clone_weak());
+    let messages = sink.buffer();
+    layout.set_sink(Box::new(sink));
     layout.set_log_time_enabled(false);
     layout.set_log_tick_enabled(false);
     layout.set_time_sequence("blueprint", 0);

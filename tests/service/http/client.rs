@@ -217,6 +217,20 @@ impl Service {
         self.data.join("jobs").join(path.rsplit('/').next().unwrap())
     }
 
+    /// How many threads of each name the process has, without those that serve all requests and come and go with them.
+    #[cfg(target_os = "linux")]
+    pub fn threads(&self) -> BTreeMap<String, usize> {
+        let mut threads = BTreeMap::new();
+        for thread in std::fs::read_dir(format!("/proc/{}/task", self.child.id())).unwrap() {
+            // A thread that has ended in the meantime has no name.
+            let Ok(name) = std::fs::read_to_string(thread.unwrap().path().join("comm")) else { continue };
+            if !name.starts_with("tokio") {
+                *threads.entry(name.trim().to_owned()).or_default() += 1;
+            }
+        }
+        threads
+    }
+
     /// Sends a signal by its name.
     pub fn signal(&self, name: &str) {
         let sent = Command::new("kill").args([&format!("-{name}"), &self.child.id().to_string()]).status();
