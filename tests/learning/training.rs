@@ -158,6 +158,23 @@ fn the_repertoire_is_the_same_with_any_threads_and_after_an_interruption() {
     assert!(error.to_string().contains("/checkpoint/seed"), "{error}");
 }
 
+/// A search without end is cut short in time to compare its best and to set it straight: what is broken off has no checkpoint. How
+/// much time that takes depends on what else the machine does, so that it may take more than one try.
+#[test]
+fn a_search_that_runs_out_of_time_is_ended_properly() {
+    let ended_properly = |seconds: f64| {
+        let learning = Learning { seconds: Some(seconds), gait_generations: 100_000, ..Learning::default() };
+        let setup = setup("quadruped.urdf", gait("trot"), learning, 2);
+        let mut witness = Witness::default();
+        let trained = train(&setup, &mut witness, &Cancel::default(), None).unwrap();
+        assert_eq!(trained.ended, StopReason::Seconds);
+        assert_eq!(trained.motions.len(), 1);
+        assert_eq!(trained.motions, witness.finished);
+        witness.checkpoints.len() == 1
+    };
+    assert!([4.0, 8.0, 16.0, 32.0].into_iter().any(ended_properly));
+}
+
 #[test]
 fn a_few_generations_teach_a_walk_that_is_a_walk() {
     let learning = Learning { gait_generations: 40, ..Learning::default() };

@@ -17,7 +17,7 @@ use nalgebra::Isometry3;
 use crate::gait::{self, Detection, GaitContext, GaitReport, NaturalnessContext, validity};
 
 /// How long a motion is checked at least, s.
-const CHECKED: f64 = 20.0;
+pub(crate) const CHECKED: f64 = 20.0;
 
 /// How many rounds of its loop are checked at least.
 const ROUNDS: f64 = 11.0;

@@ -86,6 +86,11 @@ impl Stop {
         self.cancel.0.tried.fetch_add(1, Ordering::Relaxed);
     }
 
+    /// s of the wall clock that are left, where they are limited.
+    pub fn left(&self) -> Option<f64> {
+        self.deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()).as_secs_f64())
+    }
+
     /// Whether to continue; called every few milliseconds during all work of the learner.
     ///
     /// # Errors

@@ -31,7 +31,7 @@ const SIGMA: f64 = 0.5;
 const FINALISTS: usize = 8;
 /// How many of these have their ways set straight, by so many steps, which begin with this change of a parameter; not where turn
 /// (rad a stride) and way aside (a share of the way) are less than this.
-const STRAIGHTENED: usize = 4;
+pub const STRAIGHTENED: usize = 4;
 const TRIMS: u32 = 3;
 const TRIM: f64 = 0.3;
 const STRAIGHT: f64 = 0.001;
@@ -333,6 +333,13 @@ impl Refinement {
         Ok(finalists)
     }
 
+    /// About as many seconds as [`Refinement::finalists`] simulates.
+    pub fn seconds_of_finalists(&self, strides: usize) -> f64 {
+        let tries = 2 * FINALISTS + STRAIGHTENED * (2 + TRIMS as usize);
+        let Ring { period, .. } = self.best().ring;
+        tries as f64 * (self.best().ring.lead() + strides as f64 * period)
+    }
+
     fn count(&mut self, tried: &[Candidate]) {
         self.evaluations += tried.len();
         self.seconds += tried.iter().map(Candidate::seconds).sum::<f64>();
@@ -364,7 +371,13 @@ impl Trial<'_> {
             let [turn, sideways] = self.subject.trims();
             parameters[turn] += change.x;
             parameters[sideways] += change.y;
-            self.run(&parameters)
+            self.stop.check()?;
+            let Self { subject, arena, wanted, strides, .. } = *self;
+            let mut moved = Candidate::undisturbed(subject, arena, wanted, &parameters, strides);
+            // So small a change does not alter what a disturbance does.
+            moved.cost += when_disturbed(&start.figures, &start.disturbed);
+            let disturbed = RolloutFigures { seconds: 0.0, ..start.disturbed.clone() };
+            Ok(Candidate { disturbed, ..moved })
         };
         if off(&start).amax() < STRAIGHT {
             return Ok((start, Vec::new()));

@@ -68,6 +68,11 @@ impl Arena {
         })
     }
 
+    /// Step of the simulation, s.
+    pub fn step(&self) -> f64 {
+        self.accuracy.step
+    }
+
     /// Plays `ring` with `gains` from the standing pose, as asked or `disturbed`, and judges `strides` strides after the
     /// entry. What cannot be simulated has fallen at once.
     pub fn run(&self, ring: &Ring, gains: &Gains, disturbed: bool, strides: usize) -> RolloutFigures {

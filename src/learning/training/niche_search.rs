@@ -1,17 +1,23 @@
 //! The search in one niche: seeds, the speed that costs least or the greatest, refinement, a longer comparison.
 
+use std::time::Instant;
+
 use rayon::prelude::*;
 
 use super::motion::LearnedMotion;
 use super::niche::{Niche, NichePace};
 use super::observer::TrainingObserver;
 use super::shared::{Progress, Shared};
+use crate::check::CHECKED;
 use crate::learn::{Generation, Interrupted};
 use crate::program::cost::HOLDS;
-use crate::program::refine::{Candidate, Refinement};
+use crate::program::refine::{Candidate, Refinement, STRAIGHTENED};
 use crate::program::ring::Wanted;
 use crate::program::rollout::Arena;
 
+/// Greatest share of the time for a niche that its end may take, and how many times its estimate is kept for it.
+const LONGEST_END: f64 = 0.4;
+const MARGIN: f64 = 1.2;
 /// Strides over which the best of a niche are compared at its end.
 const LONG: usize = 40;
 /// Share of the wanted speed below which a motion goes nowhere.
@@ -32,6 +38,9 @@ pub(super) struct NicheSearch<'a> {
     observer: &'a mut dyn TrainingObserver,
     /// Generations that the niches after this one need.
     later: u32,
+    /// s of the wall clock that one simulated step takes, as in the last generation.
+    step_time: f64,
+    begun: Instant,
     /// Refinements begun so far.
     stages: u64,
     /// The best so far at the speed that leads.
@@ -95,7 +104,18 @@ impl<'a> NicheSearch<'a> {
     ) -> Self {
         let share: u32 = niches[index + 1..].iter().map(|niche| niche.gait.share()).sum();
         let later = share.saturating_mul(shared.setup.parameters.gait_generations);
-        Self { shared, index, niche: &niches[index], later, progress, observer, stages: 0, found: None }
+        Self {
+            shared,
+            index,
+            niche: &niches[index],
+            later,
+            step_time: 0.0,
+            begun: Instant::now(),
+            progress,
+            observer,
+            stages: 0,
+            found: None,
+        }
     }
 
     /// Searches, and gives what was found also where the search was broken off: a motion that stays up and gets on.
@@ -131,11 +151,24 @@ impl<'a> NicheSearch<'a> {
         if parameters.refine { parameters.gait_generations * self.niche.gait.share() } else { 0 }
     }
 
-    /// Whether so many more generations take none from the gaits that are still to come.
+    /// Whether so many more generations take nothing of the budget from the gaits that are still to come.
     fn can_spare(&self, generations: u32) -> bool {
         let most = self.shared.setup.parameters.budget.generations();
-        let used = self.progress.curve.len() + generations.saturating_add(self.later) as usize;
-        most.is_none_or(|most| used <= most as usize)
+        let (done, needed) = (self.progress.curve.len(), generations.saturating_add(self.later));
+        let each = self.progress.elapsed() / done.max(1) as f64;
+        most.is_none_or(|most| done + needed as usize <= most as usize)
+            && self.shared.stop.left().is_none_or(|left| f64::from(needed) * each <= left)
+    }
+
+    /// Whether the time that is left is needed to compare the best of `stage`, to set them straight, and to look whether they are
+    /// natural; not where that would take most of it from the start.
+    fn is_late(&self, stage: &Stage) -> bool {
+        let step = self.shared.fine.step();
+        let seconds = stage.refinement.seconds_of_finalists(LONG) + CHECKED * STRAIGHTENED as f64;
+        let needed = MARGIN * self.step_time * seconds / step;
+        self.shared.stop.left().is_some_and(|left| {
+            left < needed && needed < LONGEST_END * (left + self.begun.elapsed().as_secs_f64())
+        })
     }
 
     fn attempt(&mut self) -> Result<(), Interrupted> {
@@ -160,7 +193,7 @@ impl<'a> NicheSearch<'a> {
         }
         let trial = all / STAGE;
         self.refine(&mut leading, &self.shared.coarse, trial, Rank::Leading)?;
-        if all > 0 && leading.best().figures.upright < 1.0 && !self.shared.used_up(self.progress) {
+        if all > 0 && leading.best().figures.upright < 1.0 && self.shared.used_up(self.progress).is_none() {
             // Whoever does not learn to stay up at first does not learn it at all.
             return Ok(());
         }
@@ -194,7 +227,11 @@ impl<'a> NicheSearch<'a> {
         let greatest = self.niche.gait.froude[2];
         loop {
             let now = leading.wanted.froude(&self.shared.subject.legs);
-            if generations == 0 || !leading.holds() || now >= greatest || self.shared.used_up(self.progress) {
+            if generations == 0
+                || !leading.holds()
+                || now >= greatest
+                || self.shared.used_up(self.progress).is_some()
+            {
                 return Ok(leading);
             }
             let other = self.from(&leading, (FASTER * now).min(greatest), generations)?;
@@ -264,13 +301,16 @@ impl<'a> NicheSearch<'a> {
     ) -> Result<(), Interrupted> {
         let Shared { pool, stop, subject, .. } = self.shared;
         for _ in 0..generations {
-            if self.shared.used_up(self.progress) {
+            self.progress.hurried |= self.is_late(stage);
+            if self.shared.used_up(self.progress).is_some() {
                 break;
             }
             let Stage { wanted, refinement } = &mut *stage;
-            let before = refinement.seconds;
+            let (before, begun) = (refinement.seconds, Instant::now());
             refinement.generation((pool, stop), subject, arena, wanted)?;
-            self.progress.simulated += refinement.seconds - before;
+            let simulated = refinement.seconds - before;
+            self.step_time = begun.elapsed().as_secs_f64() * arena.step() / simulated;
+            self.progress.simulated += simulated;
             if rank == Rank::Leading {
                 self.found = Some(stage.found());
             }

@@ -55,8 +55,8 @@ pub(super) fn run(
     };
     let mut ended = StopReason::Complete;
     for index in next..niches.len() {
-        if shared.used_up(&progress) {
-            ended = StopReason::Generations;
+        if let Some(reason) = shared.used_up(&progress) {
+            ended = reason;
             break;
         }
         let search = NicheSearch::new(&shared, (index, niches), &mut progress, observer);
@@ -70,8 +70,10 @@ pub(super) fn run(
         }
         observer.checkpoint(&checkpoint(setup, index + 1, &progress));
     }
-    if ended == StopReason::Complete && shared.used_up(&progress) {
-        ended = StopReason::Generations;
+    if ended == StopReason::Complete
+        && let Some(reason) = shared.used_up(&progress)
+    {
+        ended = reason;
     }
     let finished = progress.milestones.into_iter().filter(|milestone| milestone.finished);
     let motions = finished.map(|milestone| milestone.motion).collect();

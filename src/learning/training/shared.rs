@@ -7,7 +7,7 @@ use rayon::ThreadPool;
 use super::checkpoint::Milestone;
 use super::motion::LearnedMotion;
 use super::observer::TrainingObserver;
-use crate::learn::{Generation, LearningSetup, Stop};
+use crate::learn::{Generation, LearningSetup, Stop, StopReason};
 use crate::program::refine::Subject;
 use crate::program::rollout::Arena;
 
@@ -24,10 +24,11 @@ pub(super) struct Shared<'a> {
 }
 
 impl Shared<'_> {
-    /// Whether all generations of the budget are done.
-    pub(super) fn used_up(&self, progress: &Progress) -> bool {
+    /// What of the budget is used up, if anything is.
+    pub(super) fn used_up(&self, progress: &Progress) -> Option<StopReason> {
         let most = self.setup.parameters.budget.generations();
-        most.is_some_and(|most| progress.curve.len() >= most as usize)
+        let all = most.is_some_and(|most| progress.curve.len() >= most as usize);
+        if progress.hurried { Some(StopReason::Seconds) } else { all.then_some(StopReason::Generations) }
     }
 }
 
@@ -38,6 +39,8 @@ pub(super) struct Progress {
     pub(super) curve: Vec<Generation>,
     /// Simulated time of all niches, s.
     pub(super) simulated: f64,
+    /// A search was cut short for want of time, so that it could be ended properly.
+    pub(super) hurried: bool,
     started: Instant,
     /// Wall clock time spent before this run was resumed, s.
     pub(super) spent: f64,
@@ -57,7 +60,7 @@ impl Progress {
         simulated: f64,
         spent: f64,
     ) -> Self {
-        Self { milestones, curve, simulated, started: Instant::now(), spent }
+        Self { milestones, curve, simulated, hurried: false, started: Instant::now(), spent }
     }
 
     /// s of the wall clock since the start of the training.
