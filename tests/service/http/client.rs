@@ -217,18 +217,17 @@ impl Service {
         self.data.join("jobs").join(path.rsplit('/').next().unwrap())
     }
 
-    /// How many threads of each name the process has, without those that serve all requests and come and go with them.
+    /// The names of the process's threads that are neither its first nor one of those that serve requests and read the
+    /// database: those that work at jobs.
     #[cfg(target_os = "linux")]
-    pub fn threads(&self) -> BTreeMap<String, usize> {
-        let mut threads = BTreeMap::new();
-        for thread in std::fs::read_dir(format!("/proc/{}/task", self.child.id())).unwrap() {
-            // A thread that has ended in the meantime has no name.
-            let Ok(name) = std::fs::read_to_string(thread.unwrap().path().join("comm")) else { continue };
-            if !name.starts_with("tokio") {
-                *threads.entry(name.trim().to_owned()).or_default() += 1;
-            }
-        }
-        threads
+    pub fn working_threads(&self) -> Vec<String> {
+        let threads = std::fs::read_dir(format!("/proc/{}/task", self.child.id())).unwrap();
+        // A thread that has ended in the meantime has no name.
+        let names =
+            threads.filter_map(|thread| std::fs::read_to_string(thread.unwrap().path().join("comm")).ok());
+        let of_all_jobs =
+            |name: &String| ["gaitwright", "tokio", "sqlx"].iter().any(|of| name.starts_with(of));
+        names.filter(|name| !of_all_jobs(name)).map(|name| name.trim().to_owned()).collect()
     }
 
     /// Sends a signal by its name.
