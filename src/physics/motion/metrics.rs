@@ -63,7 +63,7 @@ pub struct Validity {
     /// Steps that were divided into substeps.
     #[serde(default)]
     pub divided_steps: u64,
-    /// Divided steps in which the shortest substep allowed still created energy or drove a contact in.
+    /// Divided steps in which the shortest substep allowed still created energy, drove a contact in, or missed the error tolerance.
     #[serde(default)]
     pub coarse_steps: u64,
     /// Greatest number of substeps of a step.

@@ -16,7 +16,8 @@ pub struct StepRecord {
     pub unsolved_steps: u64,
     /// Steps that were divided into substeps.
     pub divided_steps: u64,
-    /// Divided steps in which the shortest substep allowed still created energy or drove a contact in, and was accepted.
+    /// Divided steps in which the shortest substep allowed still created energy, drove a contact in, or missed the error tolerance, and
+    /// was accepted.
     pub coarse_steps: u64,
     /// Greatest number of substeps of a step.
     pub greatest_substeps: u64,

@@ -27,7 +27,7 @@ pub(super) struct StepTotals {
     depth: f64,
     /// Whether the forces of a substep do not solve its problem.
     unsolved: bool,
-    /// Whether the shortest substep allowed was too coarse and was accepted.
+    /// Whether the shortest substep or trial allowed was too coarse and was accepted.
     coarse: bool,
     /// Mean torques, N m or N, one a joint.
     torques: Vec<f64>,
@@ -51,6 +51,11 @@ impl StepTotals {
         self.depth = self.depth.max(substep.depth);
         self.unsolved |= substep.unsolved;
         self.coarse |= substep.coarse;
+    }
+
+    /// Notes that the shortest trial allowed missed the error tolerance and was accepted.
+    pub fn accept_coarse(&mut self) {
+        self.coarse = true;
     }
 
     /// Adds the `torques` (N m or N, one a joint) and `contacts` with their slots of that substep, whose length is `share` of the

@@ -231,6 +231,9 @@ impl Simulator {
                 // A trial that was cut short by the end of the step gives no reason for shorter ones.
                 length = if trial < length { next.max(length) } else { next };
                 done = until;
+                if error > tolerance {
+                    self.step_control.totals.accept_coarse();
+                }
             } else if !least {
                 outcome = Ok(());
                 length = next;

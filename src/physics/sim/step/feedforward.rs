@@ -23,7 +23,7 @@ use super::Stages;
 use crate::scene::{DrivePlan, Feedforward};
 use crate::sim::coordinates::CoordinateSystem;
 use crate::sim::failure::{Failure, fail_unless_usable};
-use crate::sim::lcp::Solver;
+use crate::sim::lcp::{SolveStatus, Solver};
 use crate::sim::rows::{RowOwner, Rows, contact, drive};
 use crate::sim::step_data::StepData;
 use crate::sim::workspace::Workspace;
@@ -38,6 +38,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         }
         let step = self.data.step;
         self.data.work.feedforward.ask(&self.data.state.velocities, step);
+        self.data.work.feedforward.unsolved = false;
         if self.system.feedforward(&mut self.data, drive)? {
             return Ok(());
         }
@@ -66,6 +67,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
             }
         }
         feedforward.rows = rows;
+        feedforward.unsolved = solution.status != SolveStatus::Solved;
         fail_unless_usable(solution.status, model, state)
     }
 

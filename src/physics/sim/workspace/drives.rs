@@ -95,6 +95,8 @@ pub struct FeedforwardPass {
     pub acceleration: Vec<f64>,
     /// The rows of the pass.
     pub rows: Rows,
+    /// Whether their forces do not solve their problem.
+    pub unsolved: bool,
 }
 
 impl FeedforwardPass {
@@ -108,6 +110,7 @@ impl FeedforwardPass {
             rates: vec![0.0; joints],
             acceleration: vec![0.0; joints],
             rows,
+            unsolved: false,
         }
     }
 

@@ -126,7 +126,7 @@ impl Workspace {
         Counts {
             residual: self.problem.residual,
             depth: depths.fold(0.0, f64::max),
-            unsolved: self.problem.unsolved,
+            unsolved: self.problem.unsolved || self.feedforward.unsolved,
             coarse: self.coarse,
         }
     }

@@ -10,7 +10,7 @@ use super::response;
 use crate::scene::{DrivePlan, Feedforward};
 use crate::sim::contact::ContactCandidate;
 use crate::sim::failure::{Failure, fail_unless_usable};
-use crate::sim::lcp::Solver;
+use crate::sim::lcp::{SolveStatus, Solver};
 use crate::sim::rows::{ROOT, Recovery, contact};
 use crate::sim::spatial::SpatialForce;
 use crate::sim::step_data::StepData;
@@ -67,6 +67,7 @@ impl ReducedCoordinates {
             feedforward.rows.assemble(horizon);
             let (problem_of_contacts, force) = feedforward.rows.problem(plan.circular_friction());
             let solution = problem.solver.solve(&problem_of_contacts, force);
+            feedforward.unsolved = solution.status != SolveStatus::Solved;
             fail_unless_usable(solution.status, model, state)?;
             let mut half = [0.0; ROOT];
             feedforward.rows.impulse(1.0, &mut half);
