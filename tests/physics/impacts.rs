@@ -67,6 +67,17 @@ fn impact(plan: &Arc<StepPlan>, start: &State) -> ([f64; 2], Simulator) {
     ([kinetic(plan, &pose, start), kinetic(plan, &pose, simulator.state())], simulator)
 }
 
+/// One of the methods of integration, the coordinates and the friction cones, at a step that is an impact.
+fn any_method(rng: &mut ChaCha8Rng) -> Accuracy {
+    let (integrator, coordinates) = [
+        (Integrator::SemiImplicitEuler, Coordinates::Reduced),
+        (Integrator::MoreauJean, Coordinates::Reduced),
+        (Integrator::SemiImplicitEuler, Coordinates::Maximal),
+    ][rng.random_range(0..3)];
+    let friction_cone = if rng.random_bool(0.5) { FrictionCone::Cone } else { FrictionCone::Pyramid };
+    Accuracy { step: STEP, integrator, coordinates, friction_cone, ..Accuracy::default() }
+}
+
 /// A random tree with a ball on each link, and where the balls are in the links.
 fn tree(rng: &mut ChaCha8Rng, links: usize, fixed: bool) -> (Arc<Model>, Vec<Point3<f64>>) {
     let mut text = String::from(r#"<robot name="tree">"#);
@@ -139,14 +150,7 @@ fn random_impacts_make_no_energy() {
             let contacts = rng.random_range(1..9);
             let restitution = if rng.random_bool(0.2) { 1.0 } else { rng.random_range(0.0..1.0) };
             let friction = if rng.random_bool(0.2) { 0.0 } else { rng.random_range(0.0..2.0) };
-            let (integrator, coordinates) = [
-                (Integrator::SemiImplicitEuler, Coordinates::Reduced),
-                (Integrator::MoreauJean, Coordinates::Reduced),
-                (Integrator::SemiImplicitEuler, Coordinates::Maximal),
-            ][rng.random_range(0..3)];
-            let friction_cone = if rng.random_bool(0.5) { FrictionCone::Cone } else { FrictionCone::Pyramid };
-            let accuracy =
-                Accuracy { step: STEP, integrator, coordinates, friction_cone, ..Accuracy::default() };
+            let accuracy = any_method(&mut rng);
             let plan = common::plan(&model, &impacts_only(restitution, friction), &accuracy, None);
             let start = over_ground(&mut rng, &model, &balls, contacts);
             let ([before, after], simulator) = impact(&plan, &start);
@@ -328,6 +332,99 @@ fn a_double_pendulum_gains_nothing() {
         }
     }
     assert!(impacts > 150 && scaled > 10, "{scaled} of {impacts} rebounds were scaled");
+}
+
+/// A link that weighs `mass` kg, with a ball where there is one.
+fn arm_link(name: &str, mass: f64, ball: Option<Point3<f64>>) -> String {
+    let inertia = 0.01 * mass;
+    let ball = ball.map_or(String::new(), |at| {
+        format!(
+            r#"<collision><origin xyz="{:?} {:?} {:?}"/><geometry><sphere radius="{RADIUS}"/></geometry></collision>"#,
+            at.x, at.y, at.z
+        )
+    });
+    format!(
+        r#"<link name="{name}"><inertial><mass value="{mass:?}"/>
+        <inertia ixx="{inertia:?}" ixy="0" ixz="0" iyy="{inertia:?}" iyz="0" izz="{inertia:?}"/></inertial>{ball}</link>"#
+    )
+}
+
+/// A trunk with two arms of two joints each, in a random pose in which a ball on the one hand touches a ball on the other.
+fn hands_that_touch(rng: &mut ChaCha8Rng, fixed: bool) -> (Arc<Model>, State) {
+    let names = ["a1", "a2", "b1", "b2"];
+    let parents = ["trunk", "a1", "trunk", "b1"];
+    let masses: Vec<f64> = (0..5).map(|_| 10_f64.powf(rng.random_range(-1.0..1.0))).collect();
+    let joints: String = names
+        .iter()
+        .zip(parents)
+        .map(|(name, parent)| {
+            let [a, b, c, d, e, f] = [0; 6].map(|_| rng.random_range(-0.3..0.3));
+            let kind = ["continuous", "prismatic"][rng.random_range(0..2)];
+            format!(
+                r#"<joint name="j{name}" type="{kind}"><parent link="{parent}"/><child link="{name}"/>
+                <origin xyz="{a:?} {b:?} {c:?}"/><axis xyz="{d:?} {e:?} {f:?}"/>
+                <limit lower="-9" upper="9" effort="100" velocity="100"/></joint>"#
+            )
+        })
+        .collect();
+    let built = |balls: [Option<Point3<f64>>; 2]| {
+        let mut text = format!(r#"<robot name="hands">{}"#, arm_link("trunk", masses[0], None));
+        for (index, name) in names.iter().enumerate() {
+            let ball = if index % 2 == 1 { balls[index / 2] } else { None };
+            text.push_str(&arm_link(name, masses[index + 1], ball));
+        }
+        urdf(&format!("{text}{joints}</robot>"), fixed)
+    };
+    let mut three = |size: f64| Vector3::from([0; 3].map(|_| rng.random_range(-size..size)));
+    let held = Point3::from(three(0.2));
+    let model = built([Some(held), None]);
+    let mut state = State::new(&model);
+    state.root.orientation = UnitQuaternion::from_scaled_axis(three(3.0));
+    let apart = three(1.0).normalize() * (2.0 * RADIUS);
+    if !fixed {
+        (state.root.linear_velocity, state.root.angular_velocity) = (three(1.0), three(5.0));
+    }
+    for joint in 0..4 {
+        state.angles[joint] = rng.random_range(-0.5..0.5);
+        state.velocities[joint] = rng.random_range(-3.0..3.0);
+    }
+    let plan = common::plan(&model, &impacts_only(0.0, 0.0), &Accuracy::default(), None);
+    let poses = Simulator::new(plan, state.clone()).link_poses();
+    let of = |name: &str| model.character.links.iter().position(|link| link.name == name).unwrap();
+    let other = poses[of("b2")].inverse_transform_point(&(poses[of("a2")] * held + apart));
+    (built([Some(held), Some(other)]), state)
+}
+
+/// A thousand impacts of a character's hands on each other, sliding as they like.
+#[test]
+fn links_that_strike_each_other_at_random_make_no_energy() {
+    let seeds: Vec<u64> = (0..250).collect();
+    let counted = common::in_parallel(&seeds, |seed| {
+        let mut rng = ChaCha8Rng::seed_from_u64(9000 + seed);
+        let (mut struck, mut sliding) = (0, 0);
+        for _ in 0..4 {
+            let (model, start) = hands_that_touch(&mut rng, seed % 5 == 0);
+            let restitution = if rng.random_bool(0.2) { 1.0 } else { rng.random_range(0.0..1.0) };
+            let friction = rng.random_range(0.0..2.0);
+            let accuracy = any_method(&mut rng);
+            let mut scene = Scene { ground: None, ..impacts_only(restitution, friction) };
+            scene.effects.insert(Effect::SelfCollision, Switch::On);
+            let plan = common::plan(&model, &scene, &accuracy, None);
+            let ([before, after], simulator) = impact(&plan, &start);
+            assert!(
+                after <= before * (1.0 + 1e-9),
+                "seed {seed}, e {restitution}, μ {friction}, {accuracy:?}: {before} J to {after} J"
+            );
+            for contact in simulator.contacts().filter(|contact| contact.force.norm() > 0.0) {
+                struck += 1;
+                let along = contact.force - contact.normal * contact.force.dot(&contact.normal);
+                sliding += usize::from(along.norm() > 1e-3 * contact.force.norm());
+            }
+        }
+        [struck, sliding]
+    });
+    let sum = |of: usize| counted.iter().map(|counts| counts[of]).sum::<usize>();
+    assert!(sum(0) > 300 && sum(1) > 200, "{} impacts, {} of them with friction", sum(0), sum(1));
 }
 
 /// Three balls that slide along a line, the last two touching each other, with and without friction.

@@ -66,8 +66,8 @@ fn swinging() -> Case {
         .at_most(fastest * LONGEST * energy, Quantity::EnergyChange)
 }
 
-/// When deflected, the two loops contradict each other. Each is corrected at no more than 5 m/s, with moment arms of
-/// 0.1 m.
+/// When deflected, the two loops contradict each other. Each is corrected at no more than 4 √(ℓ g), here some 5 m/s, with moment
+/// arms of 0.1 m.
 fn conflicting() -> Case {
     let tie = json!({ "name": "tie", "kind": "ball", "a": "frame", "b": "coupler",
                       "origin": { "position": [0.1, 0.0, -CRANK] } });
