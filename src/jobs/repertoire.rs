@@ -117,15 +117,19 @@ impl Repertoire {
 
 /// The less the better.
 fn rank(metrics: &Metrics) -> Rank {
+    let stands = metrics.naturalness.get("upright").is_some_and(|measure| measure.holds);
     Rank {
-        fallen: -metrics.upright_seconds,
+        // How long a check lasts depends on the motion, so that of those that stand none has stood for longer.
+        fallen: if stands { f64::NEG_INFINITY } else { -metrics.upright_seconds },
         unnatural: !metrics.natural,
         cost: metrics.cost_of_transport.unwrap_or(f64::INFINITY),
     }
 }
 
+/// In the order of weight.
 #[derive(PartialEq, PartialOrd)]
 struct Rank {
+    /// -∞, or less how long it stood until it fell, s.
     fallen: f64,
     unnatural: bool,
     cost: f64,

@@ -2,6 +2,7 @@
 
 use nalgebra::{Isometry3, Vector3};
 
+use gaitwright_learning::learn::reference_gravity;
 use gaitwright_physics::character::Character;
 use gaitwright_physics::scene::Scene;
 
@@ -63,7 +64,7 @@ impl Appearance {
             links: character.links.iter().map(|link| link.name.clone()).collect(),
             joints: subject.joints.to_vec(),
             colors: limb_colors(character),
-            weight: 9.81 * mass,
+            weight: reference_gravity(subject.scene) * mass,
             size: extent.norm().max(0.1),
             height: extent.z,
         }

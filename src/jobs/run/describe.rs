@@ -4,7 +4,7 @@ use super::prepared::PreparedRun;
 use super::report::TrainingReport;
 use crate::jobs::order::Order;
 use crate::jobs::repertoire::RepertoireEntry;
-use gaitwright_physics::motion::Validity;
+use gaitwright_physics::motion::{Metrics, Validity};
 
 /// What a job is about, and what came of it once there is a report, as Markdown.
 pub(super) fn describe(order: &Order, prepared: &PreparedRun, report: Option<&TrainingReport>) -> String {
@@ -51,6 +51,16 @@ fn doubts(validity: &Validity) -> String {
     }
 }
 
+/// Whether a motion is natural, and if not, which measures do not hold.
+fn verdict(metrics: &Metrics) -> String {
+    if metrics.natural {
+        return "natural".to_owned();
+    }
+    let broken = metrics.naturalness.iter().filter(|(_, measure)| !measure.holds);
+    let broken: Vec<String> = broken.map(|(name, measure)| format!("{name} {:.3}", measure.value)).collect();
+    if broken.is_empty() { "not natural".to_owned() } else { format!("not natural: {}", broken.join(", ")) }
+}
+
 /// A motion in figures, as Markdown.
 pub(super) fn describe_motion(entry: &RepertoireEntry) -> String {
     let metrics = &entry.metrics;
@@ -58,7 +68,7 @@ pub(super) fn describe_motion(entry: &RepertoireEntry) -> String {
     let figure = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.2}"));
     text += &format!(
         "**{}**\n\n| | |\n|---|---|\n| gait | {} |\n| speed | {:.2} m/s |\n| Froude number | {} |\n| cost of transport | {} |\n",
-        if metrics.natural { "natural" } else { "not natural" },
+        verdict(metrics),
         metrics.gait.as_deref().unwrap_or("without a name"),
         metrics.speed,
         figure(metrics.froude),

@@ -165,16 +165,15 @@ impl Scenario {
         files: &impl Files,
         faults: &mut Vec<Fault>,
     ) -> Result<(Option<Gains>, Script), InputError> {
-        let holds = matches!(self.drive, Drive::Hold { .. } | Drive::Velocity { .. });
+        let acts = matches!(self.drive, Drive::Hold { .. } | Drive::Velocity { .. } | Drive::Torque { .. });
         let mut fill = |values: &mut [f64], joints: &BTreeMap<String, f64>| {
             for (name, value) in joints {
                 match model.joint(name) {
                     Some(_) if !value.is_finite() => {
                         faults.push(Fault::new(member("/drive/joints", name), "must be a finite number"));
                     }
-                    Some(index) if holds && !model.driven[index] => {
-                        let reason =
-                            format!("the joint \"{name}\" is passive: it has no actuator to hold it");
+                    Some(index) if acts && !model.driven[index] => {
+                        let reason = format!("the joint \"{name}\" is passive: it has no actuator");
                         faults.push(Fault::new(member("/drive/joints", name), reason));
                     }
                     Some(index) => values[index] = *value,

@@ -16,10 +16,11 @@ pub struct Scene {
     pub gravity: [f64; 3],
     /// What the character stands on; `null` for nothing.
     pub ground: Option<Ground>,
-    /// Coulomb friction coefficient of every contact.
+    /// Coulomb friction coefficient of the ground, and of every link and obstacle that has none of its own; in a contact the smaller
+    /// of both surfaces' holds.
     pub friction: f64,
-    /// Coefficient of restitution of every contact, 0 to 1: the share of its closing speed with which
-    /// a contact opens again.
+    /// Coefficient of restitution of the ground, and of every link and obstacle that has none of its own, 0 to 1: the share of its
+    /// closing speed with which a contact opens again; in a contact the greater of both surfaces' holds.
     #[schemars(range(min = 0, max = 1))]
     pub restitution: f64,
     /// Static shapes in the scene.
