@@ -24,8 +24,59 @@ FALLEN_TILT = 1.0
 FALLEN_HEIGHT = 0.4
 
 
+def rotated(q, v):
+    """The vector v turned by the quaternion q."""
+    w, u = q[0], np.asarray(q[1:])
+    return v + 2 * np.cross(u, np.cross(u, v) + w * np.asarray(v))
+
+
+def times(a, b):
+    """The product of two quaternions."""
+    w, u, s, v = a[0], np.asarray(a[1:]), b[0], np.asarray(b[1:])
+    return np.concatenate([[w * s - u @ v], w * v + s * u + np.cross(u, v)])
+
+
+class Steering:
+    """What the cells of the trunk add to the keyframes of the loop."""
+
+    def __init__(self, steering, start):
+        self.forward = np.array([*steering["direction"], 0.0])
+        self.left = np.cross([0.0, 0.0, 1.0], self.forward)
+        self.tables = [
+            (
+                table["measure"],
+                table["bounds"],
+                np.array([[change["angles"] for change in ring] for ring in table["rings"]]),
+                np.array([[change["velocities"] for change in ring] for ring in table["rings"]]),
+            )
+            for table in steering["tables"]
+        ]
+        self.back = np.array(start) * [1, -1, -1, -1]
+
+    def measures(self, orientation, turning):
+        """All measures of a root with this orientation and angular velocity in the world frame."""
+        moved = times(orientation, self.back)
+        heading = 2 * math.atan2(moved[3], moved[0])
+        heading = math.atan2(math.sin(heading), math.cos(heading))
+        level = np.array([math.cos(heading / 2), 0.0, 0.0, -math.sin(heading / 2)])
+        up = rotated(level, rotated(moved, np.array([0.0, 0.0, 1.0])))
+        turning = rotated(level, turning)
+        return {
+            "heading": heading,
+            "forward_tilt": math.atan2(up @ self.forward, up[2]),
+            "left_tilt": math.atan2(up @ self.left, up[2]),
+            "forward_tilt_rate": turning @ self.left,
+            "left_tilt_rate": -(turning @ self.forward),
+        }
+
+    def change(self, keyframe, measures):
+        """What is added to angles and rates of a keyframe of the loop."""
+        cells = [(np.searchsorted(bounds, measures[name], side="right"), a, v) for name, bounds, a, v in self.tables]
+        return sum(a[cell, keyframe] for cell, a, _ in cells), sum(v[cell, keyframe] for cell, _, v in cells)
+
+
 class Player:
-    """Targets and their rates at any time: the entry once, then the loop for ever."""
+    """Targets and their rates: the entry once, then the loop for ever, steered where the motion is."""
 
     def __init__(self, motion):
         entry, keyframes = motion["entry"], motion["keyframes"]
@@ -36,14 +87,29 @@ class Player:
         self.rates = np.array([k["velocities"] for _, k in knots])
         self.start = lead + motion["loop"]["start"]
         self.end = self.times[-1]
+        first = (motion["entry"] or motion["keyframes"])[0]["root"]["orientation"]
+        steering = motion.get("steering")
+        self.steering = Steering(steering, first) if steering else None
+        self.first = int(np.argmin(np.abs(self.times - self.start)))
+        none = np.zeros(len(motion["joints"]))
+        self.segment, self.added = None, ((none, none), (none, none))
 
-    def targets(self, time):
+    def targets(self, time, orientation, turning):
+        """At a time not before the last asked for, of a root with this orientation and angular velocity."""
         if time >= self.end:
             time = self.start + (time - self.start) % (self.end - self.start)
         knot = min(int(np.searchsorted(self.times, time, side="right")), len(self.times) - 1) - 1
         length = self.times[knot + 1] - self.times[knot]
         s = (time - self.times[knot]) / length
         q0, q1, v0, v1 = self.angles[knot], self.angles[knot + 1], self.rates[knot], self.rates[knot + 1]
+        if self.steering:
+            if knot != self.segment:
+                self.segment = knot
+                keyframe = (knot + 1 - self.first) % (len(self.times) - 1 - self.first)
+                change = self.steering.change(keyframe, self.steering.measures(orientation, turning))
+                self.added = (self.added[1], change)
+            (a0, b0), (a1, b1) = self.added
+            q0, q1, v0, v1 = q0 + a0, q1 + a1, v0 + b0, v1 + b1
         end = 3 * s**2 - 2 * s**3
         angles = q0 + (q1 - q0) * end + length * (v0 * (s**3 - 2 * s**2 + s) + v1 * (s**3 - s**2))
         rates = 6 * (s - s**2) * (q1 - q0) / length + v0 * (3 * s**2 - 4 * s + 1) + v1 * (3 * s**2 - 2 * s)
@@ -80,7 +146,10 @@ def play(urdf, motion, seconds, contact, step=STEP, itself=False):
     begun, turned, before = None, 0.0, heading(data.qpos[3:7])
     height, upright = data.qpos[2], 0.0
     while data.time < seconds - step / 2:
-        angles, rates = player.targets(data.time + step)
+        orientation = data.qpos[3:7].copy()
+        # Of a free root, MuJoCo gives the angular velocity in the root's own frame.
+        turning = rotated(orientation, data.qvel[3:6].copy())
+        angles, rates = player.targets(data.time + step, orientation, turning)
         data.ctrl[:] = (angles + ahead * rates)[order]
         mujoco.mj_step(model, data)
         now = heading(data.qpos[3:7])
@@ -111,7 +180,12 @@ def main():
         if motion["drive"]["feedforward"] != "none":
             print(f"{path}: played without its feedforward {motion['drive']['feedforward']}")
         ours = motion["metrics"]
-        print(f"{path}: {ours['gait']} at {ours['speed']:.3f} m/s, upright {ours['upright_seconds']:.1f} s")
+        loop = motion["loop"]
+        rounds = options.seconds / (loop["end"] - loop["start"])
+        print(
+            f"{path}: {ours['gait']} at {ours['speed']:.3f} m/s, heading {rounds * loop['root_advance']['yaw']:+.2f} rad, "
+            f"upright {ours['upright_seconds']:.1f} s{', steered' if motion.get('steering') else ''}"
+        )
         for contact in options.contact:
             # A contact must be resolved by the step: MuJoCo takes no time constant below two of them.
             step = min(STEP, contact / 4)

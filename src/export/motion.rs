@@ -95,6 +95,7 @@ pub fn motion(performance: &Performance<'_>) -> Option<Motion> {
         keyframes,
         cycle: MotionLoop { start: 0.0, end: period, root_advance },
         entry,
+        steering: behaviour.steering.clone(),
         drive: performance.drive.clone(),
         metrics: metrics(performance, closing.greatest().max(joining.greatest())),
         scene: performance.scene.clone(),

@@ -18,6 +18,8 @@ pub struct Replay<'a> {
     stance: Stance,
     player: Player,
     direction: [f64; 3],
+    /// The gait that was asked for; `None` where any would do.
+    gait: Option<String>,
 }
 
 impl<'a> Replay<'a> {
@@ -32,7 +34,9 @@ impl<'a> Replay<'a> {
         let stance = Stance::find(&model, &motion.scene);
         let direction =
             serde_json::from_value(asked(motion, "direction")).unwrap_or(Task::default().direction);
-        Ok(Self { motion, model, stance, player, direction })
+        let gait =
+            serde_json::from_value(asked(motion, "gait")).ok().filter(|gait| *gait != Task::default().gait);
+        Ok(Self { motion, model, stance, player, direction, gait })
     }
 
     /// Its targets.
@@ -56,6 +60,7 @@ impl<'a> Replay<'a> {
             player: &self.player,
             direction: self.direction,
             speed: asked(self.motion, "speed").as_f64(),
+            gait: self.gait.as_deref(),
         }
     }
 }

@@ -12,8 +12,9 @@ use gaitwright_learning::program::gaits::{gaits, named};
 use gaitwright_learning::program::leg_watch::LegFigures;
 use gaitwright_learning::program::legs::Legs;
 use gaitwright_learning::program::refine::{Refinement, Subject};
-use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, SWAY, Wanted, program};
+use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, SWAY, TURN, Wanted, program};
 use gaitwright_learning::program::rollout::STRIDES;
+use gaitwright_learning::program::steer;
 use gaitwright_learning::program::template::{SAMPLES, shares, stride};
 use gaitwright_physics::motion::Player;
 use gaitwright_physics::scene::{Accuracy, Scene};
@@ -338,7 +339,8 @@ fn refined(subject: &Subject, threads: usize) -> Refinement {
     let arena = subject.arena().unwrap();
     let stop = Stop::new(&Cancel::default(), None);
     let starts = &subject.seeds(&wanted.gait)[..4];
-    let mut refinement = Refinement::new(&pool, subject, &arena, &wanted, starts, 7);
+    let mut refinement =
+        Refinement::new((&pool, &stop), subject, &arena, &wanted, starts, (STRIDES, 7)).unwrap();
     for _ in 0..2 {
         refinement.generation((&pool, &stop), subject, &arena, &wanted).unwrap();
     }
@@ -454,6 +456,42 @@ fn the_template_trots_before_any_search() {
     assert!((again.speed / figures.speed - 1.0).abs() < 0.05, "{} and {} m/s", figures.speed, again.speed);
 }
 
+/// A trot with its feet sent to the left of where the trunk goes, which turns it, goes straight on when its heading is answered to.
+#[test]
+fn a_trot_that_turns_is_steered_straight() {
+    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
+    let arena = subject.arena().unwrap();
+    let wanted = trot(&subject.legs);
+    let mut turning = brisk();
+    turning[TURN] = 0.4;
+    let heading = |parameters: &[f64]| {
+        let (ring, gains) = subject.ring(&wanted, parameters);
+        let figures = arena.run(&ring, &gains, false, 60);
+        assert_eq!(figures.upright, 1.0);
+        (60.0 * figures.yaw, figures.speed)
+    };
+    let (_, speed) = heading(&brisk());
+    let (astray, _) = heading(&turning);
+    assert!(astray.abs() > 0.5, "{astray} rad in 60 strides");
+    // It turns on until it is a few cells of 0.04 rad off, whose answer makes up for the turn.
+    let steered: Vec<(f64, f64)> = steer::by_heading(&turning).iter().map(|it| heading(it)).collect();
+    for (off, kept) in &steered {
+        assert!((kept / speed - 1.0).abs() < 0.1, "{kept} m/s instead of {speed}");
+        assert!(off * astray > 0.0 || off.abs() < 0.1, "{off} rad, {astray} without");
+    }
+    // The stronger the answer, the fewer cells.
+    let (weak, strong) = (steered[0].0.abs(), steered[steered.len() - 1].0.abs());
+    assert!(weak < 0.5 * astray.abs() && strong < 0.12 && strong <= weak + 0.02, "{steered:?} of {astray}");
+    // What the document holds is what was tried: the same rings for each measure, as many as there are cells.
+    let (ring, _) = subject.ring(&wanted, &steer::by_heading(&turning)[1]);
+    let steering = ring.steering.unwrap();
+    assert_eq!(steering.tables.len(), 1);
+    assert_eq!(steering.tables[0].rings.len(), steering.tables[0].bounds.len() + 1);
+    // Straight on, nothing is changed.
+    let middle = &steering.tables[0].rings[steering.tables[0].rings.len() / 2];
+    assert!(middle.iter().all(|change| change.angles.iter().chain(&change.velocities).all(|it| *it == 0.0)));
+}
+
 #[test]
 fn the_search_sees_the_steps_that_the_judge_sees() {
     let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
@@ -475,6 +513,7 @@ fn the_search_sees_the_steps_that_the_judge_sees() {
         player: &player,
         direction: subject.direction,
         speed: None,
+        gait: None,
     };
     let judged = check.run(&|| false).unwrap().gait;
     let near = |seen: f64, judged: f64, bound: f64, what: &str| {

@@ -28,4 +28,5 @@ mod orders;
 mod properties;
 mod shaping;
 mod stance;
+mod steering;
 mod step_control;

@@ -7,9 +7,10 @@ use gaitwright_learning::gait::{GaitContext, measure};
 use gaitwright_learning::learn::{Behaviour, Posture};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::motion::{
-    Motion, Player, RootAdvance, RootMotion, TargetLimits, hermite, hermite_range, hermite_rate,
+    Motion, Player, Playing, RootAdvance, RootMotion, TargetLimits, hermite, hermite_range, hermite_rate,
 };
-use nalgebra::{UnitQuaternion, Vector3};
+use gaitwright_physics::sim::Root;
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use synthetic::Gait;
@@ -158,6 +159,79 @@ fn postures_are_played_as_the_document_made_of_them() {
     }
 }
 
+/// The same, leaning in joint a and back in b where it has turned to the right.
+fn steered() -> Value {
+    let change = |a: f64, b: f64| json!({ "angles": [a, b], "velocities": [0.0, 2.0 * b] });
+    let mut document = document();
+    document["steering"] = json!({
+        "direction": [1, 0],
+        "tables": [{
+            "measure": "heading",
+            "bounds": [-0.1],
+            "rings": [[change(0.1, -0.2), change(0.0, 0.3)], [change(0.0, 0.0), change(0.0, 0.0)]],
+        }],
+    });
+    document
+}
+
+#[test]
+fn steering_is_read_written_and_played_in_the_order_of_the_joints() {
+    let motion = parse(&steered()).unwrap();
+    assert_eq!(Motion::parse(motion.to_json().unwrap().as_bytes()).unwrap(), motion);
+    let player = Player::new(&motion, &["b".to_owned(), "a".to_owned()], &FREE).unwrap();
+    let root = |heading: f64| Root {
+        position: Point3::origin(),
+        orientation: UnitQuaternion::from_scaled_axis(Vector3::z() * heading),
+        linear_velocity: Vector3::zeros(),
+        angular_velocity: Vector3::zeros(),
+    };
+    let mut playing = Playing::new(&player, &root(0.0));
+    let mut at = |t: f64, heading: f64| {
+        let mut angles = [f64::NAN; 2];
+        playing.targets(&player, t, &root(heading), &mut angles);
+        angles
+    };
+    at(0.0, 0.0);
+    assert_eq!(at(0.25, -0.2), [-0.1, 0.2], "it did not turn before");
+    let [b, a] = at(0.5, 0.0);
+    assert!((b - (0.4 + 0.3)).abs() < 1e-12 && (a + 0.3).abs() < 1e-12, "{b}, {a}");
+    let [b, a] = at(0.6, 0.0);
+    let wanted = hermite((0.7, 0.6), (-0.1, 0.5), 0.25, 0.1);
+    assert!((b - wanted).abs() < 1e-12, "{b} is not {wanted}");
+    assert!((a - hermite((-0.3, -1.0), (0.2, 1.0), 0.25, 0.1)).abs() < 1e-12);
+}
+
+#[test]
+fn faults_of_steering_are_named() {
+    let mut faulty = steered();
+    faulty["steering"]["direction"] = json!([1, 1]);
+    let table = &mut faulty["steering"]["tables"][0];
+    table["bounds"] = json!([0.1, 0.1]);
+    table["rings"][1] = json!([{ "angles": [0.0, 0.0], "velocities": [0.0] }]);
+    let InputError::Impossible(faults) = parse(&faulty).unwrap_err() else { panic!("well-formed") };
+    for place in [
+        "direction",
+        "tables/0/bounds",
+        "tables/0/rings",
+        "tables/0/rings/1",
+        "tables/0/rings/1/0/velocities",
+    ] {
+        let place = format!("/steering/{place}");
+        assert!(faults.iter().any(|fault| fault.pointer == place), "{place} is not among {faults:?}");
+    }
+    // What one ring could add takes joint b out of a range that its keyframes keep to.
+    let motion = parse(&steered()).unwrap();
+    let within = |most: f64| {
+        let limits = [TargetLimits::NONE, TargetLimits { range: Some([-2.0, most]), speed: None }];
+        Player::new(&motion, &motion.joints, &limits)
+    };
+    // The greatest of b's spline is 0.4 and something; the changes at its ends are 0.2 and 0.3, with rates of 0.4 and 0.6.
+    assert!(within(0.9).is_ok());
+    let InputError::Impossible(faults) = within(0.6).unwrap_err() else { panic!("well-formed") };
+    assert_eq!(faults.len(), 1);
+    assert!(faults[0].pointer == "/steering" && faults[0].reason.contains("\"b\""), "{faults:?}");
+}
+
 #[test]
 fn every_fault_of_a_document_is_named() {
     let mut faulty = document();
@@ -236,6 +310,7 @@ fn a_published_loop_closes_on_level_ground_and_the_entry_joins_it() {
         transition_time: 0.25,
         entry: vec![posture(0.3)],
         cycle: vec![posture(0.1), posture(0.2)],
+        steering: None,
     };
     let setting = GaitContext {
         character: &character,

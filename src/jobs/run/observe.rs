@@ -80,7 +80,7 @@ impl<'a> Recorder<'a> {
     /// Records every point of the learning curve up to `checkpoint`, and every motion anew: a motion is the same
     /// whenever it is played.
     fn replay(&mut self, checkpoint: &TrainingCheckpoint) -> Result<(), RunError> {
-        let milestones = checkpoint.milestones(&self.prepared.setup.stance.gains);
+        let milestones = checkpoint.milestones(&self.prepared.setup);
         let mut milestones = milestones.iter().peekable();
         for figures in &checkpoint.curve() {
             while let Some(shown) =

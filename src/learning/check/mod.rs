@@ -22,8 +22,9 @@ pub(crate) const CHECKED: f64 = 20.0;
 /// How many rounds of its loop are checked at least.
 const ROUNDS: f64 = 11.0;
 
-/// Longest time between two samples of a check, s.
+/// Longest time between two samples of a check, s, and as a share of the loop: small characters step in less.
 const FINE: f64 = 0.005;
+const FINE_SHARE: f64 = 1.0 / 48.0;
 
 /// A motion and everything it takes to play it.
 #[derive(Debug, Clone, Copy)]
@@ -44,6 +45,8 @@ pub struct MotionCheck<'a> {
     pub direction: [f64; 3],
     /// Wanted speed along it, m/s; `None` where any will do.
     pub speed: Option<f64>,
+    /// Wanted gait; `None` where any will do.
+    pub gait: Option<&'a str>,
 }
 
 /// What a check has shown.
@@ -114,7 +117,9 @@ impl MotionCheck<'_> {
         let actuators: Vec<ActuatorLimits> =
             (0..self.model.joint_count()).map(|joint| plan.actuator_limits(joint)).collect();
         let (model, speed) = (&**self.model, self.speed);
-        let context = NaturalnessContext { gait: setting, model, actuators: &actuators, speed, period };
+        let asked = self.gait;
+        let context =
+            NaturalnessContext { gait: setting, model, actuators: &actuators, speed, asked, period };
         gait::judge(&looping, &mut gait, &context);
         let travels = gait::travels(&gait, &setting);
         let validity = validity(&looping, &self.model.limits, &actuators, period);
@@ -159,7 +164,9 @@ impl MotionCheck<'_> {
         let step = self.accuracy.step;
         let steps = |seconds: f64| (seconds / step).round() as usize;
         let common = gcd(steps(self.player.lead()), steps(self.player.period()));
-        let fine = (FINE / step).max(1.0) as usize;
+        let period = self.player.period();
+        let longest = if period > 0.0 { FINE.min(FINE_SHARE * period) } else { FINE };
+        let fine = (longest / step).max(1.0) as usize;
         let least = (fine / 8).max(1);
         let stride = (least..=fine).rev().find(|stride| common.is_multiple_of(*stride)).unwrap_or(fine);
         stride as f64 * step

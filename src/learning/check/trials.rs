@@ -11,14 +11,15 @@ use crate::accuracy::Engine;
 use crate::accuracy::rapier::Rapier;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::{Base, Model};
-use gaitwright_physics::motion::Trial;
+use gaitwright_physics::motion::{Playing, Trial};
 use gaitwright_physics::playback::{Playback, Push, Trace};
 use gaitwright_physics::scene::{Accuracy, Effect, Scene, StepPlan, Switch};
 use gaitwright_physics::sim::{Command, center_of_mass};
 use gaitwright_physics::stance::Upright;
 
-/// How long a trial lasts, s.
-const TRIED: f64 = 10.0;
+/// How long a trial lasts at least, s, and how many rounds of the loop.
+const TRIED: f64 = 20.0;
+const ROUNDS: f64 = 10.0;
 
 /// Time between two samples of a trial, s.
 const SAMPLED: f64 = 0.02;
@@ -131,11 +132,16 @@ impl MotionCheck<'_> {
         changes
     }
 
-    /// To the left, half-way through the trial, but not before the entry is over.
+    /// How long a trial lasts, s.
+    fn tried(&self) -> f64 {
+        TRIED.max(self.player.lead() + ROUNDS * self.player.period())
+    }
+
+    /// To the left, half-way through what a trial has of the loop.
     fn push(&self) -> Push {
         let [x, y, z] = self.scene.gravity;
         let speed = PUSH * (x.hypot(y).hypot(z) * self.stance.root_height.max(0.0)).sqrt();
-        let time = (0.5 * TRIED).max(self.player.lead().min(TRIED));
+        let time = 0.5 * (self.player.lead() + self.tried());
         Push { time, velocity: speed * Vector3::z().cross(&self.forward()) }
     }
 
@@ -168,7 +174,7 @@ impl MotionCheck<'_> {
             start: &self.stance.state,
             player: self.player,
             upright: &Upright::new(&model, self.stance, &scene),
-            seconds: TRIED,
+            seconds: self.tried(),
             sample_every: SAMPLED,
         };
         let course = match change.engine {
@@ -184,7 +190,7 @@ impl MotionCheck<'_> {
                 upright_seconds: course.fell_at.unwrap_or(end),
                 speed: speed.unwrap_or(0.0),
                 relative_speed: speed.zip(usual).map(|(speed, usual)| speed / usual),
-                of_seconds: TRIED,
+                of_seconds: self.tried(),
             }
         }))
     }
@@ -206,11 +212,12 @@ fn in_rapier(playback: &Playback<'_>, stop: &dyn Fn() -> bool) -> Option<Course>
     let every = ((playback.sample_every / step).round() as usize).max(1);
     let joints = model.joint_count();
     let (mut now, mut next) = (vec![0.0; joints], vec![0.0; joints]);
-    player.targets(0.0, &mut now);
+    let mut playing = Playing::new(player, &playback.start.root);
+    playing.targets(player, 0.0, &playback.start.root, &mut now);
     let mut course = Course { marks: vec![(0.0, center_of_mass(model, rapier.state()))], fell_at: None };
     for index in 1..=(playback.seconds / step).round() as usize {
         let time = index as f64 * step;
-        player.targets(time, &mut next);
+        playing.targets(player, time, &rapier.state().root, &mut next);
         if rapier.step(Command::Track { now: &now, next: &next }).is_err() || stop() {
             break;
         }

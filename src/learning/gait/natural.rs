@@ -29,6 +29,8 @@ pub struct NaturalnessContext<'a> {
     pub actuators: &'a [ActuatorLimits],
     /// Speed that was asked for, m/s; `None` where any will do.
     pub speed: Option<f64>,
+    /// Gait that was asked for; `None` where any will do.
+    pub asked: Option<&'a str>,
     /// Time of one round of the loop, s.
     pub period: f64,
 }
@@ -117,6 +119,9 @@ fn whole_character(
     if let Some(name) = &report.gait {
         let named = f64::from(u8::from(name != "unclassified"));
         found.one("named", MeasureLimit::at_least(1.0), named);
+        if let Some(asked) = context.asked {
+            found.one("asked_gait", MeasureLimit::at_least(1.0), f64::from(u8::from(name == asked)));
+        }
     }
     let least = least_travel(size(report, gait), gait.gravity);
     if least > 0.0 {
@@ -228,10 +233,11 @@ fn joints(found: &mut Measures, trace: &Trace, context: &NaturalnessContext<'_>,
     }
 }
 
-/// Standing height of the hips, or of the root's origin where there are none, over the ground, at least 1 cm, m.
+/// Standing height of the hips, or of the root's origin where there are none, over the ground, m; of the latter at least 1 cm, since
+/// it may lie on the ground.
 fn size(report: &GaitReport, gait: &GaitContext<'_>) -> f64 {
-    let root = || gait.standing.first().map_or(0.0, |root| root.translation.z - gait.ground);
-    report.hip_height.unwrap_or_else(root).max(0.01)
+    let root = || gait.standing.first().map_or(0.0, |root| root.translation.z - gait.ground).max(0.01);
+    report.hip_height.filter(|height| *height > 0.0).unwrap_or_else(root)
 }
 
 /// Standard deviation over the mean of the way along `direction` in one round of the loop of `period` seconds; `None`

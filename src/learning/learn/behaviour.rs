@@ -1,5 +1,6 @@
 //! A learned behaviour: a sequence of postures.
 
+use gaitwright_physics::motion::Steering;
 use serde::{Deserialize, Serialize};
 
 /// A cyclic behaviour: a sequence of joint angles and velocities, `transition_time` apart.
@@ -19,6 +20,9 @@ pub struct Behaviour {
     pub entry: Vec<Posture>,
     /// Visited repeatedly; not empty.
     pub cycle: Vec<Posture>,
+    /// How the postures of the cycle, and those of the entry that grow into them, are changed by what the trunk does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steering: Option<Steering>,
 }
 
 /// A state of the learner: angle and velocity of every joint (rad, rad/s; m, m/s).

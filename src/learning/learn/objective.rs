@@ -135,6 +135,11 @@ impl Objective {
         })
     }
 
+    /// The speed that the task asks for, m/s; `None` where any will do.
+    pub fn wanted_speed(&self) -> Option<f64> {
+        self.speed
+    }
+
     /// Displacement along the task's direction, m.
     pub fn progress(&self, terms: &Terms) -> f64 {
         let ([x, y], [dx, dy]) = (self.direction, terms.displacement);

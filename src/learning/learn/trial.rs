@@ -151,7 +151,7 @@ pub fn compose(
         cycle.push(keyframes[*action].posture.clone());
     }
     cycle.extend(path.cycle.first().map(between).unwrap_or_default());
-    Behaviour { fitness: 0.0, generation, transition_time: beat, entry, cycle }
+    Behaviour { fitness: 0.0, generation, transition_time: beat, entry, cycle, steering: None }
 }
 
 /// Where the spline between two postures is after `count` of its beats, of so many seconds.

@@ -16,6 +16,8 @@ pub const HOLDS: f64 = 1000.0;
 /// How far inside the limits a gait should stay, as a share of them: what holds for a few strides by a hair does not hold
 /// for long.
 const MARGIN: f64 = 0.05;
+/// What else than feet touches the ground is beyond its limit, which is none, by this times the share of the time in which it does.
+const SCUFFED: f64 = 20.0;
 
 /// Whether and how well a gait does what is wanted of it: less is better, and what does not hold a constraint is
 /// worse than all that does.
@@ -82,6 +84,7 @@ fn beyond(wanted: &Wanted, legs: &Legs, figures: &RolloutFigures) -> f64 {
         sum += worst(MeasureLimit::within(range), |leg| leg.duty);
     }
     sum += worst(at_most(limits::PEAK_FORCE), |leg| leg.peak);
+    sum += SCUFFED * figures.scuffed / (1.0 + SCUFFED * figures.scuffed);
     // Where pairs of legs push together, long strides and short ones like to alternate. The others find their beat, and would be
     // kept from long strides by what the entry leaves in the first few.
     if !wanted.gait.symmetrical() {

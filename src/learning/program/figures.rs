@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use gaitwright_physics::model::Model;
+use gaitwright_physics::sim::contact::Against;
 use gaitwright_physics::sim::{Simulator, State};
 
 use super::leg_watch::{LegFigures, LegRule, LegWatch};
@@ -89,6 +90,8 @@ pub(super) struct Watch<'a> {
     /// Steps whose postures were looked at.
     postures: usize,
     leg_of: Vec<Option<usize>>,
+    /// Whether the trunk has touched the ground.
+    lies: bool,
     /// Height of the ground, m.
     ground: f64,
     leg_rule: LegRule,
@@ -144,7 +147,8 @@ impl<'a> Watch<'a> {
             stride: (period / step).round().max(1.0) as usize,
             judged: 0,
             postures: 0,
-            leg_of: model.links.iter().map(|place| legs.on(place.body)).collect(),
+            leg_of: (0..model.links.len()).map(|link| legs.standing_on(model, link)).collect(),
+            lies: false,
             ground,
             leg_rule,
             leg_watches: vec![LegWatch::default(); count],
@@ -199,15 +203,23 @@ impl<'a> Watch<'a> {
         self.torques.copy_from_slice(simulator.torques());
     }
 
+    /// Whether a character with legs has lain down on its trunk.
+    pub(super) fn lies(&self) -> bool {
+        self.lies && !self.legs.legs.is_empty()
+    }
+
     /// Forces of the ground.
     fn contacts(&mut self, simulator: &Simulator, judged: bool) {
         self.forces.fill(0.0);
         let (mut touching, mut scuffing) = (false, false);
-        for contact in simulator.contacts() {
+        for contact in simulator.contacts().filter(|contact| contact.against == Against::Ground) {
             let normal = contact.force.dot(&contact.normal).max(0.0);
             match self.leg_of[contact.link] {
                 Some(leg) => self.forces[leg] += normal,
-                None => scuffing = true,
+                None => {
+                    scuffing = true;
+                    self.lies |= self.model.links[contact.link].body == 0;
+                }
             }
             touching = true;
             if judged {

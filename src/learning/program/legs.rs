@@ -233,6 +233,8 @@ fn carried(body: &Body, angle: f64, rotation: Matrix3<f64>, origin: Vector3<f64>
 pub struct Legs {
     /// Left legs before right ones, front to back; none where there is a spine.
     pub legs: Vec<LegChain>,
+    /// The links that carry it in the standing pose, by index.
+    support: Vec<usize>,
     /// The body itself, where it has no legs.
     pub spine: Option<Spine>,
     /// Centre of mass in the standing pose, m.
@@ -283,7 +285,8 @@ impl Legs {
         let hip_height = legs.iter().map(|leg| leg.hip.z - leg.foot.z + leg.radius).sum::<f64>() / count;
         let length = legs.iter().map(|leg| leg.length).sum::<f64>() / count;
         let (mass, standing) = (model.mass, stance.angles.clone());
-        Some(Self { legs, spine: None, center, inertia, mass, hip_height, length, to_way, standing })
+        let support = stance.support.clone();
+        Some(Self { legs, support, spine: None, center, inertia, mass, hip_height, length, to_way, standing })
     }
 
     /// A body without legs whose joints are a row, for travel along `direction`; `None` where they are not, and where it stands on
@@ -299,7 +302,19 @@ impl Legs {
         let (hip_height, length) = (spine.size(), spine.length);
         let (mass, standing) = (model.mass, stance.angles.clone());
         let spine = Some(spine);
-        Some(Self { legs: Vec::new(), spine, center, inertia, mass, hip_height, length, to_way, standing })
+        let support = stance.support.clone();
+        Some(Self {
+            legs: Vec::new(),
+            support,
+            spine,
+            center,
+            inertia,
+            mass,
+            hip_height,
+            length,
+            to_way,
+            standing,
+        })
     }
 
     /// The joints that move in a gait.
@@ -314,9 +329,10 @@ impl Legs {
         self.legs.len() / 2
     }
 
-    /// The leg whose foot is carried by `body`.
-    pub fn on(&self, body: usize) -> Option<usize> {
-        self.legs.iter().position(|leg| leg.body == body)
+    /// The leg that stands on a link of `model`: on one that carries it in the standing pose.
+    pub fn standing_on(&self, model: &Model, link: usize) -> Option<usize> {
+        let body = model.links[link].body;
+        self.legs.iter().position(|leg| leg.body == body).filter(|_| self.support.contains(&link))
     }
 }
 

@@ -15,6 +15,7 @@
 //! | [`gains`] | springs and dampers of the drive |
 //! | [`template`] | forces of the legs, and how the trunk moves under them |
 //! | [`ring`] | a stride as a ring of keyframes |
+//! | [`steer`] | feedback through cells of the trunk |
 //! | [`spine`], [`wave`] | bodies without legs, and their waves as such rings |
 //! | [`rollout`], [`figures`], [`leg_watch`] | such a ring in the simulator, and what is seen of it and of each leg |
 //! | [`cost`] | what that costs |
@@ -32,5 +33,6 @@ pub mod refine;
 pub mod ring;
 pub mod rollout;
 pub mod spine;
+pub mod steer;
 pub mod template;
 pub mod wave;

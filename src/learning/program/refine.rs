@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
+use gaitwright_physics::motion::TargetLimits;
 use gaitwright_physics::scene::{Accuracy, Gains, Scene};
 use gaitwright_physics::stance::Stance;
 
@@ -17,8 +18,11 @@ use super::figures::RolloutFigures;
 use super::gains::gains;
 use super::gaits::NamedGait;
 use super::legs::Legs;
-use super::ring::{AIM, EXTENSION, PARAMETERS, PERIOD, Ring, SIDEWAYS, TURN, Wanted, program, ring};
-use super::rollout::{Arena, STRIDES};
+use super::ring::{
+    AIM, EXTENSION, HEAVE, LIFT, PARAMETERS, PERIOD, Ring, SIDEWAYS, TURN, Wanted, program, ring,
+};
+use super::rollout::Arena;
+use super::steer::steering;
 use super::wave::{self, WAVE_SIDEWAYS, WAVE_TURN, softness};
 use crate::learn::{Interrupted, Stop};
 
@@ -35,6 +39,9 @@ pub const STRAIGHTENED: usize = 4;
 const TRIMS: u32 = 3;
 const TRIM: f64 = 0.3;
 const STRAIGHT: f64 = 0.001;
+/// Parameters of a trunk without heave, and of feet that are lifted half as high as usual.
+const LEVEL: f64 = -2.5;
+const LOW: f64 = -2.0;
 
 /// Who is to move, and where.
 #[derive(Debug, Clone)]
@@ -87,7 +94,16 @@ impl Subject {
         }
         let program = program(legs, wanted, parameters);
         let gains = self.gains_times([program.stiffness, program.damping]);
-        (ring(model, legs, &program, &gains, wanted), gains)
+        let mut own = ring(model, legs, &program, &gains, wanted);
+        if parameters.len() > PARAMETERS {
+            let of =
+                |changed: &[f64]| ring(model, legs, &self::program(legs, wanted, changed), &gains, wanted);
+            let [x, y, _] = self.direction;
+            let direction = [x / x.hypot(y), y / x.hypot(y)];
+            let limits = TargetLimits::of(&model.character);
+            own.steering = Some(steering((legs, &limits), (wanted, direction), parameters, &own, of));
+        }
+        (own, gains)
     }
 
     /// The gains with other springs and dampers in the joints that move.
@@ -108,6 +124,11 @@ impl Subject {
     /// Where a search for `gait` may start.
     pub fn seeds(&self, gait: &NamedGait) -> Vec<Vec<f64>> {
         if self.legs.spine.is_some() { wave::seeds() } else { seeds(gait) }
+    }
+
+    /// Whether its gaits can have feedback.
+    pub fn can_steer(&self) -> bool {
+        self.legs.spine.is_none()
     }
 
     /// Where its gaits are tried.
@@ -173,7 +194,7 @@ impl Candidate {
     }
 
     /// s simulated for it.
-    fn seconds(&self) -> f64 {
+    pub fn seconds(&self) -> f64 {
         self.figures.seconds + self.disturbed.seconds
     }
 }
@@ -201,29 +222,39 @@ pub struct Refinement {
     /// s simulated.
     pub seconds: f64,
     search: Cma,
+    /// Strides over which candidates are tried.
+    strides: usize,
 }
 
 impl Refinement {
-    /// Starts from the best of `starts` (see [`Subject::seeds`]), of which there is at least one.
+    /// Starts from the best of `starts` (see [`Subject::seeds`]), of which there is at least one; candidates are tried over so many
+    /// strides.
+    ///
+    /// # Errors
+    /// The reason of `stop` to break off.
     pub fn new(
-        pool: &ThreadPool,
+        (pool, stop): (&ThreadPool, &Stop),
         subject: &Subject,
         arena: &Arena,
         wanted: &Wanted,
         starts: &[Vec<f64>],
-        seed: u64,
-    ) -> Self {
+        (strides, seed): (usize, u64),
+    ) -> Result<Self, Interrupted> {
         let mut tried: Vec<Candidate> = pool.install(|| {
             let tried = starts.par_iter().with_max_len(1);
-            tried.map(|parameters| evaluate(subject, arena, wanted, parameters, STRIDES)).collect()
-        });
+            let one = |parameters: &Vec<f64>| {
+                stop.check()?;
+                Ok(evaluate(subject, arena, wanted, parameters, strides))
+            };
+            tried.map(one).collect::<Result<_, Interrupted>>()
+        })?;
         let seconds = tried.iter().map(Candidate::seconds).sum();
         let evaluations = tried.len();
         let costs = tried.iter().map(|candidate| candidate.cost).collect();
         tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         tried.truncate(1);
         let search = Cma::new(&tried[0].parameters, SIGMA, CANDIDATES, seed);
-        Self { kept: tried, costs, evaluations, seconds, search }
+        Ok(Self { kept: tried, costs, evaluations, seconds, search, strides })
     }
 
     /// How far the search reaches at present, in units of the parameters.
@@ -243,12 +274,13 @@ impl Refinement {
         arena: &Arena,
         wanted: &Wanted,
     ) -> Result<(), Interrupted> {
+        let strides = self.strides;
         let mut search = self.search.clone();
         let asked = search.ask();
         let tried: Vec<Candidate> = pool.install(|| {
             let one = |parameters: &Vec<f64>| {
                 stop.check()?;
-                let candidate = Candidate::undisturbed(subject, arena, wanted, parameters, STRIDES);
+                let candidate = Candidate::undisturbed(subject, arena, wanted, parameters, strides);
                 stop.count();
                 Ok(candidate)
             };
@@ -261,7 +293,7 @@ impl Refinement {
         let parents: Vec<Candidate> = pool.install(|| {
             let one = |&index: &usize| {
                 stop.check()?;
-                Ok(tried[index].clone().disturbed(arena, STRIDES))
+                Ok(tried[index].clone().disturbed(arena, strides))
             };
             order.par_iter().with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
         })?;
@@ -406,17 +438,23 @@ impl Trial<'_> {
 /// legs as long as usual and shorter. Small characters tip over within the usual time.
 ///
 /// Where fore or hind legs push together, the forces may spare the trunk pitching, and the legs are as long as usual or longer: they
-/// carry the more while they stand, and give way by more.
+/// carry the more while they stand, and give way by more. Legs that walk may carry the trunk level as well, on feet that are
+/// lifted little: the template's forces heave the trunk as running does, the more the longer a stride takes.
 fn seeds(gait: &NamedGait) -> Vec<Vec<f64>> {
+    let level: &[[f64; 2]] = &[[0.0, 0.0], [LEVEL, LOW]];
+    let courses = if gait.symmetrical() && gait.duty_factor > 0.5 { level } else { &level[..1] };
     let (aims, extensions): (&[f64], _) =
         if gait.symmetrical() { (&[0.0], [0.0, -1.0]) } else { (&[0.0, 2.0], [0.0, 1.0]) };
     let mut seeds = Vec::new();
     for &aim in aims {
-        for period in [0.0, -1.0, -2.0, -3.0] {
-            for extension in extensions {
-                let mut parameters = vec![0.0; PARAMETERS];
-                (parameters[PERIOD], parameters[EXTENSION], parameters[AIM]) = (period, extension, aim);
-                seeds.push(parameters);
+        for &[heave, lift] in courses {
+            for period in [0.0, -1.0, -2.0, -3.0] {
+                for extension in extensions {
+                    let mut parameters = vec![0.0; PARAMETERS];
+                    (parameters[PERIOD], parameters[EXTENSION]) = (period, extension);
+                    (parameters[AIM], parameters[HEAVE], parameters[LIFT]) = (aim, heave, lift);
+                    seeds.push(parameters);
+                }
             }
         }
     }

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use nalgebra::{DMatrix, Vector2, Vector3};
 
 use gaitwright_physics::model::Model;
-use gaitwright_physics::motion::{TargetLimits, shape};
+use gaitwright_physics::motion::{Steering, TargetLimits, shape};
 use gaitwright_physics::scene::Gains;
 
 use super::gaits::NamedGait;
@@ -28,6 +28,13 @@ pub const PERIOD: usize = 0;
 /// Index of the parameters of the way to the side and of the turn.
 pub const SIDEWAYS: usize = 13;
 pub const TURN: usize = 14;
+/// Index of the parameter of how far ahead the feet stand, and of how far to the left, which only feedback changes: 0.06 hip
+/// heights a unit.
+pub const FOOTHOLD: usize = 4;
+pub const ASIDE: usize = PARAMETERS;
+/// Index of the parameters of the feet's lift, and of how much of the computed heave the trunk has: 0.4 of it a unit.
+pub const LIFT: usize = 8;
+pub const HEAVE: usize = 15;
 /// Index of the parameter of the sway: 0.4 of it a unit.
 pub const SWAY: usize = 24;
 /// Index of the parameter of the aim: a fifth of the way to the centre of mass a unit.
@@ -47,7 +54,7 @@ const SLOWEST: f64 = 4.0;
 /// Least and greatest stride time over that of animals.
 const PERIODS: [f64; 2] = [0.5, 2.0];
 /// Least and greatest height of a swinging foot, in hip heights.
-const LIFTS: [f64; 2] = [0.08, 0.35];
+const LIFTS: [f64; 2] = [0.06, 0.35];
 
 /// [`Wanted::strictness`] while a gait takes shape, and when it is finished: whoever is strict at once gets a costly gait.
 const LENIENT: f64 = 20.0;
@@ -118,14 +125,14 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         // A single row of legs has to stand below the centre of mass.
         let below = if rows > 1 { leg.hip.x } else { legs.center.x };
         let neutral = Vector2::new(
-            below + 0.06 * size * (p(4) + p(5) * fore),
-            leg.foot.y + 0.06 * size * side * (p(6) + p(7) * fore),
+            below + 0.06 * size * (p(FOOTHOLD) + p(5) * fore),
+            leg.foot.y + 0.06 * size * (p(ASIDE) + side * (p(6) + p(7) * fore)),
         );
         Step {
             phase,
             duty: (wanted.gait.duty_factor + 0.04 * (p(1) + p(2) * fore)).clamp(0.15, 0.92),
             neutral,
-            lift: size * (0.15 * (0.3 * (p(8) + p(9) * fore)).exp()).clamp(LIFTS[0], LIFTS[1]),
+            lift: size * (0.15 * (0.3 * (p(LIFT) + p(9) * fore)).exp()).clamp(LIFTS[0], LIFTS[1]),
             push: 1.0 + 0.2 * (p(10) + p(11) * fore),
         }
     });
@@ -138,7 +145,7 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         sideways: 0.03 * speed * p(SIDEWAYS),
         turn: 0.03 * speed / size * p(TURN),
         raise: (extension - stood) * legs.length,
-        heave: 1.0 + 0.4 * p(15),
+        heave: 1.0 + 0.4 * p(HEAVE),
         lean: 1.0 + 0.4 * p(16),
         aim: 0.2 * p(AIM),
         sway: 1.0 + 0.4 * p(SWAY),
@@ -161,6 +168,8 @@ pub struct Ring {
     pub cycle: Vec<Posture>,
     /// Greatest distance by which a foot misses its path, m.
     pub missed: f64,
+    /// How it is changed by what the trunk does.
+    pub steering: Option<Steering>,
 }
 
 impl Ring {
@@ -172,8 +181,8 @@ impl Ring {
     /// The ring as the learner's behaviours are, with a fitness and the number of generations before it.
     pub fn behaviour(&self, fitness: f64, generation: u32) -> Behaviour {
         let transition_time = self.transition_time();
-        let (entry, cycle) = (self.entry.clone(), self.cycle.clone());
-        Behaviour { fitness, generation, transition_time, entry, cycle }
+        let (entry, cycle, steering) = (self.entry.clone(), self.cycle.clone(), self.steering.clone());
+        Behaviour { fitness, generation, transition_time, entry, cycle, steering }
     }
 
     /// When the entry is over, s from the start of play: the time of the cycle's first keyframe.
@@ -261,7 +270,7 @@ pub fn within_limits(
     let slowed = shape(standing, &mut postures, first, duration, &limits);
     // The period as it was where nothing had to be slowed down: as a product it may differ in the last digit.
     let period = if slowed > duration { slowed * KEYFRAMES as f64 } else { period };
-    Ring { period, entry, cycle, missed: 0.0 }
+    Ring { period, entry, cycle, missed: 0.0, steering: None }
 }
 
 /// The periodic solution e of e + τ ė = `course`, with the time constant τ in samples: the lead of a spring and damper

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
-use gaitwright_physics::motion::Player;
+use gaitwright_physics::motion::{Player, Playing};
 use gaitwright_physics::scene::{Accuracy, Gains, Scene, StepPlan, Terrain};
 use gaitwright_physics::sim::{Command, Simulator};
 use gaitwright_physics::stance::{Stance, Upright};
@@ -18,6 +18,8 @@ use crate::learn::Posture;
 
 /// Strides that are judged, after the entry, in the search.
 pub const STRIDES: usize = 5;
+/// The same with feedback, which shows what it is worth after more of them.
+pub const STEERED_STRIDES: usize = 15;
 /// What is changed in the disturbed run: friction, stiffness and damping times these, and a push of this share of
 /// √(g h) to one side and back in its middle.
 const SLIPPERY: f64 = 0.6;
@@ -98,13 +100,15 @@ impl Arena {
             ring.entry.iter().map(Posture::parts),
             ring.cycle.iter().map(Posture::parts),
             ring.transition_time(),
-        );
+        )
+        .steered(ring.steering.clone());
         let lead = (ring.lead() / step).round() as usize;
         let total = lead + strides * stride;
         let push = disturbed.then(|| lead + stride * strides / 2);
         let joints = self.model.joint_count();
         let (mut now, mut next) = (vec![0.0; joints], vec![0.0; joints]);
-        player.targets(0.0, &mut next);
+        let mut playing = Playing::new(&player, &self.stance.state.root);
+        playing.targets(&player, 0.0, &self.stance.state.root, &mut next);
         let mut done = 0;
         while done < total {
             if done == lead {
@@ -114,13 +118,17 @@ impl Arena {
                 self.push(&mut simulator);
             }
             std::mem::swap(&mut now, &mut next);
-            player.targets((done + 1) as f64 * step, &mut next);
+            let root = simulator.state().root;
+            playing.targets(&player, (done + 1) as f64 * step, &root, &mut next);
             let stepped = simulator.step(Command::Track { now: &now, next: &next }).is_ok();
             if !stepped || !self.upright.holds(simulator.state()) {
                 break;
             }
             done += 1;
             watch.step(&simulator, done > lead);
+            if watch.lies() {
+                break;
+            }
         }
         watch.figures(done as f64 / total as f64, done as f64 * step)
     }

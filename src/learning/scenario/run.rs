@@ -8,6 +8,7 @@ use super::lines::{ContactLine, EnergyLine, JointLine, Line, MomentumLine, Sampl
 use super::script::Script;
 use super::setup::ScenarioSetup;
 use gaitwright_physics::fault::InputError;
+use gaitwright_physics::motion::Playing;
 use gaitwright_physics::scene::{Accuracy, AccuracyChoice};
 use gaitwright_physics::sim::contact::Against;
 use gaitwright_physics::sim::{Failure, Simulator};
@@ -17,6 +18,7 @@ use gaitwright_physics::sim::{Failure, Simulator};
 pub struct PreparedScenario {
     simulator: Simulator,
     script: Script,
+    playing: Option<Playing>,
     /// Targets at the beginning and at the end of a step, rad or m, one a joint.
     now: Vec<f64>,
     next: Vec<f64>,
@@ -63,9 +65,10 @@ impl PreparedScenario {
         let steps = (duration / plan.step()).round().max(1.0) as u64;
         let stride = (sample_every / plan.step()).round().max(1.0) as u64;
         let mut next = vec![0.0; model.joint_count()];
-        script.targets(0.0, &mut next);
+        let mut playing = script.playing(&start.root);
+        script.steered_targets(&mut playing, 0.0, &start.root, &mut next);
         let simulator = Simulator::new(Arc::new(plan), start);
-        Ok(Self { simulator, script, now: next.clone(), next, obstacles, steps, stride, choice })
+        Ok(Self { simulator, script, playing, now: next.clone(), next, obstacles, steps, stride, choice })
     }
 
     /// Number of steps that the simulation will take.
@@ -123,7 +126,9 @@ impl PreparedScenario {
     /// Takes step number `index` (from 0) and adds its computing time to `computing`.
     fn step(&mut self, index: u64, computing: &mut Duration) -> Result<(), Failure> {
         std::mem::swap(&mut self.now, &mut self.next);
-        self.script.targets((index + 1) as f64 * self.simulator.plan().step(), &mut self.next);
+        let time = (index + 1) as f64 * self.simulator.plan().step();
+        let root = &self.simulator.state().root;
+        self.script.steered_targets(&mut self.playing, time, root, &mut self.next);
         let command = self.script.command(&self.now, &self.next);
         let started = Instant::now();
         let result = self.simulator.step(command);

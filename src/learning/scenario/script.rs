@@ -1,7 +1,7 @@
 //! The commands to the joints as a function of time.
 
-use gaitwright_physics::motion::Player;
-use gaitwright_physics::sim::Command;
+use gaitwright_physics::motion::{Player, Playing};
+use gaitwright_physics::sim::{Command, Root};
 
 /// What drives the joints over a whole simulation.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,8 +24,28 @@ impl Script {
         matches!(self, Self::Hold(_) | Self::Track(_))
     }
 
+    /// What is known of a motion while it is played from a root at `start` on; `None` where there is no motion.
+    pub fn playing(&self, start: &Root) -> Option<Playing> {
+        if let Self::Track(player) = self { Some(Playing::new(player, start)) } else { None }
+    }
+
+    /// Writes the targets at `time` (s since the start of the simulation) into `targets`, rad or m, one a joint, steered by
+    /// a root that is at `root`. Times are asked for in their order.
+    pub fn steered_targets(
+        &self,
+        playing: &mut Option<Playing>,
+        time: f64,
+        root: &Root,
+        targets: &mut [f64],
+    ) {
+        match (self, playing) {
+            (Self::Track(player), Some(playing)) => playing.targets(player, time, root, targets),
+            _ => self.targets(time, targets),
+        }
+    }
+
     /// Writes the targets at `time` (s since the start of the simulation) into `targets`, rad or m, one a
-    /// joint. Where there are none, `targets` stays as it is.
+    /// joint, without any steering. Where there are none, `targets` stays as it is.
     pub fn targets(&self, time: f64, targets: &mut [f64]) {
         match self {
             Self::Passive | Self::Torque(_) | Self::Velocity(_) => {}

@@ -97,7 +97,7 @@ impl StudyArena {
     pub(super) fn natural_cost(&self, arena: &Arena, found: &Found) -> f64 {
         let Behaviour { transition_time, entry, cycle, .. } = &found.behaviour;
         let period = transition_time * cycle.len() as f64;
-        let ring = Ring { period, entry: entry.clone(), cycle: cycle.clone(), missed: 0.0 };
+        let ring = Ring { period, entry: entry.clone(), cycle: cycle.clone(), missed: 0.0, steering: None };
         self.cost(arena, &ring, &found.gains, (JUDGED / period).ceil() as usize).0
     }
 
@@ -124,6 +124,7 @@ impl StudyArena {
             player: &motion.player(&stance.angles),
             direction: *direction,
             speed: Some(self.speed),
+            gait: None,
         };
         check.run(&|| false)
     }

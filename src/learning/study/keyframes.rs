@@ -71,7 +71,7 @@ impl<'a> Keyframes<'a> {
         let standing = &self.arena.subject.stance.angles;
         let strides = entry_strides(self.arena.speed, self.arena.subject.gravity(), period);
         let entry = entry(standing, &cycle, period / cycle.len() as f64, strides);
-        Ring { period, entry, cycle, missed: 0.0 }
+        Ring { period, entry, cycle, missed: 0.0, steering: None }
     }
 
     fn mirrored(&self, posture: &Posture) -> Posture {

@@ -7,6 +7,7 @@ use super::arena::StudyArena;
 use super::trail::{Found, Trail};
 use crate::learn::{Cancel, LearnError, Stop, Trunk};
 use crate::program::refine::Refinement;
+use crate::program::rollout::STRIDES;
 
 /// Searches until `seconds` have been simulated; the generation in which they are is the last.
 ///
@@ -22,7 +23,10 @@ pub(super) fn run(arena: &StudyArena, seed: u64, seconds: f64) -> Result<Trail, 
     let pool = ThreadPoolBuilder::new().num_threads(1).build()?;
     let stop = Stop::new(&Cancel::default(), None);
     let subject = &arena.subject;
-    let mut search = Refinement::new(&pool, subject, &trials, &wanted, &subject.seeds(&wanted.gait), seed);
+    let starts = subject.seeds(&wanted.gait);
+    let begun = Refinement::new((&pool, &stop), subject, &trials, &wanted, &starts, (STRIDES, seed));
+    // Nothing stops it.
+    let Ok(mut search) = begun else { return Ok(Trail::default()) };
     let mut trail = Trail::default();
     let mut least = f64::INFINITY;
     loop {
@@ -33,7 +37,6 @@ pub(super) fn run(arena: &StudyArena, seed: u64, seconds: f64) -> Result<Trail, 
             trail.found.push(Found { at: search.seconds, behaviour, gains: best.gains.clone() });
         }
         trail.simulated = search.seconds;
-        // Nothing stops it.
         if search.seconds >= seconds || search.generation((&pool, &stop), subject, &trials, &wanted).is_err()
         {
             return Ok(trail);

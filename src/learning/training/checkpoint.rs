@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use gaitwright_physics::fault::{Fault, InputError};
-use gaitwright_physics::scene::Gains;
 
 use super::motion::LearnedMotion;
+use super::unnamed::UnnamedMotions;
 use crate::learn::{Behaviour, Checkpoint, Generation, Learning, LearningSetup, Task};
 
 /// Everything a resumed training needs besides its setup.
@@ -37,6 +37,9 @@ pub enum TrainingCheckpoint {
         simulated: f64,
         /// s of the wall clock spent so far.
         elapsed: f64,
+        /// Whether the clock decided what was searched for.
+        #[serde(default)]
+        by_the_clock: bool,
     },
 }
 
@@ -62,12 +65,13 @@ impl TrainingCheckpoint {
         }
     }
 
-    /// Every motion shown so far, in order; `gains` are those of the stance.
-    pub fn milestones(&self, gains: &Gains) -> Vec<Milestone> {
+    /// Every motion shown so far of the training of `setup`, in order.
+    pub fn milestones(&self, setup: &LearningSetup) -> Vec<Milestone> {
         match self {
             Self::Qdsega { learner, before } => {
+                let unnamed = UnnamedMotions::of(setup);
                 let shown = |best: &Behaviour| Milestone {
-                    motion: LearnedMotion::unnamed(best.clone(), gains, before.len() as u32),
+                    motion: unnamed.motion(best.clone(), before.len() as u32),
                     finished: false,
                 };
                 learner.improved.iter().map(shown).collect()

@@ -23,6 +23,7 @@ mod observer;
 mod qdsega;
 mod repertoire;
 mod shared;
+mod unnamed;
 
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;

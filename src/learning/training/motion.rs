@@ -29,19 +29,6 @@ pub struct LearnedMotion {
 }
 
 impl LearnedMotion {
-    /// A behaviour of QDSEGA, which has no gait in mind, found after so many generations of other searches.
-    pub(super) fn unnamed(behaviour: Behaviour, gains: &Gains, before: u32) -> Self {
-        let behaviour = Behaviour { generation: before + behaviour.generation, ..behaviour };
-        Self {
-            name: "motion".to_owned(),
-            gait: None,
-            speed: None,
-            behaviour,
-            gains: gains.clone(),
-            parameters: Vec::new(),
-        }
-    }
-
     /// The speed that it is judged by, m/s: the one that `task` asked for; `None` where any will do.
     pub fn asked_speed(&self, task: &Task) -> Option<f64> {
         match (task.speed, task.froude) {
@@ -62,18 +49,20 @@ impl LearnedMotion {
             player,
             direction: setup.task.direction,
             speed: self.asked_speed(&setup.task),
+            gait: (!setup.task.any_gait()).then_some(&*setup.task.gait),
         }
     }
 
     /// The targets of its joints over time, from the standing pose with these targets (rad or m).
     pub fn player(&self, standing: &[f64]) -> Player {
-        let Behaviour { entry, cycle, transition_time, .. } = &self.behaviour;
+        let Behaviour { entry, cycle, transition_time, steering, .. } = &self.behaviour;
         Player::from_postures(
             standing,
             entry.iter().map(Posture::parts),
             cycle.iter().map(Posture::parts),
             *transition_time,
         )
+        .steered(steering.clone())
     }
 }
 

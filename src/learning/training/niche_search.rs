@@ -11,9 +11,10 @@ use super::shared::{Progress, Shared};
 use crate::check::CHECKED;
 use crate::learn::{Generation, Interrupted};
 use crate::program::cost::HOLDS;
-use crate::program::refine::{Candidate, Refinement, STRAIGHTENED};
+use crate::program::refine::{Candidate, Refinement, STRAIGHTENED, evaluate};
 use crate::program::ring::Wanted;
-use crate::program::rollout::Arena;
+use crate::program::rollout::{Arena, STEERED_STRIDES, STRIDES};
+use crate::program::steer;
 
 /// Greatest share of the time for a niche that its end may take, and how many times its estimate is kept for it.
 const LONGEST_END: f64 = 0.4;
@@ -26,6 +27,10 @@ const CRAWL: f64 = 0.1;
 const FASTER: f64 = 1.25;
 /// A stage at another speed has this part of the generations of a gait.
 const STAGE: u32 = 6;
+/// How many times the generations of a gait it takes to balance it by feedback.
+const STEERED_TIMES: u32 = 4;
+/// Into how many parts the starts are divided where balance is looked for.
+const PARTS: usize = 4;
 /// Numbers of random streams kept for one niche: more than it has stages.
 const STREAMS: u64 = 64;
 
@@ -43,6 +48,8 @@ pub(super) struct NicheSearch<'a> {
     begun: Instant,
     /// Refinements begun so far.
     stages: u64,
+    /// Whether gaits have feedback.
+    steered: bool,
     /// The best so far at the speed that leads.
     found: Option<Found>,
 }
@@ -114,6 +121,7 @@ impl<'a> NicheSearch<'a> {
             progress,
             observer,
             stages: 0,
+            steered: false,
             found: None,
         }
     }
@@ -127,13 +135,23 @@ impl<'a> NicheSearch<'a> {
         (found.map(|Found { wanted, candidate, .. }| self.motion(&wanted, &candidate)), outcome)
     }
 
-    /// Searches once, and once more with other chances where what was found stays up but is not natural.
+    /// Searches once, with feedback where nothing stays up without, and once more with other chances where what was found stays
+    /// up but is not natural.
     fn search(&mut self) -> Result<(), Interrupted> {
         self.attempt()?;
-        let again = |found: &mut Found| !found.natural && found.candidate.figures.upright >= 1.0;
+        let fallen = self.found.as_ref().is_some_and(|found| found.candidate.figures.upright < 1.0);
+        // Where the first gait cannot be balanced, the time is better left to QDSEGA than spent on others.
+        let promising =
+            self.index == 0 || self.progress.milestones.iter().any(|milestone| milestone.finished);
+        if fallen && promising && self.generations() > 0 && self.shared.subject.can_steer() {
+            self.steered = true;
+            self.attempt()?;
+        }
+        let again = |found: &Found| !found.natural && found.candidate.figures.upright >= 1.0;
         if self.generations() > 0
+            && self.found.as_ref().is_some_and(again)
             && self.can_spare(self.generations())
-            && let Some(first) = self.found.take_if(again)
+            && let Some(first) = self.found.take()
         {
             let outcome = self.attempt();
             // What was broken off is not known to be better.
@@ -148,16 +166,21 @@ impl<'a> NicheSearch<'a> {
     /// Generations of one attempt.
     fn generations(&self) -> u32 {
         let parameters = &self.shared.setup.parameters;
-        if parameters.refine { parameters.gait_generations * self.niche.gait.share() } else { 0 }
+        let times = if self.steered { STEERED_TIMES } else { 1 };
+        if parameters.refine { parameters.gait_generations * self.niche.gait.share() * times } else { 0 }
     }
 
     /// Whether so many more generations take nothing of the budget from the gaits that are still to come.
-    fn can_spare(&self, generations: u32) -> bool {
+    fn can_spare(&mut self, generations: u32) -> bool {
         let most = self.shared.setup.parameters.budget.generations();
         let (done, needed) = (self.progress.curve.len(), generations.saturating_add(self.later));
         let each = self.progress.elapsed() / done.max(1) as f64;
-        most.is_none_or(|most| done + needed as usize <= most as usize)
-            && self.shared.stop.left().is_none_or(|left| f64::from(needed) * each <= left)
+        if most.is_some_and(|most| done + needed as usize > most as usize) {
+            return false;
+        }
+        let in_time = self.shared.stop.left().is_none_or(|left| f64::from(needed) * each <= left);
+        self.progress.by_the_clock |= !in_time;
+        in_time
     }
 
     /// Whether the time that is left is needed to compare the best of `stage`, to set them straight, and to look whether they are
@@ -175,17 +198,21 @@ impl<'a> NicheSearch<'a> {
         let all = self.generations();
         // What other gaits have found is often a better start than the template.
         let known = self.progress.milestones.iter().filter(|milestone| milestone.finished);
-        let starts: Vec<Vec<f64>> = self
+        let mut starts: Vec<Vec<f64>> = self
             .shared
             .subject
             .seeds(&self.niche.gait)
             .into_iter()
             .chain(known.map(|milestone| milestone.motion.parameters.clone()))
             .collect();
+        if self.shared.subject.can_steer() {
+            starts = starts.iter().flat_map(|start| steer::starts(start, self.steered)).collect();
+        }
         let first = match &self.niche.pace {
             NichePace::Cheapest { first, .. } | NichePace::Fastest { first } => *first,
         };
-        let mut leading = self.stage(first, &starts)?;
+        let mut leading =
+            if self.steered { self.balanced(first, &starts, all)? } else { self.stage(first, &starts)? };
         self.found = Some(leading.found());
         if self.stages == 1 && leading.best().figures.upright >= 1.0 {
             let motion = self.motion(&leading.wanted, leading.best());
@@ -193,7 +220,8 @@ impl<'a> NicheSearch<'a> {
         }
         let trial = all / STAGE;
         self.refine(&mut leading, &self.shared.coarse, trial, Rank::Leading)?;
-        if all > 0 && leading.best().figures.upright < 1.0 && self.shared.used_up(self.progress).is_none() {
+        let fallen = leading.best().figures.upright < 1.0;
+        if all > 0 && fallen && !self.steered && self.shared.used_up(self.progress).is_none() {
             // Whoever does not learn to stay up at first does not learn it at all.
             return Ok(());
         }
@@ -203,6 +231,25 @@ impl<'a> NicheSearch<'a> {
             NichePace::Fastest { .. } => self.fastest(leading, all / STAGE)?,
         };
         self.finish(leading, all - all / 2)
+    }
+
+    /// The best of searches from parts of the `starts`, up to the first that stays up: what falls soon costs little time, and whether it
+    /// learns not to depends on where it began.
+    fn balanced(&mut self, froude: f64, starts: &[Vec<f64>], generations: u32) -> Result<Stage, Interrupted> {
+        let mut best = self.stage(froude, starts)?;
+        self.refine(&mut best, &self.shared.coarse, generations, Rank::Rival)?;
+        for part in 0..PARTS.min(starts.len()) {
+            if best.best().figures.upright >= 1.0 || self.shared.used_up(self.progress).is_some() {
+                break;
+            }
+            let own: Vec<Vec<f64>> = starts.iter().skip(part).step_by(PARTS).cloned().collect();
+            let mut stage = self.stage(froude, &own)?;
+            self.refine(&mut stage, &self.shared.coarse, generations, Rank::Rival)?;
+            if stage.best().cost < best.best().cost {
+                best = stage;
+            }
+        }
+        Ok(best)
     }
 
     /// The one of `leading` and of refinements at `others` that costs least.
@@ -256,17 +303,53 @@ impl<'a> NicheSearch<'a> {
         let Shared { pool, stop, subject, fine, .. } = self.shared;
         let before = refinement.seconds;
         let finalists = refinement.finalists((pool, stop), subject, fine, &wanted, LONG)?;
-        let motions = finalists.iter().map(|candidate| self.motion(&wanted, candidate)).collect::<Vec<_>>();
-        let shared = self.shared;
-        let natural: Vec<bool> = pool.install(|| {
-            motions.par_iter().with_max_len(1).map(|motion| is_natural(shared, motion)).collect()
-        });
+        let natural = self.natural(&wanted, &finalists);
         stop.check()?;
         self.progress.simulated += refinement.seconds - before;
         let first = natural.iter().position(|natural| *natural);
         let Some(candidate) = finalists.into_iter().nth(first.unwrap_or(0)) else { return Ok(()) };
-        self.found = Some(Found { wanted, candidate, natural: first.is_some() });
+        let found = Found { wanted, candidate, natural: first.is_some() };
+        let steered = if found.natural { None } else { self.steered_by_heading(&found)? };
+        self.found = Some(steered.unwrap_or(found));
         Ok(())
+    }
+
+    /// Which of `candidates` are natural.
+    fn natural(&self, wanted: &Wanted, candidates: &[Candidate]) -> Vec<bool> {
+        let shared = self.shared;
+        let motions: Vec<_> = candidates.iter().map(|candidate| self.motion(wanted, candidate)).collect();
+        let judged = || motions.par_iter().with_max_len(1).map(|motion| is_natural(shared, motion)).collect();
+        shared.pool.install(judged)
+    }
+
+    /// The same gait with feedback that keeps its heading, where that makes it natural, or lets it hold constraints that it does not
+    /// hold without.
+    fn steered_by_heading(&mut self, found: &Found) -> Result<Option<Found>, Interrupted> {
+        let Shared { pool, stop, subject, fine, .. } = self.shared;
+        if self.steered || !subject.can_steer() || self.generations() == 0 {
+            return Ok(None);
+        }
+        let wanted = &found.wanted;
+        let tried: Vec<Candidate> = pool.install(|| {
+            let one = |parameters: Vec<f64>| {
+                stop.check()?;
+                Ok(evaluate(subject, fine, wanted, &parameters, LONG))
+            };
+            let strengths = steer::by_heading(&found.candidate.parameters).into_par_iter();
+            strengths.with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
+        })?;
+        self.progress.simulated += tried.iter().map(Candidate::seconds).sum::<f64>();
+        let natural = self.natural(wanted, &tried);
+        stop.check()?;
+        let steered = tried.into_iter().zip(natural);
+        let best = steered
+            .map(|(candidate, natural)| Found { wanted: wanted.clone(), candidate, natural })
+            .reduce(|best, other| {
+                let better = (other.natural, -other.candidate.cost) > (best.natural, -best.candidate.cost);
+                if better { other } else { best }
+            });
+        let holds = |found: &Found| found.candidate.cost < HOLDS;
+        Ok(best.filter(|steered| steered.natural || (holds(steered) && !holds(found))))
     }
 
     /// A refinement at another Froude number, on from the best of `leading`.
@@ -283,10 +366,11 @@ impl<'a> NicheSearch<'a> {
         let usual = Wanted::at_froude(&subject.legs, self.niche.gait, froude, subject.gravity());
         let wanted = Wanted { weights: setup.task.weights, ..usual };
         // Steps of the golden ratio keep the seeds of all stages apart (Steele, Lea & Flood 2014).
+        let strides = if self.steered { STEERED_STRIDES } else { STRIDES };
         let number = STREAMS * self.index as u64 + self.stages + 1;
         let seed = setup.seed.wrapping_add(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(number));
         self.stages += 1;
-        let refinement = Refinement::new(pool, subject, coarse, &wanted, starts, seed);
+        let refinement = Refinement::new((pool, stop), subject, coarse, &wanted, starts, (strides, seed))?;
         self.progress.simulated += refinement.seconds;
         Ok(Stage { wanted, refinement })
     }

@@ -1,10 +1,10 @@
 //! Training by QDSEGA: one motion, driven with the gains of the stance.
 
 use super::checkpoint::TrainingCheckpoint;
-use super::motion::{LearnedMotion, Trained};
+use super::motion::Trained;
 use super::observer::TrainingObserver;
+use super::unnamed::UnnamedMotions;
 use gaitwright_physics::fault::InputError;
-use gaitwright_physics::scene::Gains;
 
 use crate::learn::{
     Behaviour, Cancel, Checkpoint, Generation, LearnError, Learned, LearningSetup, Observer, Parameters,
@@ -30,15 +30,15 @@ pub(super) fn run(
             return Err(InputError::impossible("/checkpoint/search", reason).into());
         }
     };
-    let gains = &setup.stance.gains;
+    let unnamed = UnnamedMotions::of(setup);
     let spent = before.last().map_or(0.0, |figures| figures.elapsed);
     let budget = setup.parameters.budget.after(before.len() as u32, spent);
     let parameters = Parameters { budget, ..setup.parameters.clone() };
     let left = LearningSetup { parameters, ..setup.clone() };
-    let mut adapter = Adapter { observer, gains, before };
+    let mut adapter = Adapter { observer, unnamed: unnamed.clone(), before };
     let Learned { ended, best, curve, .. } = learn(&left, &mut adapter, cancel, learner)?;
     let Adapter { observer, before, .. } = adapter;
-    let best = best.map(|best| LearnedMotion::unnamed(best, gains, before.len() as u32));
+    let best = best.map(|best| unnamed.motion(best, before.len() as u32));
     if let Some(best) = &best {
         observer.finished(best);
     }
@@ -50,7 +50,7 @@ pub(super) fn run(
 /// Passes on what the learner reports.
 struct Adapter<'a> {
     observer: &'a mut dyn TrainingObserver,
-    gains: &'a Gains,
+    unnamed: UnnamedMotions,
     /// The curve of the search before.
     before: Vec<Generation>,
 }
@@ -61,7 +61,7 @@ impl Observer for Adapter<'_> {
     }
 
     fn improved(&mut self, best: &Behaviour) {
-        self.observer.improved(&LearnedMotion::unnamed(best.clone(), self.gains, self.before.len() as u32));
+        self.observer.improved(&self.unnamed.motion(best.clone(), self.before.len() as u32));
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) {

@@ -37,9 +37,12 @@ pub(super) fn run(
     let mut next = 0;
     if let Some(checkpoint) = resume {
         checkpoint.fits_gaits(setup, niches.len()).map_err(|error| error.under("/checkpoint"))?;
-        if let TrainingCheckpoint::Gaits { done, milestones, curve, simulated, elapsed, .. } = checkpoint {
+        if let TrainingCheckpoint::Gaits {
+            done, milestones, curve, simulated, elapsed, by_the_clock, ..
+        } = checkpoint
+        {
             next = done;
-            progress = Progress::resumed(milestones, curve, simulated, elapsed);
+            progress = Progress::resumed(milestones, curve, simulated, (elapsed, by_the_clock));
         }
     }
     let shared = Shared {
@@ -74,6 +77,9 @@ pub(super) fn run(
         && let Some(reason) = shared.used_up(&progress)
     {
         ended = reason;
+    }
+    if ended == StopReason::Complete && progress.by_the_clock {
+        ended = StopReason::Seconds;
     }
     let finished = progress.milestones.into_iter().filter(|milestone| milestone.finished);
     let motions = finished.map(|milestone| milestone.motion).collect();
@@ -110,5 +116,6 @@ fn checkpoint(setup: &LearningSetup, done: usize, progress: &Progress) -> Traini
         curve: progress.curve.clone(),
         simulated: progress.simulated,
         elapsed: progress.elapsed(),
+        by_the_clock: progress.by_the_clock,
     }
 }

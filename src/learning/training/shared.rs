@@ -41,6 +41,8 @@ pub(super) struct Progress {
     pub(super) simulated: f64,
     /// A search was cut short for want of time, so that it could be ended properly.
     pub(super) hurried: bool,
+    /// The clock decided what was searched for, though everything was.
+    pub(super) by_the_clock: bool,
     started: Instant,
     /// Wall clock time spent before this run was resumed, s.
     pub(super) spent: f64,
@@ -48,7 +50,7 @@ pub(super) struct Progress {
 
 impl Default for Progress {
     fn default() -> Self {
-        Self::resumed(Vec::new(), Vec::new(), 0.0, 0.0)
+        Self::resumed(Vec::new(), Vec::new(), 0.0, (0.0, false))
     }
 }
 
@@ -58,9 +60,10 @@ impl Progress {
         milestones: Vec<Milestone>,
         curve: Vec<Generation>,
         simulated: f64,
-        spent: f64,
+        (spent, by_the_clock): (f64, bool),
     ) -> Self {
-        Self { milestones, curve, simulated, hurried: false, started: Instant::now(), spent }
+        let started = Instant::now();
+        Self { milestones, curve, simulated, hurried: false, by_the_clock, started, spent }
     }
 
     /// s of the wall clock since the start of the training.

@@ -63,6 +63,7 @@ impl Motion {
         self.drive_faults(&mut faults);
         self.pose_faults(&mut faults);
         self.stance_faults(&mut faults);
+        self.steering_faults(&mut faults);
         faults.extend(self.scene.faults().into_iter().map(|fault| fault.under("/scene")));
         faults.extend(self.provenance.accuracy.faults().into_iter().map(|f| f.under("/provenance/accuracy")));
         self.metric_faults(&mut faults);
@@ -129,6 +130,14 @@ impl Motion {
                 );
                 faults.push(Fault::new(format!("/stances/{index}"), reason));
             }
+        }
+    }
+
+    fn steering_faults(&self, faults: &mut Vec<Fault>) {
+        let looping = self.keyframes.iter().filter(|keyframe| keyframe.time >= self.cycle.start).count();
+        if let Some(steering) = &self.steering {
+            let found = steering.faults(looping.saturating_sub(1), self.joints.len());
+            faults.extend(found.into_iter().map(|fault| fault.under("/steering")));
         }
     }
 

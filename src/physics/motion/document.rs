@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::metrics::Metrics;
+use super::steering::Steering;
 use crate::scene::{Accuracy, Decision, Effect, Gains, Scene};
 use crate::sim::Root;
 
@@ -39,6 +40,9 @@ pub struct Motion {
     /// simply starts at its first keyframe.
     #[serde(default)]
     pub entry: Vec<Keyframe>,
+    /// How the keyframes are changed by what the trunk does; none where the motion holds its course without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steering: Option<Steering>,
     /// How strongly the joints are driven toward the keyframes.
     pub drive: Gains,
     /// What was measured while the motion was played in a continuous simulation.

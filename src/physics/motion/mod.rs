@@ -6,8 +6,11 @@ mod document;
 mod limits;
 mod metrics;
 mod player;
+mod playing;
 mod shape;
 mod spline;
+mod steering;
+mod steering_limits;
 
 pub use document::{
     CharacterRef, Interpolation, Keyframe, Motion, MotionFormat, MotionLoop, Provenance, RootAdvance,
@@ -16,5 +19,7 @@ pub use document::{
 pub use limits::TargetLimits;
 pub use metrics::{MeasureLimit, Metrics, NaturalnessMeasure, RootAdjustment, Trial, Validity};
 pub use player::Player;
+pub use playing::Playing;
 pub use shape::shape;
 pub use spline::{hermite, hermite_range, hermite_rate, hermite_rate_range};
+pub use steering::{KeyframeChange, Steering, SteeringTable, TrunkMeasure};

@@ -3,13 +3,14 @@
 use super::document::{Keyframe, Motion};
 use super::limits::{TargetLimits, limit_faults};
 use super::spline::hermite;
+use super::steering::{Changes, Steering};
 use crate::fault::{Fault, InputError};
 
 /// Joint targets as a function of the time since the start of play: the entry once, then the loop over and over.
 ///
 /// Between two knots a target is the cubic Hermite spline of [`hermite`]; it is continuous with its
 /// rate everywhere, across the seam of the loop too. Any time can be asked for in any order, and
-/// the same time gives the same bits.
+/// the same time gives the same bits. A motion's [`Steering`] is answered to by [`Playing`](super::Playing) only.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Player {
     joints: usize,
@@ -21,6 +22,32 @@ pub struct Player {
     velocities: Vec<f64>,
     /// The knot at which the loop starts; it ends at the last knot.
     loop_start: usize,
+    steering: Option<Steering>,
+}
+
+/// Where a time falls among the knots.
+pub(super) struct Place {
+    /// Number of the segment since the start of play, over all rounds of the loop.
+    pub(super) segment: u64,
+    /// Which keyframe of the loop its end is; the entry counts back from the loop's start.
+    pub(super) next: usize,
+    /// Duration of the segment and time since its beginning, s.
+    duration: f64,
+    since: f64,
+}
+
+impl Place {
+    /// Adds to the targets `angles` the spline between changes at the two ends of the segment.
+    pub(super) fn add(&self, from: &Changes, to: &Changes, angles: &mut [f64]) {
+        for (joint, angle) in angles.iter_mut().enumerate() {
+            *angle += hermite(
+                (from.angles[joint], from.velocities[joint]),
+                (to.angles[joint], to.velocities[joint]),
+                self.duration,
+                self.since,
+            );
+        }
+    }
 }
 
 impl Player {
@@ -81,7 +108,61 @@ impl Player {
         }
         let before = motion.keyframes.iter().position(|keyframe| keyframe.time == motion.cycle.start);
         player.loop_start = lead.len() + before.unwrap_or(0);
-        Ok(player)
+        if let Some(steering) = &motion.steering {
+            let steering = steering.reordered(&order);
+            for (joint, (name, limits)) in joints.iter().zip(limits).enumerate() {
+                let share = player.share_of(&steering, joint, limits);
+                // Room for numbers written with nine digits.
+                if share < 1.0 - 1e-6 {
+                    let reason = format!(
+                        "the changes of the joint \"{name}\" could take it beyond its range of motion or its greatest speed: they \
+                         keep to both when multiplied by {share}"
+                    );
+                    faults.push(Fault::new("/steering", reason));
+                }
+            }
+            player.steering = Some(steering);
+        }
+        if faults.is_empty() { Ok(player) } else { Err(InputError::Impossible(faults)) }
+    }
+
+    /// The same with `steering`, whose changes are of joints in this player's order, one for each keyframe of the loop.
+    pub fn steered(self, steering: Option<Steering>) -> Self {
+        Self { steering, ..self }
+    }
+
+    /// What [`Steering::share_within`] gives for a joint of this player.
+    fn share_of(&self, steering: &Steering, joint: usize, limits: &TargetLimits) -> f64 {
+        let knots: Vec<(f64, f64)> = (self.loop_start..self.times.len())
+            .map(|knot| knot * self.joints + joint)
+            .map(|at| (self.angles[at], self.velocities[at]))
+            .collect();
+        let durations: Vec<f64> =
+            self.times[self.loop_start..].windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steering.share_within(joint, &knots, &durations, limits)
+    }
+
+    /// The feedback that [`Playing`](super::Playing) answers to.
+    pub fn steering(&self) -> Option<&Steering> {
+        self.steering.as_ref()
+    }
+
+    /// Where `t` falls; `None` after the last knot of a motion without a loop.
+    pub(super) fn place(&self, t: f64) -> Option<Place> {
+        let (knot, since) = self.locate(t)?;
+        let count = (self.times.len() - 1).checked_sub(self.loop_start).filter(|count| *count > 0)?;
+        // Rounding may put a time at the loop's seam to either side of it, so the round is counted from the segment's start.
+        let round = if t < self.times[self.times.len() - 1] {
+            0.0
+        } else {
+            ((t - since - self.times[knot]) / self.period()).round()
+        };
+        Some(Place {
+            segment: knot as u64 + round as u64 * count as u64,
+            next: (knot + 1 + count * self.loop_start - self.loop_start) % count,
+            duration: self.times[knot + 1] - self.times[knot],
+            since,
+        })
     }
 
     /// Plays postures that are `transition_time` seconds apart: from `start` (at rest) through every
@@ -130,7 +211,8 @@ impl Player {
     }
 
     fn empty(joints: usize) -> Self {
-        Self { joints, times: Vec::new(), angles: Vec::new(), velocities: Vec::new(), loop_start: 0 }
+        let (times, angles, velocities) = (Vec::new(), Vec::new(), Vec::new());
+        Self { joints, times, angles, velocities, loop_start: 0, steering: None }
     }
 
     /// Number of joints.

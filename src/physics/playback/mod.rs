@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::model::Model;
-use crate::motion::Player;
+use crate::motion::{Player, Playing};
 use crate::scene::StepPlan;
 use crate::sim::contact::Against;
 use crate::sim::{Command, Contact, Failure, Root, Simulator, State, StepRecord};
@@ -95,7 +95,8 @@ impl Playback<'_> {
         let stride = ((self.sample_every / step).round() as usize).max(1);
         let joints = self.model.joint_count();
         let (mut now, mut next) = (vec![0.0; joints], vec![0.0; joints]);
-        self.player.targets(0.0, &mut now);
+        let mut playing = Playing::new(self.player, &self.start.root);
+        playing.targets(self.player, 0.0, &self.start.root, &mut now);
         let mut simulator = Simulator::new(self.plan.clone(), self.start.clone());
         let push = push.map(|push| (((push.time / step).round() as usize).max(1), push.velocity));
         let links = self.model.character.links.len();
@@ -109,7 +110,7 @@ impl Playback<'_> {
                 state.root.linear_velocity += velocity;
                 simulator.set_state(&state);
             }
-            self.player.targets(time, &mut next);
+            playing.targets(self.player, time, &simulator.state().root, &mut next);
             if let Err(failure) = simulator.step(Command::Track { now: &now, next: &next }) {
                 trace.failure = Some(failure);
                 break;

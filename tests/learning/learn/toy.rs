@@ -231,6 +231,7 @@ fn a_race_measures_what_the_closed_form_says() {
         transition_time: 0.1,
         entry: vec![posture(0.1, 0.0)],
         cycle,
+        steering: None,
     };
     let swing = behaviour(vec![posture(-0.3, 0.0), posture(0.2, 0.0)]);
     let mut world = Sledge::new();
