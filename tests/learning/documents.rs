@@ -137,6 +137,9 @@ fn keys_given_twice_are_named() {
 fn a_target_for_a_passive_joint_is_refused() {
     let drive = |joint: &str| json!({ "drive": { "kind": "hold", "joints": { joint: 0.5 } } });
     assert_fault(&drive("hinge"), "/drive/joints/hinge", "\"hinge\" is passive");
+    // Nothing pushes it either.
+    let pushed = |joint: &str| json!({ "drive": { "kind": "torque", "joints": { joint: 0.5 } } });
+    assert_fault(&pushed("hinge"), "/drive/joints/hinge", "\"hinge\" is passive");
     let held = Scenario::parse(scenario(&drive("motor")).to_string().as_bytes()).unwrap();
     assert!(held.set_up(&NoFiles).is_ok());
 }

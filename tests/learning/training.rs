@@ -221,6 +221,25 @@ fn a_few_generations_teach_a_walk_that_is_a_walk() {
     assert!(gait.feet.iter().all(|foot| foot.duty_factor > 0.5), "{:?}", gait.feet);
 }
 
+/// Two and six legs: what is found stays up for 20 s, has the name of what was asked for, and its speed.
+#[test]
+fn two_legs_walk_and_six_legs_go_by_threes() {
+    for (name, asked, froude) in [("biped.urdf", "walk", 0.03), ("hexapod.json", "tripod", 0.08)] {
+        let learning = Learning { gait_generations: 20, ..Learning::default() };
+        let task = Task { froude: Some(froude), ..gait(asked) };
+        let setup = setup(name, task, learning, 2);
+        let trained = train(&setup, &mut Witness::default(), &Cancel::default(), None).unwrap();
+        let motion = &trained.motions[0];
+        let player = motion.player(&setup.stance.angles);
+        let checked = motion.check(&setup, &player).run(&|| false).unwrap();
+        assert_eq!(checked.trace.fell_at, None, "{name}");
+        let measures = &checked.gait.naturalness;
+        for measure in ["upright", "strides", "named", "asked_gait", "speed", "travel", "symmetry"] {
+            assert!(measures[measure].holds, "{name}: {measure} {:?}", measures[measure]);
+        }
+    }
+}
+
 #[test]
 fn without_seeds_qdsega_searches() {
     let learning = Learning {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use gaitwright_physics::model::Model;
 use gaitwright_physics::motion::{Motion, Player, TargetLimits};
 use gaitwright_physics::scene::{
-    Accuracy, Coordinates, Effect, Feedforward, Gains, Integrator, Scene, Switch,
+    Accuracy, Coordinates, Effect, Feedforward, Gains, Integrator, Scene, SolverChoice, SolverKind, Switch,
 };
 use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::Stance;
@@ -242,6 +242,31 @@ fn feedforward_reaches_the_targets_velocity_within_its_period() {
             }
         }
     }
+}
+
+/// Feet that will touch down within the feedforward's period, but not within the step: only the feedforward has contacts to solve for.
+#[test]
+fn forces_of_the_feedforward_that_do_not_solve_its_problem_are_counted() {
+    let model = common::example("quadruped.urdf");
+    let scene = Scene { friction: 0.8, ..Scene::default() };
+    let stance = Stance::find(&model, &scene);
+    let unsolved = |feedforward: Feedforward| {
+        let gains = Gains { feedforward, ..stance.gains.clone() };
+        let solver = SolverChoice { kind: SolverKind::Pgs, iterations: 1, ..SolverChoice::default() };
+        let accuracy = Accuracy { step: 5e-4, solver, ..Accuracy::default() };
+        let plan = common::plan(&model, &scene, &accuracy, Some(&gains));
+        let mut start = stance.state.clone();
+        start.root.position.z += 0.004;
+        start.root.linear_velocity.z = -1.0;
+        let mut simulator = Simulator::new(plan, start);
+        for _ in 0..2 {
+            simulator.step(Command::Track { now: &stance.angles, next: &stance.angles }).unwrap();
+        }
+        assert_eq!(simulator.contacts().filter(|contact| contact.force.norm() > 0.0).count(), 0);
+        simulator.record().unsolved_steps
+    };
+    assert_eq!(unsolved(Feedforward::ContactFree), 0);
+    assert_eq!(unsolved(Feedforward::ContactAware), 2);
 }
 
 /// Time of a stride of the bundled walk, s.

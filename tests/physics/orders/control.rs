@@ -6,6 +6,7 @@ use super::reference::Chain;
 use super::{BARS, Smooth, no_ground};
 use gaitwright_physics::scene::{Accuracy, Integrator, Scene};
 use gaitwright_physics::sim::{Command, Simulator, State};
+use gaitwright_physics::stance::Stance;
 
 const INTEGRATORS: [Integrator; 2] = [Integrator::SemiImplicitEuler, Integrator::MoreauJean];
 
@@ -127,4 +128,23 @@ fn a_landing_is_passed() {
         // It slips at first and then rolls, at 5/7 of the speed.
         assert!((root.linear_velocity.x - 5.0 / 7.0).abs() < 1e-3, "{integrator:?}: {root:?}");
     }
+}
+
+/// Feet that strike the ground at a time that no trial is short enough to resolve: the shortest is taken, and said to be too coarse.
+#[test]
+fn a_tolerance_that_cannot_be_kept_is_told() {
+    let model = common::example("quadruped.urdf");
+    let stance = Stance::find(&model, &Scene::default());
+    let coarse = |tolerance: f64| {
+        let accuracy = accuracy(0.002, Integrator::SemiImplicitEuler, tolerance);
+        let plan = common::plan(&model, &Scene::default(), &accuracy, None);
+        let mut start = stance.state.clone();
+        start.root.position.z += 0.001;
+        start.root.linear_velocity.z = -2.0;
+        let mut simulator = Simulator::new(plan, start);
+        simulator.step(Command::Passive).unwrap();
+        simulator.record().coarse_steps
+    };
+    assert_eq!(coarse(1e-3), 0);
+    assert_eq!(coarse(1e-11), 1);
 }
