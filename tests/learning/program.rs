@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use gaitwright_learning::check::MotionCheck;
-use gaitwright_learning::learn::{Cancel, Posture, Stop};
+use gaitwright_learning::learn::{Cancel, Stop};
 use gaitwright_learning::program::cma::Cma;
 use gaitwright_learning::program::cost::{HOLDS, undisturbed};
 use gaitwright_learning::program::figures::RolloutFigures;
@@ -463,6 +463,7 @@ fn a_trot_that_turns_is_steered_straight() {
     let arena = subject.arena().unwrap();
     let wanted = trot(&subject.legs);
     let mut turning = brisk();
+    // Less than the half that three cells of the weakest answer take back.
     turning[TURN] = 0.4;
     let heading = |parameters: &[f64]| {
         let (ring, gains) = subject.ring(&wanted, parameters);
@@ -498,12 +499,7 @@ fn the_search_sees_the_steps_that_the_judge_sees() {
     let arena = subject.arena().unwrap();
     let (ring, gains) = subject.ring(&trot(&subject.legs), &brisk());
     let figures = arena.run(&ring, &gains, false, 40);
-    let player = Player::from_postures(
-        &subject.stance.angles,
-        ring.entry.iter().map(Posture::parts),
-        ring.cycle.iter().map(Posture::parts),
-        ring.transition_time(),
-    );
+    let player = ring.player(&subject.stance.angles);
     let check = MotionCheck {
         model: &subject.model,
         stance: &subject.stance,

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use nalgebra::{DMatrix, Vector2, Vector3};
 
 use gaitwright_physics::model::Model;
-use gaitwright_physics::motion::{Steering, TargetLimits, shape};
+use gaitwright_physics::motion::{Player, Steering, TargetLimits, shape};
 use gaitwright_physics::scene::Gains;
 
 use super::gaits::NamedGait;
@@ -183,6 +183,12 @@ impl Ring {
         let transition_time = self.transition_time();
         let (entry, cycle, steering) = (self.entry.clone(), self.cycle.clone(), self.steering.clone());
         Behaviour { fitness, generation, transition_time, entry, cycle, steering }
+    }
+
+    /// Its targets over time, from the pose `standing` on.
+    pub fn player(&self, standing: &[f64]) -> Player {
+        let [entry, cycle] = [&self.entry, &self.cycle].map(|postures| postures.iter().map(Posture::parts));
+        Player::from_postures(standing, entry, cycle, self.transition_time()).steered(self.steering.clone())
     }
 
     /// When the entry is over, s from the start of play: the time of the cycle's first keyframe.

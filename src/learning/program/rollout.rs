@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
-use gaitwright_physics::motion::{Player, Playing};
+use gaitwright_physics::motion::Playing;
 use gaitwright_physics::scene::{Accuracy, Gains, Scene, StepPlan, Terrain};
 use gaitwright_physics::sim::{Command, Simulator};
 use gaitwright_physics::stance::{Stance, Upright};
@@ -14,7 +14,6 @@ use gaitwright_physics::stance::{Stance, Upright};
 use super::figures::{RolloutFigures, Watch};
 use super::legs::Legs;
 use super::ring::Ring;
-use crate::learn::Posture;
 
 /// Strides that are judged, after the entry, in the search.
 pub const STRIDES: usize = 5;
@@ -95,13 +94,7 @@ impl Arena {
             return watch.figures(0.0, 0.0);
         };
         let mut simulator = Simulator::new(Arc::new(plan), self.stance.state.clone());
-        let player = Player::from_postures(
-            &self.stance.angles,
-            ring.entry.iter().map(Posture::parts),
-            ring.cycle.iter().map(Posture::parts),
-            ring.transition_time(),
-        )
-        .steered(ring.steering.clone());
+        let player = ring.player(&self.stance.angles);
         let lead = (ring.lead() / step).round() as usize;
         let total = lead + strides * stride;
         let push = disturbed.then(|| lead + stride * strides / 2);

@@ -94,12 +94,6 @@ pub(super) fn steering(
             rings: (-CELLS..=CELLS).map(ring).collect(),
         }
     });
-    let mut steering = Steering { direction, tables: tables.collect() };
-    let durations = [base.transition_time(); KEYFRAMES];
-    for (joint, limits) in limits.iter().enumerate() {
-        let knot = |at: usize| (base.cycle[at].angles[joint], base.cycle[at].velocities[joint]);
-        let knots: Vec<(f64, f64)> = (0..=KEYFRAMES).map(|at| knot(at % KEYFRAMES)).collect();
-        steering.keep_within(joint, &knots, &durations, limits);
-    }
-    steering
+    let steering = Steering { direction, tables: tables.collect() };
+    base.player(&legs.standing).kept_within(steering, limits)
 }

@@ -3,7 +3,8 @@
 use super::document::{Keyframe, Motion};
 use super::limits::{TargetLimits, limit_faults};
 use super::spline::hermite;
-use super::steering::{Changes, Steering};
+use super::steering::{KeyframeChange, Steering};
+use super::steering_limits::PlainSegment;
 use crate::fault::{Fault, InputError};
 
 /// Joint targets as a function of the time since the start of play: the entry once, then the loop over and over.
@@ -27,9 +28,9 @@ pub struct Player {
 
 /// Where a time falls among the knots.
 pub(super) struct Place {
-    /// Number of the segment since the start of play, over all rounds of the loop.
+    /// A number that no other segment has, over all rounds of the loop.
     pub(super) segment: u64,
-    /// Which keyframe of the loop its end is; the entry counts back from the loop's start.
+    /// As which keyframe of the loop its end counts.
     pub(super) next: usize,
     /// Duration of the segment and time since its beginning, s.
     duration: f64,
@@ -38,7 +39,7 @@ pub(super) struct Place {
 
 impl Place {
     /// Adds to the targets `angles` the spline between changes at the two ends of the segment.
-    pub(super) fn add(&self, from: &Changes, to: &Changes, angles: &mut [f64]) {
+    pub(super) fn add(&self, from: &KeyframeChange, to: &KeyframeChange, angles: &mut [f64]) {
         for (joint, angle) in angles.iter_mut().enumerate() {
             *angle += hermite(
                 (from.angles[joint], from.velocities[joint]),
@@ -131,15 +132,37 @@ impl Player {
         Self { steering, ..self }
     }
 
-    /// What [`Steering::share_within`] gives for a joint of this player.
+    /// `steering` for this player, with its changes reduced in each joint until the targets keep to the joint's `limits` in every cell.
+    pub fn kept_within(&self, mut steering: Steering, limits: &[TargetLimits]) -> Steering {
+        for (joint, limits) in limits.iter().enumerate() {
+            let share = self.share_of(&steering, joint, limits);
+            if share < 1.0 {
+                steering.scale(joint, share);
+            }
+        }
+        steering
+    }
+
+    /// What [`Steering::share_within`] gives for a joint on all segments, those of the entry as well.
     fn share_of(&self, steering: &Steering, joint: usize, limits: &TargetLimits) -> f64 {
-        let knots: Vec<(f64, f64)> = (self.loop_start..self.times.len())
-            .map(|knot| knot * self.joints + joint)
-            .map(|at| (self.angles[at], self.velocities[at]))
-            .collect();
-        let durations: Vec<f64> =
-            self.times[self.loop_start..].windows(2).map(|pair| pair[1] - pair[0]).collect();
-        steering.share_within(joint, &knots, &durations, limits)
+        let end = |knot: usize| {
+            let at = knot * self.joints + joint;
+            (self.angles[at], self.velocities[at])
+        };
+        // The pose from which play starts is changed by nothing, unless the loop comes back to it.
+        let changed = |knot: usize| self.keyframe(knot).filter(|_| knot > 0 || self.loop_start == 0);
+        let segments = (1..self.times.len()).map(|knot| PlainSegment {
+            ends: [end(knot - 1), end(knot)],
+            keyframes: [changed(knot - 1), changed(knot)],
+            duration: self.times[knot] - self.times[knot - 1],
+        });
+        steering.share_within(joint, segments, limits)
+    }
+
+    /// As which keyframe of the loop a knot counts; the entry counts back from the loop's start. `None` without a loop.
+    fn keyframe(&self, knot: usize) -> Option<usize> {
+        let count = self.times.len().checked_sub(self.loop_start + 1).filter(|count| *count > 0)?;
+        Some((knot as isize - self.loop_start as isize).rem_euclid(count as isize) as usize)
     }
 
     /// The feedback that [`Playing`](super::Playing) answers to.
@@ -150,7 +173,7 @@ impl Player {
     /// Where `t` falls; `None` after the last knot of a motion without a loop.
     pub(super) fn place(&self, t: f64) -> Option<Place> {
         let (knot, since) = self.locate(t)?;
-        let count = (self.times.len() - 1).checked_sub(self.loop_start).filter(|count| *count > 0)?;
+        let next = self.keyframe(knot + 1)?;
         // Rounding may put a time at the loop's seam to either side of it, so the round is counted from the segment's start.
         let round = if t < self.times[self.times.len() - 1] {
             0.0
@@ -158,8 +181,8 @@ impl Player {
             ((t - since - self.times[knot]) / self.period()).round()
         };
         Some(Place {
-            segment: knot as u64 + round as u64 * count as u64,
-            next: (knot + 1 + count * self.loop_start - self.loop_start) % count,
+            segment: knot as u64 + round as u64 * self.times.len() as u64,
+            next,
             duration: self.times[knot + 1] - self.times[knot],
             since,
         })

@@ -62,14 +62,8 @@ pub struct KeyframeChange {
     pub velocities: Vec<f64>,
 }
 
-/// What is added to the targets at a knot, one a joint.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Changes {
-    pub(super) angles: Vec<f64>,
-    pub(super) velocities: Vec<f64>,
-}
-
-impl Changes {
+impl KeyframeChange {
+    /// No change of so many joints.
     pub(super) fn none(joints: usize) -> Self {
         Self { angles: vec![0.0; joints], velocities: vec![0.0; joints] }
     }
@@ -104,19 +98,15 @@ impl SteeringTable {
 }
 
 impl Steering {
-    /// Adds to `angles` and `velocities` what the rings that are chosen now add to the `next` keyframe of the loop.
-    pub(super) fn add(
-        &self,
-        next: usize,
-        (root, start): (&Root, &Root),
-        (angles, velocities): (&mut [f64], &mut [f64]),
-    ) {
+    /// What the rings for a root at `root` add to the `next` keyframe of the loop, of so many joints; the motion set out at `start`.
+    pub(super) fn change(&self, next: usize, root: &Root, start: &Root, joints: usize) -> KeyframeChange {
+        let mut sum = KeyframeChange::none(joints);
         for table in &self.tables {
-            let value = table.measure.of(root, start, self.direction);
-            let change = &table.ring(value)[next];
-            angles.iter_mut().zip(&change.angles).for_each(|(sum, change)| *sum += change);
-            velocities.iter_mut().zip(&change.velocities).for_each(|(sum, change)| *sum += change);
+            let change = &table.ring(table.measure.of(root, start, self.direction))[next];
+            sum.angles.iter_mut().zip(&change.angles).for_each(|(sum, change)| *sum += change);
+            sum.velocities.iter_mut().zip(&change.velocities).for_each(|(sum, change)| *sum += change);
         }
+        sum
     }
 
     /// The same for joints in another order: `order` has for each new place the old one.
