@@ -96,15 +96,17 @@ class Player:
 
     def targets(self, time, orientation, turning):
         """At a time not before the last asked for, of a root with this orientation and angular velocity."""
+        turns = 0
         if time >= self.end:
-            time = self.start + (time - self.start) % (self.end - self.start)
+            turns, since = divmod(time - self.start, self.end - self.start)
+            time = self.start + since
         knot = min(int(np.searchsorted(self.times, time, side="right")), len(self.times) - 1) - 1
         length = self.times[knot + 1] - self.times[knot]
         s = (time - self.times[knot]) / length
         q0, q1, v0, v1 = self.angles[knot], self.angles[knot + 1], self.rates[knot], self.rates[knot + 1]
         if self.steering:
-            if knot != self.segment:
-                self.segment = knot
+            if (knot, turns) != self.segment:
+                self.segment = (knot, turns)
                 keyframe = (knot + 1 - self.first) % (len(self.times) - 1 - self.first)
                 change = self.steering.change(keyframe, self.steering.measures(orientation, turning))
                 self.added = (self.added[1], change)

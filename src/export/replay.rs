@@ -65,7 +65,7 @@ impl<'a> Replay<'a> {
     }
 }
 
-/// A field of the task of a motion. Whatever else the task asked for: direction and speed are all that a gait is judged by.
+/// A field of the task of a motion. Whatever else the task asked for: direction, speed and gait are all that a motion is judged by.
 fn asked(motion: &Motion, field: &str) -> serde_json::Value {
     motion.provenance.task.get(field).cloned().unwrap_or_default()
 }

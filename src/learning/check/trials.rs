@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use nalgebra::{Point3, Vector3};
 
-use super::MotionCheck;
+use super::{CHECKED, MotionCheck};
 use crate::accuracy::Engine;
 use crate::accuracy::rapier::Rapier;
 use gaitwright_physics::fault::InputError;
@@ -17,8 +17,7 @@ use gaitwright_physics::scene::{Accuracy, Effect, Scene, StepPlan, Switch};
 use gaitwright_physics::sim::{Command, center_of_mass};
 use gaitwright_physics::stance::Upright;
 
-/// How long a trial lasts at least, s, and how many rounds of the loop.
-const TRIED: f64 = 20.0;
+/// How many rounds of the loop a trial lasts at least; otherwise as long as the check.
 const ROUNDS: f64 = 10.0;
 
 /// Time between two samples of a trial, s.
@@ -134,7 +133,7 @@ impl MotionCheck<'_> {
 
     /// How long a trial lasts, s.
     fn tried(&self) -> f64 {
-        TRIED.max(self.player.lead() + ROUNDS * self.player.period())
+        CHECKED.max(self.player.lead() + ROUNDS * self.player.period())
     }
 
     /// To the left, half-way through what a trial has of the loop.
