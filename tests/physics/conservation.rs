@@ -10,7 +10,7 @@ use gaitwright_physics::model::Model;
 use gaitwright_physics::scene::{
     Accuracy, Feedforward, FrictionCone, Gains, Integrator, Scene, SolverChoice, SolverKind,
 };
-use gaitwright_physics::sim::bodies::BodyMotion;
+use gaitwright_physics::sim::bodies::Bodies;
 use gaitwright_physics::sim::coordinates::reduced::kinematics::place;
 use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::Stance;
@@ -368,7 +368,7 @@ fn balance(simulator: &mut Simulator, seconds: f64, target: impl Fn(f64) -> Vec<
     let step = plan.step();
     let total = |simulator: &Simulator| simulator.energy().kinetic + simulator.energy().potential;
     let (energy, momentum) = (total(simulator), simulator.momentum().linear);
-    let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
+    let mut bodies = Bodies::new(&model);
     let (mut work, mut turnover, mut touching) = (0.0, 0.0, 0);
     let mut impulse = Vector3::zeros();
     let steps = (seconds / step).round() as usize;
@@ -391,7 +391,7 @@ fn balance(simulator: &mut Simulator, seconds: f64, target: impl Fn(f64) -> Vec<
         }
         for contact in simulator.contacts() {
             let at = contact.position - before.root.position;
-            let old = bodies[model.links[contact.link].body].velocity.at(at);
+            let old = bodies.at(model.links[contact.link].body).velocity.at(at);
             spend(contact.force.dot(&(old + contact.velocity)) * 0.5 * step);
             impulse += contact.force * step;
         }

@@ -20,6 +20,7 @@ mod dynamics;
 mod effects;
 mod flight;
 mod grain;
+mod groups;
 mod impacts;
 mod lcp;
 mod loops;

@@ -4,7 +4,7 @@ use nalgebra::Matrix3;
 
 use gaitwright_physics::model::{Body, Model};
 use gaitwright_physics::sim::State;
-use gaitwright_physics::sim::bodies::BodyMotion;
+use gaitwright_physics::sim::bodies::Bodies;
 use gaitwright_physics::sim::coordinates::reduced::kinematics::place;
 
 /// A measure of error.
@@ -50,8 +50,8 @@ pub fn displacement(model: &Model, state: &State, truth: &State) -> f64 {
     let (actual, wanted) = (placed(model, state), placed(model, truth));
     let gap = state.root.position - truth.root.position;
     let square = |(index, body): (usize, &Body)| {
-        let center = gap + actual[index].center - wanted[index].center;
-        let rotation_error = actual[index].rotation - wanted[index].rotation;
+        let center = gap + actual.at(index).center - wanted.at(index).center;
+        let rotation_error = actual.at(index).rotation - wanted.at(index).rotation;
         let rotational = (rotation_error * second_moment(body) * rotation_error.transpose()).trace().max(0.0);
         center.norm_squared() + rotational
     };
@@ -68,8 +68,8 @@ fn second_moment(body: &Body) -> Matrix3<f64> {
     }
 }
 
-fn placed(model: &Model, state: &State) -> Vec<BodyMotion> {
-    let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
+fn placed(model: &Model, state: &State) -> Bodies {
+    let mut bodies = Bodies::new(model);
     place(model, state, &mut bodies);
     bodies
 }

@@ -19,9 +19,9 @@ pub struct Body {
     pub offset: Vector3<f64>,
     /// Rotation matrix of the joint frame in the parent body's frame.
     pub joint_rotation: Matrix3<f64>,
-    /// `joint_rotation` \[a\]: the coefficient of sin q.
+    /// `joint_rotation` \[a\]: the coefficient of sin q; zero for a prismatic joint.
     pub joint_rotation_sine: Matrix3<f64>,
-    /// `joint_rotation` \[a\]²: the coefficient of the versine 1 − cos q.
+    /// `joint_rotation` \[a\]²: the coefficient of the versine 1 − cos q; zero for a prismatic joint.
     pub joint_rotation_versine: Matrix3<f64>,
     /// Unit vector of the joint's axis in the body frame (and in the joint frame: the joint does not move it).
     pub axis: Vector3<f64>,

@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::collision::convex::Convex;
 use super::collision::pairs::PairFinder;
+use super::groups::groups;
 use super::size::size;
 use super::spin::spins;
 use super::{Base, Body, DofKind, LinkPlace, LoopJoint, Model, collision};
@@ -79,6 +80,7 @@ impl Model {
             standing: &standing,
         };
         let pairs = finder.pairs();
+        let (groups, slots) = groups(&bodies, &spins(&character, &links, &bodies, &loops));
         Self {
             fixed_base: base == Base::Fixed,
             joint_names: joints.iter().map(|joint| joint.name.clone()).collect(),
@@ -91,8 +93,9 @@ impl Model {
             armature: joints.iter().map(|joint| joint.armature).collect(),
             mass: bodies.iter().map(|body| body.mass).sum(),
             size: size(&bodies, base == Base::Fixed),
-            spins: spins(&character, &links, &bodies, &loops),
-            outward: outward(&bodies),
+            outward: groups[1..].iter().flat_map(|group| &group.bodies[..group.count]).copied().collect(),
+            slots: slots.into(),
+            groups,
             bodies,
             loops,
             links,
@@ -139,7 +142,10 @@ fn dof(kind: JointKind) -> Option<DofKind> {
 /// A body, still without mass, carried by `parent` through a joint at `origin` with `axis`.
 fn carried(parent: usize, dof: DofKind, origin: &Isometry3<f64>, axis: &Vector3<f64>) -> Body {
     let joint_rotation = *origin.rotation.to_rotation_matrix().matrix();
-    let cross = axis.cross_matrix();
+    let cross = match dof {
+        DofKind::Revolute => axis.cross_matrix(),
+        DofKind::Prismatic => Matrix3::zeros(),
+    };
     Body {
         parent,
         dof,
@@ -188,15 +194,4 @@ impl MergedBody {
         }
         body
     }
-}
-
-/// Indices of all of `bodies` but the root, sorted by their depth in the tree: a breadth-first order.
-fn outward(bodies: &[Body]) -> Vec<usize> {
-    let mut depths = vec![0; bodies.len()];
-    for (index, body) in bodies.iter().enumerate().skip(1) {
-        depths[index] = depths[body.parent] + 1;
-    }
-    let mut outward: Vec<usize> = (1..bodies.len()).collect();
-    outward.sort_by_key(|index| depths[*index]);
-    outward
 }

@@ -3,6 +3,7 @@
 mod body;
 pub mod collision;
 mod compile;
+mod groups;
 mod size;
 mod spin;
 
@@ -16,7 +17,7 @@ use collision::pairs::Pairs;
 
 pub use body::{Body, DofKind, LinkPlace, LoopJoint};
 pub use collision::{CYLINDER_SLOTS, GroundShape, Surface};
-pub use spin::Spin;
+pub use groups::{BodyGroup, Parents, Slot};
 
 /// A character compiled for simulation: rigid bodies joined by joints of one degree of freedom each.
 ///
@@ -34,9 +35,13 @@ pub struct Model {
     pub fixed_base: bool,
     /// Bodies, parents before children; `n_bodies`. Merged by `MergedBody` in `compile.rs`.
     pub bodies: Vec<Body>,
-    /// Indices of all bodies but the root in breadth-first order; `n_joints`, from `outward` in `compile.rs`. Each body
-    /// comes after its parent, and neighbours in this order seldom depend on each other, so that a processor can work
-    /// on several limbs at a time.
+    /// The bodies in groups at the same depth of the tree, the root's first and each group after those of its parents. From
+    /// `groups.rs`, as are the two fields below. Kernels move a group's bodies together.
+    pub groups: Vec<BodyGroup>,
+    /// Where each body stands in `groups`; `n_bodies`.
+    pub slots: Arc<[Slot]>,
+    /// Indices of all bodies but the root in the order of the groups; `n_joints`. Each body comes after its parent, and neighbours
+    /// in this order seldom depend on each other, so that a processor can work on several limbs at a time.
     pub outward: Vec<usize>,
     /// Names of the joints; `n_joints`.
     pub joint_names: Vec<String>,
@@ -58,8 +63,6 @@ pub struct Model {
     pub mass: f64,
     /// How large the bodies are, m: the root mean square distance of their mass from their joints. From `size.rs`.
     pub size: f64,
-    /// Which rotation of each body changes neither where its mass nor where its surface is; `n_bodies`. From `spin.rs`.
-    pub spins: Vec<Spin>,
     /// Joints that close kinematic loops over the tree, in the order of the character's loops. From `loop_joint` in
     /// `compile.rs`.
     pub loops: Vec<LoopJoint>,

@@ -19,19 +19,6 @@ pub enum Spin {
     Any,
 }
 
-impl Spin {
-    /// Square of the angular velocity `angular` of the body that turns it visibly, (rad/s)²; `rotation` is its rotation
-    /// matrix.
-    #[inline]
-    pub fn visible_squared(self, rotation: &Matrix3<f64>, angular: Vector3<f64>) -> f64 {
-        match self {
-            Self::None => angular.norm_squared(),
-            Self::About(axis) => (angular - rotation * axis * (rotation * axis).dot(&angular)).norm_squared(),
-            Self::Any => 0.0,
-        }
-    }
-}
-
 /// The spin of every body. Of the root it counts only if nothing is joined to it, of other bodies only about their own joint and
 /// if they carry nothing: the rotation that is left is their parent's.
 pub fn spins(character: &Character, links: &[LinkPlace], bodies: &[Body], loops: &[LoopJoint]) -> Vec<Spin> {

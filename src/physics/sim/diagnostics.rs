@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use super::bodies::BodyMotion;
+use super::bodies::Bodies;
 use super::coordinates::{maximal, reduced};
 use super::energy::{Energy, kinetic_energy};
 use super::momentum::{Composite, Momentum};
@@ -12,8 +12,8 @@ use super::state::State;
 use crate::model::Model;
 use crate::scene::StepPlan;
 
-fn placed(model: &Model, state: &State) -> Vec<BodyMotion> {
-    let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
+fn placed(model: &Model, state: &State) -> Bodies {
+    let mut bodies = Bodies::new(model);
     if state.body_states.is_empty() {
         reduced::kinematics::place(model, state, &mut bodies);
     } else {

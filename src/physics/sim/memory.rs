@@ -49,8 +49,9 @@ impl ContactForces {
     ) {
         self.slots.clear();
         self.slots.extend(candidates.iter().zip(forces).map(|(candidate, forces)| {
+            // A call of memcpy takes longer than three numbers.
             let mut all = [0.0; 3];
-            all[..forces.len()].copy_from_slice(forces);
+            all.iter_mut().zip(forces).for_each(|(kept, force)| *kept = *force);
             (candidate.slot, all)
         }));
         if !self.slots.is_sorted_by_key(|(slot, _)| *slot) {

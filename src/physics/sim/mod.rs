@@ -23,6 +23,7 @@ mod joint_load;
 pub mod lcp;
 mod memory;
 mod momentum;
+pub mod per_body;
 mod restitution;
 pub mod root_freedom;
 pub mod rows;

@@ -12,8 +12,9 @@
 use multiversion::multiversion;
 use nalgebra::Vector3;
 
-use super::bodies::BodyMotion;
-use super::spatial::{RigidInertia, SpatialForce, SpatialMotion};
+use super::bodies::Bodies;
+use super::spatial::{RigidInertia, SpatialForce, SpatialMotion, WideForce, WideInertia, WideMotion};
+use crate::wide::{LANES, Wide};
 
 /// Momentum of a character in the world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,7 +51,7 @@ impl Composite {
     pub const EMPTY: Self = Self { inertia: RigidInertia::ZERO, of_joints: SpatialForce::ZERO };
 
     /// Of `bodies` that move as they do while the root is at rest.
-    pub fn new(bodies: &[BodyMotion]) -> Self {
+    pub fn new(bodies: &Bodies) -> Self {
         add_up(bodies)
     }
 
@@ -78,16 +79,18 @@ impl Composite {
         let [xy, xz, yz] =
             [rotational[(0, 1)] + mx * y, rotational[(0, 2)] + mx * z, rotational[(1, 2)] + my * z];
         // L D Lᵀ of three rows.
-        let (l21, l31) = (xy / xx, xz / xx);
+        let by_xx = 1.0 / xx;
+        let (l21, l31) = (xy * by_xx, xz * by_xx);
         let d2 = yy - l21 * xy;
-        let l32 = (yz - l31 * xy) / d2;
+        let by_d2 = 1.0 / d2;
+        let l32 = (yz - l31 * xy) * by_d2;
         let d3 = zz - l31 * xz - l32 * l32 * d2;
         let positive = mass > 0.0 && xx > 0.0 && d2 > 0.0 && d3 > 0.0;
         let below = turn.y - l21 * turn.x;
         let last = (turn.z - l31 * turn.x - l32 * below) / d3;
-        let middle = below / d2 - l32 * last;
-        let angular = Vector3::new(turn.x / xx - l21 * middle - l31 * last, middle, last);
-        let motion = SpatialMotion { angular, linear: push / mass - angular.cross(&center) };
+        let middle = below * by_d2 - l32 * last;
+        let angular = Vector3::new(turn.x * by_xx - l21 * middle - l31 * last, middle, last);
+        let motion = SpatialMotion { angular, linear: push * (1.0 / mass) - angular.cross(&center) };
         (positive && motion.amax().is_finite()).then_some(motion)
     }
 
@@ -103,17 +106,36 @@ impl Composite {
     }
 
     fn center(&self) -> Vector3<f64> {
-        self.inertia.first_moment / self.inertia.mass
+        self.inertia.first_moment * (1.0 / self.inertia.mass)
     }
 }
 
 /// Adds up `bodies` and their momentum.
 #[multiversion(targets("x86_64+avx2"))]
-fn add_up(bodies: &[BodyMotion]) -> Composite {
-    let mut composite = Composite::EMPTY;
-    for body in bodies {
-        composite.inertia = composite.inertia.plus(body.inertia);
-        composite.of_joints = composite.of_joints.plus(body.inertia.times(body.velocity));
+fn add_up(bodies: &Bodies) -> Composite {
+    let mut inertia = Wide::all(RigidInertia::ZERO);
+    let mut momentum = Wide::all(SpatialForce::ZERO);
+    for (placed, velocities) in bodies.groups.iter().zip(&bodies.velocity.groups).skip(1) {
+        gather(&placed.inertia, velocities, &mut inertia, &mut momentum);
     }
-    composite
+    let root = bodies.at(0);
+    Composite {
+        inertia: inertia.sum().plus(root.inertia),
+        of_joints: momentum.sum().plus(root.inertia.times(root.velocity)),
+    }
+}
+
+/// Adds bodies of these inertias and velocities, and their momentum, to what is in the lanes already.
+#[multiversion(targets("x86_64+avx2"))]
+fn gather(
+    inertias: &WideInertia,
+    velocities: &WideMotion,
+    inertia: &mut WideInertia,
+    momentum: &mut WideForce,
+) {
+    for lane in 0..LANES {
+        let own = inertias.at(lane);
+        momentum.set(lane, momentum.at(lane).plus(own.times(velocities.at(lane))));
+    }
+    inertia.add(inertias);
 }

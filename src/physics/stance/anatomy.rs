@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::model::Model;
 use crate::scene::Terrain;
-use crate::sim::bodies::BodyMotion;
+use crate::sim::bodies::Bodies;
 use crate::sim::contact::{DetectionSettings, ground};
 use crate::sim::coordinates::reduced::kinematics::place;
 use crate::sim::{State, contact::ContactCandidate};
@@ -32,7 +32,7 @@ pub struct Limb {
 /// A character in a pose, root upright at the origin.
 pub struct Posed {
     /// Poses of the bodies.
-    pub bodies: Vec<BodyMotion>,
+    pub bodies: Bodies,
     /// All surface points that could touch a ground.
     pub surface: Vec<ContactCandidate>,
     /// Centre of mass, m.
@@ -49,7 +49,7 @@ impl Posed {
 
     /// `model` in `state`, relative to the root's origin.
     pub fn of(model: &Model, state: &State) -> Self {
-        let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
+        let mut bodies = Bodies::new(model);
         place(model, state, &mut bodies);
         let mut surface = Vec::new();
         // With a ground above every point, every surface point is a contact candidate.
@@ -111,7 +111,7 @@ pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
             bodies.push(body);
         }
         bodies.reverse();
-        let origin = posed.bodies[leaf].origin;
+        let origin = posed.bodies.at(leaf).origin;
         let end = touching.iter().map(|point| (point.at - origin).norm()).fold(0.0, f64::max);
         let mut segments: Vec<f64> =
             bodies.windows(2).map(|pair| model.bodies[pair[1]].offset.norm()).collect();
@@ -124,7 +124,7 @@ pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
         let sole = touching.iter().filter(|point| point.at.z < lowest + SOLE * length);
         limbs.push(Limb { bodies, first_long, length, flat: sole.count() >= 3 });
     }
-    let bottom = |limb: &Limb| posed.bodies[limb.first_long].origin.z - limb.length;
+    let bottom = |limb: &Limb| posed.bodies.at(limb.first_long).origin.z - limb.length;
     let lowest = limbs.iter().map(&bottom).fold(f64::INFINITY, f64::min);
     let longest = limbs.iter().map(|limb| limb.length).fold(0.0, f64::max);
     limbs.retain(|limb| bottom(limb) < lowest + 0.3 * longest);

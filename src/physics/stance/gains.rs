@@ -37,7 +37,7 @@ pub fn suited(model: &Model, scene: &Scene, angles: &[f64]) -> Gains {
     let joints = 0..model.joint_count();
     let arm = |joint: usize| {
         let carried = posed.surface.iter().filter(|point| model.carries(joint + 1, point.body));
-        let origin = posed.bodies[joint + 1].origin;
+        let origin = posed.bodies.at(joint + 1).origin;
         let farthest = carried.map(|point| (point.at - origin).norm()).fold(0.0, f64::max);
         // An ankle has little mass below it but balances the whole character above, as an inverted pendulum.
         let above = if farthest > 0.0 { posed.center_of_mass.z - origin.z } else { 0.0 };

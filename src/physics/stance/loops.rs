@@ -48,7 +48,7 @@ pub fn close_with(model: &Model, angles: &mut [f64], given: impl Fn(usize) -> bo
                     }
                     let carries = |end: usize| f64::from(u8::from(model.carries(body, end)));
                     let share = carries(coupling.child) - carries(coupling.parent);
-                    share * posed.bodies[body].motion_subspace.dot(wrench)
+                    share * posed.bodies.at(body).motion_subspace.dot(wrench)
                 }));
             });
         }

@@ -138,13 +138,13 @@ impl Cost<'_> {
 
         let mut cost = 4.0 * relative(flat(posed.center_of_mass - mean).norm());
         for (limb, foot) in self.limbs.iter().zip(&feet) {
-            let attached = posed.bodies[limb.first_long].origin;
+            let attached = posed.bodies.at(limb.first_long).origin;
             let extension = (attached.z - foot.z) / limb.length;
             cost += 20.0 * relative(foot.z - mean.z) / count;
             cost += 1.0 * relative(flat(attached - foot).norm()) / count;
             cost += 4.0 * (extension - EXTENSION).powi(2) / count;
             if limb.flat {
-                let tilt = posed.bodies[limb.bodies[limb.bodies.len() - 1]].rotation.column(2).z;
+                let tilt = posed.bodies.at(limb.bodies[limb.bodies.len() - 1]).rotation.column(2).z;
                 cost += 4.0 * (1.0 - tilt) / count;
             }
         }

@@ -2,7 +2,7 @@
 
 use gaitwright_physics::model::Model;
 use gaitwright_physics::sim::State;
-use gaitwright_physics::sim::bodies::BodyMotion;
+use gaitwright_physics::sim::bodies::Bodies;
 use gaitwright_physics::sim::contact::DetectionSettings;
 use gaitwright_physics::sim::contact::travel::Travel;
 use gaitwright_physics::sim::coordinates::reduced::kinematics::place;
@@ -20,8 +20,8 @@ fn vector(rng: &mut ChaCha8Rng, size: f64) -> Vector3<f64> {
     Vector3::from_fn(|_, _| rng.random_range(-size..size))
 }
 
-fn placed(model: &Model, state: &State) -> Vec<BodyMotion> {
-    let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
+fn placed(model: &Model, state: &State) -> Bodies {
+    let mut bodies = Bodies::new(model);
     place(model, state, &mut bodies);
     bodies
 }
@@ -52,7 +52,7 @@ fn no_two_points_come_nearer_than_their_travel_allows() {
         travel.measure(model, size);
         let at = |state: &State| -> Vec<Vector3<f64>> {
             let bodies = placed(model, state);
-            points.iter().map(|(body, point)| bodies[*body].point(*point) + origin(state)).collect()
+            points.iter().map(|(body, point)| bodies.at(*body).point(*point) + origin(state)).collect()
         };
         let before = at(&state);
         for _ in 0..4 {
@@ -137,8 +137,8 @@ fn no_two_points_close_faster_than_foreseen() {
         let moving: Vec<_> = points
             .iter()
             .map(|(body, point)| {
-                let at = bodies[*body].point(*point);
-                (*body, at, bodies[*body].velocity.at(at))
+                let at = bodies.at(*body).point(*point);
+                (*body, at, bodies.at(*body).velocity.at(at))
             })
             .collect();
         for (index, (body, at, velocity)) in moving.iter().enumerate() {

@@ -15,7 +15,7 @@ use gaitwright_physics::character::Shape;
 use gaitwright_physics::model::{DofKind, Model};
 use gaitwright_physics::scene::{Feedforward, FrictionCone, PairMaterial, StepPlan, Terrain};
 use gaitwright_physics::sim::State;
-use gaitwright_physics::sim::bodies::BodyMotion;
+use gaitwright_physics::sim::bodies::Bodies;
 use gaitwright_physics::sim::coordinates::reduced::kinematics::place;
 
 /// Penetration that rapier does not correct, m.
@@ -98,7 +98,7 @@ pub fn build(model: &Model, plan: &StepPlan, state: &State) -> Result<Built, Uns
     // Contact manifolds are computed anew in each step.
     settings.contact_recycling = false;
 
-    let mut motions = vec![BodyMotion::REST; model.bodies.len()];
+    let mut motions = Bodies::new(model);
     place(model, state, &mut motions);
     let mut bodies: Vec<RigidBodyHandle> = Vec::with_capacity(motions.len());
     for (index, motion) in motions.iter().enumerate() {
@@ -143,8 +143,8 @@ pub fn build(model: &Model, plan: &StepPlan, state: &State) -> Result<Built, Uns
         tree.apply_displacements(&angles);
         let mut rates = tree.generalized_velocity_mut();
         if !model.fixed_base {
-            let velocity = motions[0].velocity;
-            rates.fixed_rows_mut::<3>(0).copy_from(&velocity.at(motions[0].center));
+            let velocity = motions.at(0).velocity;
+            rates.fixed_rows_mut::<3>(0).copy_from(&velocity.at(motions.at(0).center));
             rates.fixed_rows_mut::<3>(3).copy_from(&velocity.angular);
         }
         rates.rows_mut(root, model.joint_count()).copy_from_slice(&state.velocities);

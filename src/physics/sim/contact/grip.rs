@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 
 use super::candidate::{Against, ContactCandidate, tangents};
 use crate::scene::{Grain, Surfaces};
-use crate::sim::bodies::BodyMotion;
+use crate::sim::bodies::{Bodies, BodyMotion};
 
 /// Below this sine between the axis and the normal the axis has no direction in the tangent plane.
 const UPRIGHT: f64 = 1e-9;
@@ -75,10 +75,10 @@ impl Grip {
 
 /// Aligns the tangents of `candidate`, and sets its coefficient, where a side of it has a grain; its normal is as detected, and its
 /// coefficient the smaller of both sides.
-pub fn align(candidate: &mut ContactCandidate, surfaces: &Surfaces, bodies: &[BodyMotion]) {
+pub fn align(candidate: &mut ContactCandidate, surfaces: &Surfaces, bodies: &Bodies) {
     let up = candidate.frame[0];
     let grip =
-        |link: usize, body: usize| surfaces.grain(link).map(|grain| Grip::of(grain, &bodies[body], up));
+        |link: usize, body: usize| surfaces.grain(link).map(|grain| Grip::of(grain, &bodies.at(body), up));
     let own = grip(candidate.link, candidate.body);
     let other = match candidate.against {
         Against::Ground | Against::Obstacle(_) => None,

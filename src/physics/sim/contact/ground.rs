@@ -1,16 +1,16 @@
 //! Contact with the ground.
 
 use multiversion::multiversion;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::candidate::{Against, ContactCandidate, keep_four};
 use super::detection::DetectionSettings;
 use super::displacement::{BodyDisplacement, PENETRATION_ALLOWED};
 use super::field;
-use crate::model::{CYLINDER_SLOTS, GroundShape, Model, Surface};
+use crate::model::{CYLINDER_SLOTS, Model, Surface};
 use crate::scene::Terrain;
-use crate::sim::bodies::BodyMotion;
-use crate::sim::spatial::SpatialMotion;
+use crate::sim::bodies::Bodies;
+use crate::sim::per_body::Motions;
 
 /// Normal and tangents of a horizontal plane.
 const FRAME: [Vector3<f64>; 3] =
@@ -31,7 +31,7 @@ const CORNERS_KEPT_WHOLE: usize = 8;
 #[multiversion(targets("x86_64+avx2"), attrs(allow(clippy::too_many_arguments)))]
 pub fn detect(
     model: &Model,
-    bodies: &[BodyMotion],
+    bodies: &Bodies,
     ground: &Terrain,
     origin: Vector3<f64>,
     settings: &DetectionSettings,
@@ -46,12 +46,13 @@ pub fn detect(
         if model.fixed_base && shape.body == 0 {
             continue;
         }
-        let body = &bodies[shape.body];
+        let body = bodies.at(shape.body);
+        let velocity = body.velocity;
         if shape.body != present {
             present = shape.body;
             // Sums are no less than the norms and take no roots.
-            moving = body.velocity.at(body.origin).abs().sum();
-            turning = body.velocity.angular.abs().sum();
+            moving = velocity.at(body.origin).abs().sum();
+            turning = velocity.angular.abs().sum();
         }
         // No point of the shape is faster than its body's origin plus the farthest point's rotation about it.
         let farthest = settings.margin(moving + turning * shape.farthest);
@@ -61,7 +62,7 @@ pub fn detect(
         }
         let from = candidates.len();
         let mut add = |slot: usize, frame: [Vector3<f64>; 3], at: Vector3<f64>, gap: f64| {
-            let approach = -frame[0].dot(&body.velocity.at(at));
+            let approach = -frame[0].dot(&velocity.at(at));
             if gap <= settings.margin(approach) {
                 candidates.push(ContactCandidate {
                     slot,
@@ -82,7 +83,7 @@ pub fn detect(
                 add(slot, FRAME, at, at.z - (height - origin.z));
             }
             Terrain::Field(heights) => {
-                let velocity = body.velocity.at(midpoint);
+                let velocity = velocity.at(midpoint);
                 field::meet(heights, midpoint + origin, radius, velocity, settings, |field_point| {
                     add(slot, field_point.frame, midpoint - field_point.frame[0] * radius, field_point.gap);
                 });
@@ -105,7 +106,8 @@ pub fn detect(
             }
             Surface::Cylinder { axis, across, radius, half_length } => {
                 close.push(index);
-                let points = rim_points(body, shape, axis, across, radius, half_length);
+                let points =
+                    rim_points(body.rotation, body.point(shape.center), axis, across, radius, half_length);
                 for (index, at) in points.into_iter().enumerate() {
                     meet(shape.first_slot + index, at, 0.0);
                 }
@@ -116,18 +118,17 @@ pub fn detect(
 
 /// The lowest point of each rim and the two points 120° away from it.
 fn rim_points(
-    body: &BodyMotion,
-    shape: &GroundShape,
+    rotation: Matrix3<f64>,
+    center: Vector3<f64>,
     axis: Vector3<f64>,
     across: Vector3<f64>,
     radius: f64,
     half_length: f64,
 ) -> [Vector3<f64>; RIM_POINTS] {
-    let axis = body.rotation * axis;
+    let axis = rotation * axis;
     // An upright cylinder has no lowest point of its rim; any direction fixed in the body will do.
-    let lowest = lowest(axis).unwrap_or_else(|| body.rotation * across);
+    let lowest = lowest(axis).unwrap_or_else(|| rotation * across);
     let sideways = axis.cross(&lowest);
-    let center = body.point(shape.center);
     let third = 3.0_f64.sqrt() / 2.0;
     let rim = [lowest, sideways * third - lowest * 0.5, -sideways * third - lowest * 0.5];
     let mut points = [center; RIM_POINTS];
@@ -151,8 +152,8 @@ fn lowest(axis: Vector3<f64>) -> Option<Vector3<f64>> {
 pub fn add_driven_in(
     model: &Model,
     close: &[usize],
-    bodies: &[BodyMotion],
-    new: &[SpatialMotion],
+    bodies: &Bodies,
+    new: &Motions,
     ground: &Terrain,
     origin: Vector3<f64>,
     step: f64,
@@ -161,8 +162,8 @@ pub fn add_driven_in(
     let before = candidates.len();
     let allowed = PENETRATION_ALLOWED * model.size;
     for shape in close.iter().map(|index| &model.ground_shapes[*index]) {
-        let body = &bodies[shape.body];
-        let step = BodyDisplacement::new(body, new[shape.body], step);
+        let body = &bodies.at(shape.body);
+        let step = BodyDisplacement::new(body, new.at(shape.body), step);
         let mut add = |slot: usize, at: Vector3<f64>, radius: f64| {
             if candidates.iter().any(|candidate| candidate.slot == slot) {
                 return false;

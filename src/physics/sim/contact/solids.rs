@@ -16,7 +16,8 @@ use super::manifold::Manifold;
 use super::travel::Travel;
 use crate::model::collision::convex::{self, Convex, from_vector};
 use crate::model::{Model, SOLID_SLOTS};
-use crate::sim::bodies::BodyMotion;
+use crate::sim::bodies::Bodies;
+use crate::sim::per_body::Motions;
 use crate::sim::spatial::SpatialMotion;
 
 /// Beyond this distance from the common point or at this reach, m, a shape is left out: the numbers of the
@@ -111,7 +112,7 @@ impl Solids {
     pub fn detect(
         &mut self,
         model: &Model,
-        bodies: &[BodyMotion],
+        bodies: &Bodies,
         angles: Option<&[f64]>,
         obstacles: &[Convex],
         origin: Vector3<f64>,
@@ -146,15 +147,15 @@ impl Solids {
                 self.quiet = self.quiet.min(near.separation);
                 continue;
             }
-            let (other, against, others) = match facing {
-                Some(other) => {
-                    let body = &bodies[other.body];
+            let opposite = facing.map(|other| bodies.at(other.body));
+            let (other, against, others) = match (facing, &opposite) {
+                (Some(other), Some(body)) => {
                     let against = Against::Link { link: other.link, body: other.body };
                     (&model.solids[second], against, (&body.rotation, body.origin))
                 }
-                None => (&obstacles[second - shapes], Against::Obstacle(second - shapes), world),
+                _ => (&obstacles[second - shapes], Against::Obstacle(second - shapes), world),
             };
-            let body = &bodies[shape.body];
+            let body = &bodies.at(shape.body);
             let own = (&body.rotation, body.origin);
             let solid = &model.solids[first];
             let known = nearer - ROUNDING * self.reach;
@@ -203,7 +204,7 @@ impl Solids {
                     rebound: 0.0,
                     material: ContactCandidate::SMOOTH,
                 };
-                let speed = -up.dot(&candidate.slip(|body| bodies[body].velocity));
+                let speed = -up.dot(&candidate.slip(|body| bodies.at(body).velocity));
                 if manifold_point.gap <= settings.margin(speed).min(within) {
                     candidate.rebound = settings.rebound(speed);
                     candidates.push(candidate);
@@ -230,8 +231,8 @@ impl Solids {
     pub fn add_driven_in(
         &self,
         model: &Model,
-        bodies: &[BodyMotion],
-        new: &[SpatialMotion],
+        bodies: &Bodies,
+        new: &Motions,
         obstacles: &[Convex],
         origin: Vector3<f64>,
         step: f64,
@@ -252,16 +253,16 @@ impl Solids {
             if candidates.iter().filter(same).count() >= SOLID_SLOTS + ADDED_POINTS {
                 continue;
             }
-            let moves = other.map_or(SpatialMotion::ZERO, |other| new[other.body]);
-            let passing = new[shape.body].minus(moves);
+            let moves = other.map_or(SpatialMotion::ZERO, |other| new.at(other.body));
+            let passing = new.at(shape.body).minus(moves);
             let solid = &model.solids[first];
-            let center = bodies[shape.body].point(solid.center);
+            let center = bodies.at(shape.body).point(solid.center);
             if (passing.at(center).norm() + passing.angular.norm() * solid.reach) * step < allowed {
                 continue;
             }
-            let moved = |body: usize| BodyDisplacement::new(&bodies[body], new[body], step);
+            let moved = |body: usize| BodyDisplacement::new(&bodies.at(body), new.at(body), step);
             let placed = |solid: &Convex, body: usize, moved: &BodyDisplacement| {
-                let rotation = moved.rotation.matrix() * bodies[body].rotation;
+                let rotation = moved.rotation.matrix() * bodies.at(body).rotation;
                 solid.placed(&convex::frame(&rotation, moved.origin + moved.shift))
             };
             let own = moved(shape.body);
@@ -314,15 +315,17 @@ impl Solids {
     fn find(
         &mut self,
         model: &Model,
-        bodies: &[BodyMotion],
+        bodies: &Bodies,
         obstacles: &[Convex],
         origin: Vector3<f64>,
         distance: f64,
     ) {
         self.spheres.clear();
         for (shape, solid) in model.ground_shapes.iter().zip(&model.solids) {
-            self.spheres
-                .push(BoundingSphere { center: bodies[shape.body].point(solid.center), radius: solid.reach });
+            self.spheres.push(BoundingSphere {
+                center: bodies.at(shape.body).point(solid.center),
+                radius: solid.reach,
+            });
         }
         for obstacle in obstacles {
             self.spheres.push(BoundingSphere { center: obstacle.center - origin, radius: obstacle.reach });

@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::detection::DetectionSettings;
 use crate::model::{DofKind, Model};
-use crate::sim::bodies::BodyMotion;
+use crate::sim::bodies::Bodies;
 use crate::sim::spatial::SpatialMotion;
 
 /// Bounds how far shapes have moved since the last detection: relative to the root, or to the world if it holds
@@ -64,7 +64,7 @@ impl Travel {
     pub fn update(
         &mut self,
         model: &Model,
-        bodies: &[BodyMotion],
+        bodies: &Bodies,
         origin: Vector3<f64>,
         angles: Option<&[f64]>,
     ) -> f64 {
@@ -73,7 +73,7 @@ impl Travel {
             self.travelled.fill(f64::INFINITY);
             return f64::INFINITY;
         };
-        let rotation = bodies[0].rotation;
+        let rotation = bodies.at(0).rotation;
         if self.world {
             // A rotation by φ moves a point at distance r by 2 r sin(φ / 2), and the matrix by 2 √2 sin(φ / 2).
             let turned = (rotation - self.rotation).norm() * FRAC_1_SQRT_2;
@@ -128,8 +128,8 @@ impl Travel {
     }
 
     /// Measures how fast the bodies move, and returns the greatest gap of two shapes that a step can close, m.
-    pub fn measure_speeds(&mut self, bodies: &[BodyMotion], settings: &DetectionSettings) -> f64 {
-        let frame = if self.world { SpatialMotion::ZERO } else { bodies[0].velocity };
+    pub fn measure_speeds(&mut self, bodies: &Bodies, settings: &DetectionSettings) -> f64 {
+        let frame = if self.world { SpatialMotion::ZERO } else { bodies.at(0).velocity };
         let mut fastest = 0.0_f64;
         for ((body, farthest), speed) in bodies.iter().zip(&self.farthest).zip(&mut self.speed) {
             let velocity = body.velocity.minus(frame);

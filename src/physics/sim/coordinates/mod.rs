@@ -10,15 +10,17 @@ pub mod reduced;
 
 use std::ops::Range;
 
-use super::bodies::BodyMotion;
+use super::bodies::Bodies;
 use super::command::Command;
 use super::convergence::{Convergence, FixedPoint};
 use super::failure::Failure;
-use super::rows::{Lanes, Rows};
-use super::spatial::{SpatialForce, SpatialMotion};
+use super::per_body::Motions;
+use super::rows::Rows;
+use super::spatial::SpatialForce;
 use super::step_data::StepData;
 use crate::model::Model;
 use crate::scene::DrivePlan;
+use crate::wide::Lanes;
 use outcome::StepOutcome;
 
 /// What differs between coordinate systems. A system keeps what it computes in a step, and what it finds for the stages that are
@@ -62,7 +64,7 @@ pub trait CoordinateSystem {
     fn of_bodies(
         &self,
         model: &Model,
-        bodies: &[BodyMotion],
+        bodies: &Bodies,
         body: usize,
         other: Option<usize>,
         forces: &[SpatialForce],
@@ -73,7 +75,7 @@ pub trait CoordinateSystem {
     fn of_joint(
         &self,
         model: &Model,
-        bodies: &[BodyMotion],
+        bodies: &Bodies,
         joint: usize,
         numbers: &mut Vec<Lanes>,
     ) -> Range<usize>;
@@ -88,14 +90,7 @@ pub trait CoordinateSystem {
 
     /// The changes of the velocities of `bodies` that belong to the half-solved impulse `half`, into `changes`; those of the joints are
     /// added to `rates`.
-    fn respond(
-        &self,
-        model: &Model,
-        bodies: &[BodyMotion],
-        half: &[f64],
-        rates: &mut [f64],
-        changes: &mut [SpatialMotion],
-    );
+    fn respond(&self, model: &Model, bodies: &Bodies, half: &[f64], rates: &mut [f64], changes: &mut Motions);
 
     /// Torques of dry friction in the joints that stick, at the new velocities.
     fn sticking_torques(&mut self, data: &mut StepData<'_>);

@@ -11,13 +11,14 @@
 use std::ops::Range;
 
 use super::assembly::{Row, Rows};
-use super::lanes::Lanes;
 use super::owner::RowOwner;
 use super::stabilization::{Recovery, gap_bias, gap_recovery};
 use crate::sim::contact::ContactCandidate;
 use crate::sim::lcp::Bound;
 use crate::sim::memory::ContactForces;
-use crate::sim::spatial::{SpatialForce, SpatialMotion};
+use crate::sim::per_body::Motions;
+use crate::sim::spatial::SpatialForce;
+use crate::wide::Lanes;
 
 /// Compliance of contacts in the feedforward pass, as a share of the whole character's mobility.
 ///
@@ -42,7 +43,7 @@ pub fn compliance(mass: f64, step: f64) -> f64 {
 pub fn add(
     rows: &mut Rows,
     candidates: &[ContactCandidate],
-    free: &[SpatialMotion],
+    free: &Motions,
     friction: Option<f64>,
     step: f64,
     recovery: Recovery,
@@ -52,7 +53,7 @@ pub fn add(
 ) {
     for candidate in candidates {
         let owner = RowOwner::Contact { link: candidate.link };
-        let velocity = candidate.slip(|body| free[body]);
+        let velocity = candidate.slip(|body| free.at(body));
         let softness = if candidate.against.body().is_none() { compliance } else { 0.0 };
         let remembered = warm_start.at(candidate.slot);
         let normal = rows.len();

@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use super::assembly::{Row, Rows};
-use super::lanes::Lanes;
 use super::owner::RowOwner;
 use crate::sim::lcp::Bound;
+use crate::wide::Lanes;
 
 /// Adds a row for every joint with dry friction (N m or N) that `has_row`.
 ///

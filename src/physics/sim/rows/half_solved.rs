@@ -6,8 +6,11 @@
 use multiversion::multiversion;
 use std::ops::Range;
 
-use super::lanes::{LANES, Lanes, ROOT};
 use crate::sim::lcp::dot;
+use crate::wide::{LANES, Lanes};
+
+/// Numbers of a half-solved row that belong to the root.
+pub const ROOT: usize = 6;
 
 /// Rows that follow each other and reach the same places.
 #[derive(Debug, Clone)]

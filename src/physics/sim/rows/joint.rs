@@ -15,14 +15,15 @@ use std::ops::Range;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::assembly::{Row, Rows};
-use super::lanes::Lanes;
 use super::owner::RowOwner;
 use super::stabilization::{Recovery, SHARE_PER_STEP};
 use crate::character::LoopKind;
 use crate::model::{DofKind, LoopJoint, Model};
-use crate::sim::bodies::BodyMotion;
+use crate::sim::bodies::{Bodies, BodyMotion};
 use crate::sim::lcp::Bound;
+use crate::sim::per_body::Motions;
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
+use crate::wide::Lanes;
 
 /// Directions in which the two ends of a joint are held together.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,10 +84,10 @@ impl HeldDirections {
 
 impl Coupling {
     /// Of joint `joint` of the tree, with the bodies where they are.
-    pub fn of_joint(model: &Model, bodies: &[BodyMotion], joint: usize) -> Self {
+    pub fn of_joint(model: &Model, bodies: &Bodies, joint: usize) -> Self {
         let child = joint + 1;
         let body = &model.bodies[child];
-        let (own, parent) = (&bodies[child], &bodies[body.parent]);
+        let (own, parent) = (&bodies.at(child), &bodies.at(body.parent));
         let frame = parent.rotation * body.joint_rotation;
         let axis = frame * body.axis;
         let position_error = own.origin - parent.point(body.offset);
@@ -110,10 +111,10 @@ impl Coupling {
     }
 
     /// Of loop `index`, whose second body is the child.
-    pub fn of_loop(model: &Model, bodies: &[BodyMotion], index: usize) -> Self {
+    pub fn of_loop(model: &Model, bodies: &Bodies, index: usize) -> Self {
         let LoopJoint { kind, bodies: [parent, child], origins: at, rotations: turns, axis } =
             &model.loops[index];
-        let (own, other) = (&bodies[*child], &bodies[*parent]);
+        let (own, other) = (&bodies.at(*child), &bodies.at(*parent));
         let (to, from) = (own.rotation * turns[1], other.rotation * turns[0]);
         let end = own.point(at[1]);
         let axis_there = from * axis;
@@ -190,13 +191,13 @@ pub fn add(
     rows: &mut Rows,
     owner: RowOwner,
     coupling: &Coupling,
-    free: &[SpatialMotion],
+    free: &Motions,
     wanted: SpatialMotion,
     step: f64,
     recovery: Recovery,
     mut half_solve: impl FnMut(SpatialForce, &mut Vec<Lanes>) -> Range<usize>,
 ) {
-    let velocity = free[coupling.child].plus(free[coupling.parent].plus(wanted).scaled(-1.0));
+    let velocity = free.at(coupling.child).plus(free.at(coupling.parent).plus(wanted).scaled(-1.0));
     let mut translations = coupling.translations();
     coupling.each(|wrench, error| {
         let fastest = if translations > 0 { recovery.translation } else { recovery.rotation };

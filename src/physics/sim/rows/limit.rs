@@ -7,10 +7,10 @@
 use std::ops::Range;
 
 use super::assembly::{Row, Rows};
-use super::lanes::Lanes;
 use super::owner::RowOwner;
 use super::stabilization::{gap_bias, gap_recovery};
 use crate::sim::lcp::Bound;
+use crate::wide::Lanes;
 
 /// A limit has a row when the joint is within this many steps of it at the velocity it has if no row acts.
 const STEPS_AHEAD: f64 = 2.0;

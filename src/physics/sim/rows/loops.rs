@@ -19,12 +19,13 @@ use std::ops::Range;
 
 use super::assembly::Rows;
 use super::joint::{self, Coupling};
-use super::lanes::Lanes;
 use super::owner::RowOwner;
 use super::stabilization::Recovery;
 use crate::model::Model;
-use crate::sim::bodies::BodyMotion;
+use crate::sim::bodies::Bodies;
+use crate::sim::per_body::Motions;
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
+use crate::wide::Lanes;
 
 /// A row whose mobility is less than this share of the others of its loop is left out: axes count as
 /// parallel within about its square root, rad.
@@ -40,9 +41,9 @@ const WEAK: f64 = 1e-6;
 pub fn add(
     rows: &mut Rows,
     model: &Model,
-    bodies: &[BodyMotion],
+    bodies: &Bodies,
     rates: &[f64],
-    free: &[SpatialMotion],
+    free: &Motions,
     step: f64,
     joint_bias: bool,
     recovery: Recovery,
@@ -55,7 +56,7 @@ pub fn add(
         let coupling = Coupling::of_loop(model, bodies, index);
         let (child, parent) = (coupling.child, coupling.parent);
         let wanted = if joint_bias {
-            let own = bodies[parent].velocity.cross_motion(bodies[child].velocity);
+            let own = bodies.at(parent).velocity.cross_motion(bodies.at(child).velocity);
             let by_tree = bias_acceleration(model, bodies, rates, child)
                 .plus(bias_acceleration(model, bodies, rates, parent).scaled(-1.0));
             own.plus(by_tree.scaled(-1.0)).scaled(step)
@@ -106,7 +107,7 @@ fn of_loops(rows: &Rows) -> usize {
 
 /// The wrench that every loop's joint transmits from its first body to its second, about the common point, N m and N: into
 /// `forces`, one a loop. The rows of all loops follow each other in `rows`.
-pub fn forces(rows: &Rows, model: &Model, bodies: &[BodyMotion], forces: &mut [SpatialForce]) {
+pub fn forces(rows: &Rows, model: &Model, bodies: &Bodies, forces: &mut [SpatialForce]) {
     let mut numbers = rows.force[of_loops(rows)..].iter();
     for (index, sum) in forces.iter_mut().enumerate() {
         *sum = SpatialForce::ZERO;
@@ -117,12 +118,14 @@ pub fn forces(rows: &Rows, model: &Model, bodies: &[BodyMotion], forces: &mut [S
 }
 
 /// D: bias acceleration of `body`, by the rates of the joints between it and the root.
-fn bias_acceleration(model: &Model, bodies: &[BodyMotion], rates: &[f64], mut body: usize) -> SpatialMotion {
+fn bias_acceleration(model: &Model, bodies: &Bodies, rates: &[f64], mut body: usize) -> SpatialMotion {
     let mut sum = SpatialMotion::ZERO;
     while body > 0 {
         let parent = model.bodies[body].parent;
-        sum = sum
-            .plus_scaled(bodies[parent].velocity.cross_motion(bodies[body].motion_subspace), rates[body - 1]);
+        sum = sum.plus_scaled(
+            bodies.at(parent).velocity.cross_motion(bodies.at(body).motion_subspace),
+            rates[body - 1],
+        );
         body = parent;
     }
     sum

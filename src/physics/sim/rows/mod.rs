@@ -6,7 +6,6 @@ pub mod drive;
 pub mod dry_friction;
 mod half_solved;
 pub mod joint;
-mod lanes;
 pub mod limit;
 pub mod lock;
 pub mod loops;
@@ -15,7 +14,7 @@ mod stabilization;
 pub mod torque;
 
 pub use assembly::{Row, Rows};
-pub use lanes::{LANES, Lanes, ROOT};
+pub use half_solved::ROOT;
 pub use owner::RowOwner;
 pub use stabilization::Recovery;
 pub(super) use stabilization::SHARE_PER_STEP;

@@ -39,7 +39,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         work.remember(plan, &mut state.memory);
         let (new, last) = (&work.new, &mut state.memory.acceleration);
         if !model.fixed_base {
-            let root = new.bodies[0];
+            let root = new.bodies.at(0);
             last.root = root.minus(state.root.motion()).scaled(1.0 / *step);
             state.root.linear_velocity = root.linear;
             state.root.angular_velocity = root.angular;

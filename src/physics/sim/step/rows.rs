@@ -7,9 +7,10 @@ use crate::sim::failure::{Failure, fail_unless_usable};
 use crate::sim::joint_friction::FrictionMode;
 use crate::sim::lcp::SolveStatus;
 use crate::sim::memory::ContactForces;
-use crate::sim::rows::{Lanes, Recovery, Rows, contact, drive, dry_friction, limit, loops, torque};
+use crate::sim::rows::{Recovery, Rows, contact, drive, dry_friction, limit, loops, torque};
 use crate::sim::step_data::StepData;
 use crate::sim::workspace::Workspace;
+use crate::wide::Lanes;
 
 impl<C: CoordinateSystem> Stages<'_, C> {
     /// The rows: contacts first, then what has bounds (limits, dry friction, saturated actuators), then what holds the

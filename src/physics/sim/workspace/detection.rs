@@ -5,11 +5,15 @@ use nalgebra::Vector3;
 use super::velocities::Placement;
 use crate::model::{DofKind, Model, SOLID_SLOTS};
 use crate::scene::StepPlan;
-use crate::sim::bodies::BodyMotion;
+use multiversion::multiversion;
+
+use crate::sim::bodies::Bodies;
 use crate::sim::contact::solids::Solids;
 use crate::sim::contact::{Contact, ContactCandidate, DetectionSettings, grip, ground};
+use crate::sim::per_body::Motions;
 use crate::sim::rows::contact;
-use crate::sim::spatial::SpatialMotion;
+use crate::sim::spatial::WideMotion;
+use crate::wide::LANES;
 
 /// Contact candidates. (detection, impact_contacts)
 ///
@@ -82,7 +86,7 @@ impl ContactDetection {
     /// Whether the step changes the velocity of a body from its old one to `new` by more than the detection allows for (see
     /// [`DetectionSettings::margin`]): by an impact, or because a support is lost.
     #[inline(always)] // compiled for the processor of `step`
-    pub fn is_impact(&self, plan: &StepPlan, placed: &Placement, new: &[SpatialMotion], step: f64) -> bool {
+    pub fn is_impact(&self, plan: &StepPlan, placed: &Placement, new: &Motions, step: f64) -> bool {
         if plan.ground.is_none() && self.solids.is_none() {
             return false;
         }
@@ -90,18 +94,18 @@ impl ContactDetection {
         let expected = 4.0 * step * plan.units.acceleration;
         // In most steps nothing can change as much, wherever the bodies are.
         let (mut linear, mut angular) = (0.0_f64, 0.0_f64);
-        for (new, old) in new.iter().zip(&placed.old) {
-            let change = new.minus(*old);
-            linear = linear.max(change.linear.amax());
-            angular = angular.max(change.angular.amax());
+        for (new, old) in new.groups.iter().zip(&placed.old.groups) {
+            let (of_group, turning) = greatest_change(new, old);
+            linear = linear.max(of_group);
+            angular = angular.max(turning);
         }
         if linear + angular * (2.0 * self.span + self.reach) <= expected {
             return false;
         }
-        let mut changes = new.iter().zip(&placed.old).zip(&placed.bodies);
-        changes.any(|((new, old), body)| {
-            let change = new.minus(*old);
-            change.at(body.center).amax() + change.angular.amax() * self.reach > expected
+        let mut changes = new.iter().zip(placed.old.iter()).zip(placed.bodies.iter().map(|body| body.center));
+        changes.any(|((new, old), center)| {
+            let change = new.minus(old);
+            change.at(center).amax() + change.angular.amax() * self.reach > expected
         })
     }
 
@@ -113,7 +117,7 @@ impl ContactDetection {
         model: &Model,
         plan: &StepPlan,
         placed: &mut Placement,
-        new: &mut [SpatialMotion],
+        new: &mut Motions,
         angles: Option<&[f64]>,
         period: f64,
         step: f64,
@@ -139,7 +143,7 @@ impl ContactDetection {
         model: &Model,
         plan: &StepPlan,
         placed: &Placement,
-        new: &[SpatialMotion],
+        new: &Motions,
         step: f64,
     ) -> bool {
         let Self { candidates, close, solids, .. } = self;
@@ -164,7 +168,7 @@ impl ContactDetection {
         &'a self,
         plan: &StepPlan,
         placed: &'a Placement,
-        new: &'a [SpatialMotion],
+        new: &'a Motions,
         forces: &'a [f64],
     ) -> impl Iterator<Item = Contact> + 'a {
         let rows = contact::rows_per_contact(plan.friction);
@@ -174,10 +178,28 @@ impl ContactDetection {
             against: candidate.against,
             normal: candidate.frame[0],
             force: candidate.force(forces.get(index * rows..(index + 1) * rows).unwrap_or_default()),
-            velocity: candidate.slip(|body| new[body]),
+            velocity: candidate.slip(|body| new.at(body)),
             depth: candidate.depth,
         })
     }
+}
+
+/// Greatest component of the changes of linear and of angular velocity of a group of bodies.
+#[multiversion(targets("x86_64+avx2"))]
+fn greatest_change(new: &WideMotion, old: &WideMotion) -> (f64, f64) {
+    let (mut linear, mut angular) = ([0.0; LANES], [0.0; LANES]);
+    for lane in 0..LANES {
+        let change = new.at(lane).minus(old.at(lane));
+        linear[lane] = greater(change.linear);
+        angular[lane] = greater(change.angular);
+    }
+    (linear.into_iter().fold(0.0, f64::max), angular.into_iter().fold(0.0, f64::max))
+}
+
+/// The greatest component of `vector`, without branches.
+#[inline(always)] // part of a loop over lanes
+fn greater(vector: Vector3<f64>) -> f64 {
+    vector.x.abs().max(vector.y.abs()).max(vector.z.abs())
 }
 
 /// Greatest number of candidates of `model` under `plan`.
@@ -211,7 +233,7 @@ fn span(model: &Model) -> f64 {
 
 /// Gives the candidates the coefficients of their surfaces, and the rebounds of those that were detected with the greatest
 /// coefficient their own; where friction depends on the direction also the tangents, by the poses of `bodies`.
-fn touch(plan: &StepPlan, bodies: &[BodyMotion], candidates: &mut [ContactCandidate]) {
+fn touch(plan: &StepPlan, bodies: &Bodies, candidates: &mut [ContactCandidate]) {
     let surfaces = &plan.surfaces;
     for candidate in candidates {
         let material = surfaces.links[candidate.link].with(candidate.against.material(surfaces));

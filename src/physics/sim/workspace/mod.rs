@@ -17,6 +17,7 @@ use super::contact::Contact;
 use super::coordinates::reduced::kinematics::composite_inertia;
 use super::joint_friction::FrictionMode;
 use super::memory::StepMemory;
+use super::per_body::{Motions, PerBody};
 use super::rows::{ROOT, Rows, contact};
 use super::spatial::SpatialMotion;
 use super::step_totals::Counts;
@@ -49,7 +50,7 @@ pub struct Workspace {
     /// Velocities along which positions move. (recovery)
     pub recovery: Velocities,
     /// B changes of velocity by the rows. (respond, recovery)
-    pub changes: Vec<SpatialMotion>,
+    pub changes: Motions,
     /// How often new velocities have been computed since the simulator was made. (velocities_at_mean)
     pub evaluations: u64,
     /// Whether the substep should have been shorter but is the shortest allowed. (judge)
@@ -89,16 +90,16 @@ impl Workspace {
             false => Rows::new(control_rows + velocity_rows, if maximal { width } else { ROOT }),
         };
         Self {
-            placed: Placement::new(bodies),
+            placed: Placement::new(model),
             detection: ContactDetection::new(model, plan),
             feedforward: FeedforwardPass::new(model, plan, &composite, of_feedforward),
             drives: Drives::new(composite),
             friction: DryFriction { modes: vec![FrictionMode::default(); joints], torque: vec![0.0; joints] },
-            free: Velocities::new(bodies),
+            free: Velocities::new(model),
             problem: RowProblem::new(plan, rows, width, joints, contact_rows + 2 * joints),
-            new: Velocities::new(bodies),
-            recovery: Velocities::new(bodies),
-            changes: vec![SpatialMotion::ZERO; bodies],
+            new: Velocities::new(model),
+            recovery: Velocities::new(model),
+            changes: PerBody::new(model, SpatialMotion::ZERO),
             evaluations: 0,
             coarse: false,
         }

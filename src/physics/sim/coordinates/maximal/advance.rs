@@ -30,12 +30,12 @@ impl MaximalCoordinates {
             if self.factors[index].is_fixed() {
                 continue;
             }
-            let center = work.placed.bodies[index].center;
+            let center = work.placed.bodies.at(index).center;
             let row_correction = self.row_correction[index].scaled(*step);
-            let velocity = work.new.bodies[index].minus(row_correction);
+            let velocity = work.new.bodies.at(index).minus(row_correction);
             body_state.linear_velocity = velocity.at(center);
             body_state.angular_velocity = velocity.angular;
-            let drift = work.recovery.bodies[index].minus(row_correction);
+            let drift = work.recovery.bodies.at(index).minus(row_correction);
             body_state.center += drift.at(center) * *step;
             body_state.orientation =
                 UnitQuaternion::from_scaled_axis(drift.angular * *step) * body_state.orientation;
@@ -53,9 +53,7 @@ impl MaximalCoordinates {
         }
         let placed = &mut work.placed;
         // The common motion of all bodies is added to velocities in which the root's is contained.
-        for (body, old) in placed.bodies.iter_mut().zip(&placed.old) {
-            body.velocity = *old;
-        }
+        placed.bodies.velocity.copy_from(&placed.old);
         let before = Composite::new(&placed.bodies).momentum(SpatialMotion::ZERO);
         let wanted = before.after_flight(model.mass, plan.gravity, *step);
         place(model, state, &mut placed.bodies);
@@ -64,7 +62,7 @@ impl MaximalCoordinates {
         let [Some(motion), Some(rigid)] = corrections else {
             return;
         };
-        for (body_state, body) in state.body_states.iter_mut().zip(&placed.bodies) {
+        for (body_state, body) in state.body_states.iter_mut().zip(placed.bodies.iter()) {
             body_state.linear_velocity += motion.at(body.center);
             body_state.angular_velocity += motion.angular;
         }
@@ -74,7 +72,7 @@ impl MaximalCoordinates {
             let internal = kinetic_energy_at(model, &placed.bodies, against, &state.velocities);
             let of_rigid = composite.kinetic_energy(rigid) - wanted.energy_of_center(model.mass);
             let factor = factor_of_whirl(energy - of_rigid, internal);
-            for (body_state, body) in state.body_states.iter_mut().zip(&placed.bodies) {
+            for (body_state, body) in state.body_states.iter_mut().zip(placed.bodies.iter()) {
                 let (linear, angular) = (rigid.at(body.center), rigid.angular);
                 body_state.linear_velocity = linear + (body_state.linear_velocity - linear) * factor;
                 body_state.angular_velocity = angular + (body_state.angular_velocity - angular) * factor;
@@ -83,7 +81,7 @@ impl MaximalCoordinates {
         }
         // The root's velocity is the one of joint coordinates, with the correction that it has there.
         let ahead = &self.forecast;
-        let correction = ahead.state.root.motion().minus(ahead.work.new.bodies[0]);
+        let correction = ahead.state.root.motion().minus(ahead.work.new.bodies.at(0));
         state.root.linear_velocity += correction.linear;
         state.root.angular_velocity += correction.angular;
     }

@@ -6,7 +6,7 @@ use super::MaximalCoordinates;
 use super::kinematics::{bodies_from_joints, place};
 use super::response;
 use crate::model::Model;
-use crate::sim::bodies::BodyMotion;
+use crate::sim::bodies::Bodies;
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
 use crate::sim::step_data::StepData;
 use crate::sim::workspace::Velocities;
@@ -32,9 +32,7 @@ impl MaximalCoordinates {
         }
         let (placed, ahead) = (&mut data.work.placed, &self.forecast.work.placed);
         placed.mean_rates.copy_from_slice(&ahead.mean_rates);
-        for (body, mean) in placed.bodies.iter_mut().zip(&ahead.bodies) {
-            body.velocity = mean.velocity;
-        }
+        placed.bodies.velocity.copy_from(&ahead.bodies.velocity);
     }
 
     /// C / h of every body.
@@ -48,12 +46,12 @@ impl MaximalCoordinates {
         // First D of every body, then C.
         for index in 1..bodies.len() {
             let parent = data.model.bodies[index].parent;
-            let drift = bodies[parent].velocity.cross_motion(bodies[index].motion_subspace);
+            let drift = bodies.at(parent).velocity.cross_motion(bodies.at(index).motion_subspace);
             row_correction[index] = row_correction[parent].plus_scaled(drift, rates[index - 1]);
         }
-        let root = bodies[0].velocity;
+        let root = bodies.at(0).velocity;
         let of_root = root.angular.cross(&root.linear);
-        for (row_correction, body) in row_correction.iter_mut().zip(bodies) {
+        for (row_correction, body) in row_correction.iter_mut().zip(bodies.iter()) {
             let of_body = body.velocity.angular.cross(&body.velocity.at(body.center));
             *row_correction = row_correction.scaled(-1.0);
             row_correction.linear += of_root - of_body;
@@ -67,7 +65,7 @@ impl MaximalCoordinates {
         let (placed, free) = (&work.placed, &mut work.free);
         for (index, body) in placed.bodies.iter().enumerate() {
             let factor = &self.factors[index];
-            let mut velocity = placed.old[index].plus_scaled(self.row_correction[index], *step);
+            let mut velocity = placed.old.at(index).plus_scaled(self.row_correction[index], *step);
             if !factor.is_fixed() {
                 velocity.linear += plan.gravity * *step;
             }
@@ -76,9 +74,9 @@ impl MaximalCoordinates {
                 let momentum =
                     body.rotation * (model.bodies[index].inertia * body.rotation.tr_mul(&rotation));
                 let gyroscopic = SpatialForce { moment: momentum.cross(&rotation), force: Vector3::zeros() };
-                velocity = velocity.plus_scaled(factor.accelerate(body, gyroscopic), *step);
+                velocity = velocity.plus_scaled(factor.accelerate(&body, gyroscopic), *step);
             }
-            free.bodies[index] = velocity;
+            free.bodies.set(index, velocity);
         }
         for (joint, load) in work.drives.loads.iter().enumerate() {
             let line = load.line(state.velocities[joint], *step);
@@ -86,10 +84,10 @@ impl MaximalCoordinates {
                 continue;
             }
             let (child, parent) = (joint + 1, model.bodies[joint + 1].parent);
-            let wrench = response::along(&placed.bodies[child]).scaled(line.at_rest);
+            let wrench = response::along(&placed.bodies.at(child)).scaled(line.at_rest);
             for (body, wrench) in [(child, wrench), (parent, wrench.scaled(-1.0))] {
-                let acceleration = self.factors[body].accelerate(&placed.bodies[body], wrench);
-                free.bodies[body] = free.bodies[body].plus_scaled(acceleration, *step);
+                let acceleration = self.factors[body].accelerate(&placed.bodies.at(body), wrench);
+                free.bodies.set(body, free.bodies.at(body).plus_scaled(acceleration, *step));
             }
         }
         free_rates(model, &placed.bodies, free);
@@ -97,7 +95,7 @@ impl MaximalCoordinates {
 }
 
 /// Joint velocities of the bodies' free ones.
-fn free_rates(model: &Model, bodies: &[BodyMotion], free: &mut Velocities) {
+fn free_rates(model: &Model, bodies: &Bodies, free: &mut Velocities) {
     for (joint, rate) in free.rates.iter_mut().enumerate() {
         *rate = response::rate(model, bodies, joint, &free.bodies);
     }

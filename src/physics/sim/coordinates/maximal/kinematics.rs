@@ -5,13 +5,13 @@ use std::f64::consts::TAU;
 use nalgebra::{Point3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::model::{DofKind, Model};
-use crate::sim::bodies::BodyMotion;
+use crate::sim::bodies::{Bodies, BodyMotion};
 use crate::sim::coordinates::reduced;
 use crate::sim::spatial::{RigidInertia, SpatialMotion};
 use crate::sim::state::{BodyState, State};
 
 /// Fills the body states of `state` from its joint coordinates, and `bodies` with the same poses.
-pub fn bodies_from_joints(model: &Model, state: &mut State, bodies: &mut [BodyMotion]) {
+pub fn bodies_from_joints(model: &Model, state: &mut State, bodies: &mut Bodies) {
     reduced::kinematics::place(model, state, bodies);
     state.body_states.clear();
     for body in bodies.iter() {
@@ -27,7 +27,7 @@ pub fn bodies_from_joints(model: &Model, state: &mut State, bodies: &mut [BodyMo
 
 /// Fills `bodies`, one for every body of `model`, from the bodies of `state` themselves; the common
 /// point is the root's origin as it is there.
-pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
+pub fn place(model: &Model, state: &State, bodies: &mut Bodies) {
     for (index, (body_state, body)) in state.body_states.iter().zip(&model.bodies).enumerate() {
         let rotation = *body_state.orientation.to_rotation_matrix().matrix();
         let center = body_state.center - state.root.position;
@@ -41,7 +41,7 @@ pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
         let angular = body_state.angular_velocity;
         let velocity = SpatialMotion { angular, linear: body_state.linear_velocity + center.cross(&angular) };
         let inertia = RigidInertia::new(body.mass, center, rotation * body.inertia * rotation.transpose());
-        bodies[index] = BodyMotion { rotation, origin, motion_subspace, velocity, center, inertia };
+        bodies.set(index, BodyMotion { rotation, origin, motion_subspace, velocity, center, inertia });
     }
 }
 

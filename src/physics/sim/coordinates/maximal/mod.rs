@@ -41,13 +41,15 @@ use super::CoordinateSystem;
 use super::outcome::StepOutcome;
 use crate::model::Model;
 use crate::scene::{DrivePlan, StepPlan};
-use crate::sim::bodies::BodyMotion;
+use crate::sim::bodies::Bodies;
 use crate::sim::command::Command;
 use crate::sim::convergence::{Convergence, FixedPoint};
 use crate::sim::failure::Failure;
-use crate::sim::rows::{Lanes, Rows};
+use crate::sim::per_body::Motions;
+use crate::sim::rows::Rows;
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
 use crate::sim::step_data::StepData;
+use crate::wide::Lanes;
 use forecast::Forecast;
 use response::BodyFactor;
 
@@ -130,7 +132,7 @@ impl CoordinateSystem for MaximalCoordinates {
     fn of_bodies(
         &self,
         _: &Model,
-        bodies: &[BodyMotion],
+        bodies: &Bodies,
         body: usize,
         other: Option<usize>,
         forces: &[SpatialForce],
@@ -142,11 +144,11 @@ impl CoordinateSystem for MaximalCoordinates {
     fn of_joint(
         &self,
         model: &Model,
-        bodies: &[BodyMotion],
+        bodies: &Bodies,
         joint: usize,
         numbers: &mut Vec<Lanes>,
     ) -> Range<usize> {
-        let wrench = response::along(&bodies[joint + 1]);
+        let wrench = response::along(&bodies.at(joint + 1));
         let parent = Some(model.bodies[joint + 1].parent);
         response::of_bodies(&self.factors, bodies, joint + 1, parent, &[wrench], numbers)
     }
@@ -167,10 +169,10 @@ impl CoordinateSystem for MaximalCoordinates {
     fn respond(
         &self,
         model: &Model,
-        bodies: &[BodyMotion],
+        bodies: &Bodies,
         half: &[f64],
         rates: &mut [f64],
-        changes: &mut [SpatialMotion],
+        changes: &mut Motions,
     ) {
         response::finish(&self.factors, bodies, half, changes);
         for (joint, rate) in rates.iter_mut().enumerate() {

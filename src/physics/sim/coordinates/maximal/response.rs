@@ -5,9 +5,11 @@ use std::ops::Range;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::model::{Body, Model};
-use crate::sim::bodies::BodyMotion;
-use crate::sim::rows::{LANES, Lanes, ROOT};
+use crate::sim::bodies::{Bodies, BodyMotion};
+use crate::sim::per_body::Motions;
+use crate::sim::rows::ROOT;
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
+use crate::wide::{LANES, Lanes};
 
 /// Numbers of a half-solved row that belong to a body: of the force, and of the moment about its
 /// centre of mass.
@@ -74,11 +76,9 @@ impl BodyFactor {
 }
 
 /// The changes of velocity of all `bodies` by the half-solved impulse `half`, about the common point.
-pub fn finish(factors: &[BodyFactor], bodies: &[BodyMotion], half: &[f64], changes: &mut [SpatialMotion]) {
-    for (((factor, body), half), change) in
-        factors.iter().zip(bodies).zip(half.chunks_exact(BODY)).zip(changes)
-    {
-        *change = factor.finish(body, half);
+pub fn finish(factors: &[BodyFactor], bodies: &Bodies, half: &[f64], changes: &mut Motions) {
+    for (index, (factor, half)) in factors.iter().zip(half.chunks_exact(BODY)).enumerate() {
+        changes.set(index, factor.finish(&bodies.at(index), half));
     }
 }
 
@@ -87,7 +87,7 @@ pub fn finish(factors: &[BodyFactor], bodies: &[BodyMotion], half: &[f64], chang
 /// range of places that it gives.
 pub fn of_bodies(
     factors: &[BodyFactor],
-    bodies: &[BodyMotion],
+    bodies: &Bodies,
     body: usize,
     other: Option<usize>,
     forces: &[SpatialForce],
@@ -105,7 +105,7 @@ pub fn of_bodies(
     let mut fill = |body: usize, sign: f64| {
         let at = if body == 0 { 0 } else { BODY + BODY * body - places.start };
         for (lane, force) in forces.iter().enumerate() {
-            let half = factors[body].half_solve(&bodies[body], force.scaled(sign));
+            let half = factors[body].half_solve(&bodies.at(body), force.scaled(sign));
             for (lanes, number) in added[at..].iter_mut().zip(half) {
                 lanes[lane] = number;
             }
@@ -130,7 +130,7 @@ pub fn along(body: &BodyMotion) -> SpatialForce {
 }
 
 /// Velocity of joint `joint` when its bodies have the velocities `velocities`, rad/s or m/s.
-pub fn rate(model: &Model, bodies: &[BodyMotion], joint: usize, velocities: &[SpatialMotion]) -> f64 {
+pub fn rate(model: &Model, bodies: &Bodies, joint: usize, velocities: &Motions) -> f64 {
     let (child, parent) = (joint + 1, model.bodies[joint + 1].parent);
-    velocities[child].minus(velocities[parent]).dot(along(&bodies[child]))
+    velocities.at(child).minus(velocities.at(parent)).dot(along(&bodies.at(child)))
 }

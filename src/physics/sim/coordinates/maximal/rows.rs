@@ -25,7 +25,7 @@ impl MaximalCoordinates {
     /// Adds the rows that lock the root's rotation, if it is to be locked.
     pub(super) fn lock(&self, data: &StepData<'_>, rows: &mut Rows) {
         if data.root_freedom == RootFreedom::Translating {
-            lock::add(rows, data.work.free.bodies[0], |wrench, numbers| {
+            lock::add(rows, data.work.free.bodies.at(0), |wrench, numbers| {
                 response::of_bodies(&self.factors, &data.work.placed.bodies, 0, None, &[wrench], numbers)
             });
         }

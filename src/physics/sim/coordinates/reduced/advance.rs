@@ -15,7 +15,7 @@ impl ReducedCoordinates {
         let momentum = self.momentum_of_flight(data);
         self.energy = momentum.and_then(|_| self.energy_of_whirl(data));
         let StepData { model, state, work, step, midpoint, .. } = data;
-        let root = if model.fixed_base { SpatialMotion::ZERO } else { work.recovery.bodies[0] };
+        let root = if model.fixed_base { SpatialMotion::ZERO } else { work.recovery.bodies.at(0) };
         advance(state, root, &work.recovery.rates, if *midpoint { 0.5 * *step } else { *step });
         if let Some(momentum) = momentum {
             // A step of Moreau and Jean's begins elsewhere.
@@ -49,7 +49,7 @@ impl ReducedCoordinates {
         let Placement { bodies, old, .. } = &work.placed;
         // The state's velocities are already the new ones, those of the beginning were kept.
         let rates = self.flight.rates();
-        let before = kinetic_energy_at(model, bodies, old.iter().copied(), rates);
+        let before = kinetic_energy_at(model, bodies, old.iter(), rates);
         let joints = rates.iter().zip(&state.velocities).zip(loads).zip(&model.armature);
         let twice_power: f64 = joints
             .map(|(((old, new), load), armature)| {

@@ -8,13 +8,19 @@
 //! λ_s = f₀ − K (q − q*) − (D + K h)(q̇⁺ − v*) from the rows s (Tokizaki & Hasegawa eqs. 19-20) adds
 //! h (D + K h) to the joint's entry of the mass matrix, so that tracking costs no row.
 
-use super::root::RootFactor;
-use crate::model::Model;
-use crate::sim::bodies::BodyMotion;
-use crate::sim::joint_load::JointLoad;
-use crate::sim::root_freedom::RootFreedom;
-use crate::sim::spatial::{ArticulatedInertia, SpatialForce, SpatialMotion};
 use multiversion::multiversion;
+
+use super::root::RootFactor;
+use crate::model::{BodyGroup, Model};
+use crate::sim::bodies::Bodies;
+use crate::sim::joint_load::JointLoad;
+use crate::sim::per_body::{Forces, Motions, PerBody};
+use crate::sim::root_freedom::RootFreedom;
+use crate::sim::spatial::{
+    ArticulatedInertia, RigidInertia, SpatialForce, SpatialMotion, WideArticulated, WideForce, WideInertia,
+    WideMotion,
+};
+use crate::wide::{LANES, Lanes, Numbers, Wide};
 
 /// A joint's share of the factorised mass matrix.
 #[derive(Debug, Clone, Copy)]
@@ -27,23 +33,48 @@ pub struct JointFactor {
     pub root_inverse_d: f64,
 }
 
+impl JointFactor {
+    /// Of a joint whose acceleration is given.
+    const HELD: Self = Self { u: SpatialForce::ZERO, inverse_d: 0.0, root_inverse_d: 0.0 };
+}
+
+impl Numbers<8> for JointFactor {
+    #[inline(always)] // part of the kernels
+    fn numbers(self) -> [f64; 8] {
+        let [mx, my, mz, fx, fy, fz] = self.u.components();
+        [mx, my, mz, fx, fy, fz, self.inverse_d, self.root_inverse_d]
+    }
+
+    #[inline(always)] // part of the kernels
+    fn from_numbers([mx, my, mz, fx, fy, fz, inverse_d, root_inverse_d]: [f64; 8]) -> Self {
+        Self { u: SpatialForce::from_numbers([mx, my, mz, fx, fy, fz]), inverse_d, root_inverse_d }
+    }
+}
+
 /// The factor of a step's mass matrix and the sweeps' intermediate values.
 #[derive(Debug, Clone)]
 pub struct Articulated {
-    /// One a joint.
-    pub joints: Vec<JointFactor>,
+    /// One a body: its joint's. Nothing for the root.
+    pub joints: PerBody<JointFactor, 8>,
     /// The root's factor.
     pub root: RootFactor,
     /// Bias acceleration of each body: that by the velocities alone, if neither the root nor a joint accelerates. (prepare)
-    bias_acceleration: Vec<SpatialMotion>,
+    pub bias_acceleration: Motions,
     /// Bias force of each body: what its velocity and its bias acceleration require. (prepare)
-    bias_force: Vec<SpatialForce>,
-    inertia: Vec<ArticulatedInertia>,
-    articulated_bias: Vec<SpatialForce>,
-    /// Joint force less that of the articulated bias, N m or N. (accelerate)
-    net: Vec<f64>,
+    pub bias_force: Forces,
+    /// Articulated-body inertia of each body. The root's is in parts. (factorise)
+    inertia: PerBody<ArticulatedInertia, 21>,
+    /// What acts along the joints, by groups of bodies. (factorise)
+    loads: Vec<GroupLoad>,
+    /// What a group of bodies hands on to its parents.
+    handed_on: WideArticulated,
+    /// The root's articulated-body inertia. (factorise)
+    whole: ArticulatedInertia,
+    articulated_bias: Forces,
+    /// Joint forces less that of the articulated bias, N m or N, by groups of bodies. (accelerate)
+    net: Vec<Lanes>,
     /// Acceleration of each body besides its bias acceleration.
-    acceleration: Vec<SpatialMotion>,
+    acceleration: Motions,
 }
 
 /// The mass matrix is not positive definite.
@@ -56,32 +87,21 @@ pub enum Singular {
 }
 
 impl Articulated {
-    /// Room for a model of `bodies` bodies.
-    pub fn new(bodies: usize) -> Self {
-        let zero = ArticulatedInertia::from(crate::sim::spatial::RigidInertia::ZERO);
-        let factor = JointFactor { u: SpatialForce::ZERO, inverse_d: 0.0, root_inverse_d: 0.0 };
+    /// Room for `model`.
+    pub fn new(model: &Model) -> Self {
         Self {
-            joints: vec![factor; bodies - 1],
+            joints: PerBody::new(model, JointFactor::HELD),
             root: RootFactor::EMPTY,
-            bias_acceleration: vec![SpatialMotion::ZERO; bodies],
-            bias_force: vec![SpatialForce::ZERO; bodies],
-            inertia: vec![zero; bodies],
-            articulated_bias: vec![SpatialForce::ZERO; bodies],
-            net: vec![0.0; bodies - 1],
-            acceleration: vec![SpatialMotion::ZERO; bodies],
+            bias_acceleration: PerBody::new(model, SpatialMotion::ZERO),
+            bias_force: PerBody::new(model, SpatialForce::ZERO),
+            inertia: PerBody::new(model, RigidInertia::ZERO.into()),
+            loads: vec![GroupLoad::NONE; model.groups.len()],
+            handed_on: Wide::ZERO,
+            whole: RigidInertia::ZERO.into(),
+            articulated_bias: PerBody::new(model, SpatialForce::ZERO),
+            net: vec![[0.0; LANES]; model.groups.len()],
+            acceleration: PerBody::new(model, SpatialMotion::ZERO),
         }
-    }
-
-    /// Acceleration of body `index` by the velocities alone, with neither the root nor a joint accelerating.
-    #[inline]
-    pub fn bias_acceleration(&self, index: usize) -> SpatialMotion {
-        self.bias_acceleration[index]
-    }
-
-    /// Bias force of body `index`: what it requires if neither the root nor a joint accelerates.
-    #[inline]
-    pub fn bias_force(&self, index: usize) -> SpatialForce {
-        self.bias_force[index]
     }
 }
 
@@ -91,18 +111,54 @@ impl Articulated {
 /// They are taken together with the acceleration that the velocities alone bring, S q̈ and the root's
 /// acceleration left out, so that what remains to be solved is linear in those without a constant.
 #[multiversion(targets("x86_64+avx2"))]
-pub fn prepare(factor: &mut Articulated, model: &Model, bodies: &[BodyMotion], joint_rates: &[f64]) {
-    for &index in &model.outward {
-        let parent = model.bodies[index].parent;
-        let by_velocity = bodies[parent].velocity.cross_motion(bodies[index].motion_subspace);
-        factor.bias_acceleration[index] =
-            factor.bias_acceleration[parent].plus_scaled(by_velocity, joint_rates[index - 1]);
+pub fn prepare(factor: &mut Articulated, model: &Model, bodies: &Bodies, joint_rates: &[f64]) {
+    for index in 0..model.groups.len() {
+        let group = &model.groups[index];
+        let velocities = &bodies.velocity.groups[index];
+        if index > 0 {
+            let (parents, own) = factor.bias_acceleration.outward(index, group);
+            let along = &bodies.groups[index].motion_subspace;
+            turn_along(parents, velocities, along, &group.of_joints(joint_rates), own);
+        }
+        let accelerations = &factor.bias_acceleration.groups[index];
+        require(
+            &bodies.groups[index].inertia,
+            velocities,
+            accelerations,
+            &mut factor.bias_force.groups[index],
+        );
     }
-    for ((bias_force, bias_acceleration), body) in
-        factor.bias_force.iter_mut().zip(&factor.bias_acceleration).zip(bodies)
-    {
-        let momentum = body.inertia.times(body.velocity);
-        *bias_force = body.velocity.cross_force(momentum).plus(body.inertia.times(*bias_acceleration));
+}
+
+/// Bias accelerations of bodies that move with `velocities`, whose parents have the bias accelerations `parents`, and whose joints
+/// move at `rates` along `along`. A body's velocity and its parent's differ by what is along `along`, which does not
+/// change the product.
+#[multiversion(targets("x86_64+avx2"))]
+fn turn_along(
+    parents: &WideMotion,
+    velocities: &WideMotion,
+    along: &WideMotion,
+    rates: &Lanes,
+    bias: &mut WideMotion,
+) {
+    for lane in 0..LANES {
+        let by_velocity = velocities.at(lane).cross_motion(along.at(lane));
+        bias.set(lane, parents.at(lane).plus_scaled(by_velocity, rates[lane]));
+    }
+}
+
+/// The forces that `velocities` and `accelerations` require.
+#[multiversion(targets("x86_64+avx2"))]
+fn require(
+    inertias: &WideInertia,
+    velocities: &WideMotion,
+    accelerations: &WideMotion,
+    forces: &mut WideForce,
+) {
+    for lane in 0..LANES {
+        let (inertia, velocity) = (inertias.at(lane), velocities.at(lane));
+        let by_velocity = velocity.cross_force(inertia.times(velocity));
+        forces.set(lane, by_velocity.plus(inertia.times(accelerations.at(lane))));
     }
 }
 
@@ -114,31 +170,94 @@ pub fn prepare(factor: &mut Articulated, model: &Model, bodies: &[BodyMotion], j
 pub fn factorise(
     factor: &mut Articulated,
     model: &Model,
-    bodies: &[BodyMotion],
+    bodies: &Bodies,
     loads: &[JointLoad],
     freedom: RootFreedom,
 ) -> Result<(), Singular> {
-    for (inertia, body) in factor.inertia.iter_mut().zip(bodies) {
-        *inertia = body.inertia.into();
+    for (articulated, placed) in factor.inertia.groups.iter_mut().zip(&bodies.groups) {
+        lock(&placed.inertia, articulated);
     }
-    for &index in model.outward.iter().rev() {
-        let joint = index - 1;
-        let along = bodies[index].motion_subspace;
-        let (before, after) = factor.inertia.split_at_mut(index);
-        let u = after[0].times(along);
-        let d = along.dot(u) + loads[joint].inertia;
-        if d.is_nan() || d <= 0.0 {
-            return Err(Singular::Joint(joint));
+    factor.inertia.part_root(bodies.at(0).inertia.into());
+    for index in (1..model.groups.len()).rev() {
+        let group = &model.groups[index];
+        factor.loads[index] = GroupLoad::new(group, loads);
+        let felt = release(
+            &bodies.groups[index].motion_subspace,
+            &factor.loads[index],
+            &factor.inertia.groups[index],
+            &mut factor.handed_on,
+            &mut factor.joints.groups[index],
+        );
+        if let Some(lane) = felt.iter().position(|felt| felt.is_nan() || *felt <= 0.0) {
+            return Err(Singular::Joint(group.bodies[lane] - 1));
         }
-        let inverse_d = if loads[joint].held.is_some() { 0.0 } else { 1.0 / d };
-        before[model.bodies[index].parent].add_reduced(&after[0], u, inverse_d);
-        factor.joints[joint] = JointFactor { u, inverse_d, root_inverse_d: inverse_d.sqrt() };
+        factor.inertia.add_to_parents(group, &factor.handed_on);
     }
-    factor.root = RootFactor::new(freedom, &factor.inertia[0]).ok_or(Singular::Root)?;
+    factor.whole = factor.inertia.root_sum();
+    factor.root = RootFactor::new(freedom, &factor.whole).ok_or(Singular::Root)?;
     Ok(())
 }
 
-/// The accelerations without any row, under the factorised `loads` and the prepared bias forces: those of
+/// What acts along the joints of a group of bodies.
+#[derive(Debug, Clone, Copy)]
+struct GroupLoad {
+    inertia: Lanes,
+    torque: Lanes,
+    /// The accelerations that are given, 0 for the others.
+    held: Lanes,
+    /// 0 for joints whose acceleration is given, 1 for the others.
+    free: Lanes,
+}
+
+impl GroupLoad {
+    const NONE: Self =
+        Self { inertia: [0.0; LANES], torque: [0.0; LANES], held: [0.0; LANES], free: [0.0; LANES] };
+
+    #[inline(always)] // part of the kernels
+    fn new(group: &BodyGroup, loads: &[JointLoad]) -> Self {
+        let loads: [&JointLoad; LANES] = group.bodies.map(|body| &loads[body - 1]);
+        Self {
+            // Nothing resists an acceleration in a lane without a body.
+            inertia: std::array::from_fn(|lane| loads[lane].inertia + group.empty[lane]),
+            torque: loads.map(|load| load.torque),
+            held: loads.map(|load| load.held.unwrap_or(0.0)),
+            free: loads.map(|load| if load.held.is_some() { 0.0 } else { 1.0 }),
+        }
+    }
+}
+
+/// The inertias of bodies beyond which no joint moves.
+#[multiversion(targets("x86_64+avx2"))]
+fn lock(rigid: &WideInertia, articulated: &mut WideArticulated) {
+    for lane in 0..LANES {
+        articulated.set(lane, rigid.at(lane).into());
+    }
+}
+
+/// Frees the joints of bodies of these `inertias`: their factors, and into `handed_on` the inertias as the parents feel them. The
+/// inertias felt along the joints, kg m² or kg.
+#[multiversion(targets("x86_64+avx2"))]
+fn release(
+    along: &WideMotion,
+    load: &GroupLoad,
+    inertias: &WideArticulated,
+    handed_on: &mut WideArticulated,
+    factors: &mut Wide<JointFactor, 8>,
+) -> Lanes {
+    let mut felt = [0.0; LANES];
+    for lane in 0..LANES {
+        let (along, inertia) = (along.at(lane), inertias.at(lane));
+        let u = inertia.times(along);
+        let d = along.dot(u) + load.inertia[lane];
+        let inverse_d = load.free[lane] / d;
+        felt[lane] = d;
+        handed_on.set(lane, inertia.reduced(u, inverse_d));
+        factors.set(lane, JointFactor { u, inverse_d, root_inverse_d: inverse_d.sqrt() });
+    }
+    felt
+}
+
+/// The accelerations without any row, under the factorised loads and the prepared bias forces: those of
 /// the joints into `joint_acceleration`, and the root's as the result.
 ///
 /// `minus_gravity` is the acceleration −g, which stands for the bodies' weights. `prescribed` is the acceleration of the
@@ -148,42 +267,89 @@ pub fn factorise(
 pub fn accelerate(
     factor: &mut Articulated,
     model: &Model,
-    bodies: &[BodyMotion],
-    loads: &[JointLoad],
+    bodies: &Bodies,
     freedom: RootFreedom,
     minus_gravity: SpatialMotion,
     prescribed: SpatialMotion,
     joint_acceleration: &mut [f64],
 ) -> SpatialMotion {
-    factor.articulated_bias.copy_from_slice(&factor.bias_force);
-    for &index in model.outward.iter().rev() {
-        let joint = index - 1;
-        let share = &factor.joints[joint];
-        let net = loads[joint].torque - bodies[index].motion_subspace.dot(factor.articulated_bias[index]);
-        let by_itself = loads[joint].held.unwrap_or(net * share.inverse_d);
-        let handed_on = factor.articulated_bias[index].plus_scaled(share.u, by_itself);
-        let parent = model.bodies[index].parent;
-        factor.articulated_bias[parent] = factor.articulated_bias[parent].plus(handed_on);
-        factor.net[joint] = net;
+    factor.articulated_bias.copy_from(&factor.bias_force);
+    factor.articulated_bias.part_root(factor.bias_force.at(0));
+    for index in (1..model.groups.len()).rev() {
+        let group = &model.groups[index];
+        let mut handed_on = Wide::ZERO;
+        balance(
+            &bodies.groups[index].motion_subspace,
+            &factor.loads[index],
+            &factor.joints.groups[index],
+            &factor.articulated_bias.groups[index],
+            &mut factor.net[index],
+            &mut handed_on,
+        );
+        factor.articulated_bias.add_to_parents(group, &handed_on);
     }
     let prescribed_minus_gravity = match freedom {
         RootFreedom::Fixed => minus_gravity,
         _ => prescribed,
     };
     let root = factor.root.accelerate(
-        &factor.inertia[0],
-        factor.articulated_bias[0].scaled(-1.0),
+        &factor.whole,
+        factor.articulated_bias.root_sum().scaled(-1.0),
         prescribed_minus_gravity,
     );
-    factor.acceleration[0] = root;
-    for &index in &model.outward {
-        let joint = index - 1;
-        let share = &factor.joints[joint];
-        let of_parent = factor.acceleration[model.bodies[index].parent];
-        let by_itself = (factor.net[joint] - of_parent.dot(share.u)) * share.inverse_d;
-        let acceleration = loads[joint].held.unwrap_or(by_itself);
-        joint_acceleration[joint] = acceleration;
-        factor.acceleration[index] = of_parent.plus_scaled(bodies[index].motion_subspace, acceleration);
+    factor.acceleration.set_root(root);
+    for index in 1..model.groups.len() {
+        let group = &model.groups[index];
+        let (parents, own) = factor.acceleration.outward(index, group);
+        let joints = respond(
+            parents,
+            &bodies.groups[index].motion_subspace,
+            &factor.loads[index],
+            &factor.joints.groups[index],
+            &factor.net[index],
+            own,
+        );
+        group.put(joints, joint_acceleration);
     }
     root.plus(minus_gravity.scaled(-1.0))
+}
+
+/// Joint forces less those of the bodies' articulated `bias`, into `net`, and into `handed_on` the bias that the parents feel.
+#[multiversion(targets("x86_64+avx2"))]
+fn balance(
+    along: &WideMotion,
+    load: &GroupLoad,
+    factors: &Wide<JointFactor, 8>,
+    bias: &WideForce,
+    net: &mut Lanes,
+    handed_on: &mut WideForce,
+) {
+    for lane in 0..LANES {
+        let (factor, bias) = (factors.at(lane), bias.at(lane));
+        let left = load.torque[lane] - along.at(lane).dot(bias);
+        // The inverse is 0 where the acceleration is given.
+        let acceleration = load.held[lane] + left * factor.inverse_d;
+        net[lane] = left;
+        handed_on.set(lane, bias.plus_scaled(factor.u, acceleration));
+    }
+}
+
+/// Accelerations of the joints of bodies whose parents accelerate with `parents`, as the result, and of the bodies.
+#[multiversion(targets("x86_64+avx2"))]
+fn respond(
+    parents: &WideMotion,
+    along: &WideMotion,
+    load: &GroupLoad,
+    factors: &Wide<JointFactor, 8>,
+    net: &Lanes,
+    accelerations: &mut WideMotion,
+) -> Lanes {
+    let mut joints = [0.0; LANES];
+    for lane in 0..LANES {
+        let (factor, parent) = (factors.at(lane), parents.at(lane));
+        let joint = load.held[lane] + (net[lane] - parent.dot(factor.u)) * factor.inverse_d;
+        joints[lane] = joint;
+        accelerations.set(lane, parent.plus_scaled(along.at(lane), joint));
+    }
+    joints
 }

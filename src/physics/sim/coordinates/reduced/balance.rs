@@ -52,13 +52,13 @@ impl ReducedCoordinates {
         let StepData { model, plan, state, work, step, .. } = data;
         let (half, new) = (0.5 * step, &work.new);
         let old = state.root.motion();
-        let root = if model.fixed_base { SpatialMotion::ZERO } else { new.bodies[0] };
+        let root = if model.fixed_base { SpatialMotion::ZERO } else { new.bodies.at(0) };
         let before = self.displaced.displace(model, state, old, &state.velocities, -half);
         let after = self.displaced.displace(model, state, root, &new.rates, half);
         let mut twice_power = if model.fixed_base {
-            let velocities = work.placed.old.iter().zip(&new.bodies);
+            let velocities = work.placed.old.iter().zip(new.bodies.iter());
             let parts = work.placed.bodies.iter().zip(velocities).zip(&model.bodies);
-            let moments = parts.map(|((body, (old, new)), part)| old.plus(*new).at(body.center) * part.mass);
+            let moments = parts.map(|((body, (old, new)), part)| old.plus(new).at(body.center) * part.mass);
             plan.gravity.dot(&moments.sum::<Vector3<f64>>())
         } else {
             -work.outer_force(plan).dot(&(before.center + after.center))
@@ -78,12 +78,12 @@ impl ReducedCoordinates {
     /// or because the solver left it a velocity. Needs `displaced` from [`spurious_energy`](Self::spurious_energy).
     fn penetration_gain(&self, data: &StepData<'_>) -> f64 {
         let StepData { model, work, step, .. } = data;
-        let velocity = |index: usize| work.new.bodies[index];
+        let velocity = |index: usize| work.new.bodies.at(index);
         let half = 0.5 * step;
         let root = if model.fixed_base { Vector3::zeros() } else { velocity(0).linear * half };
         // Where half a step takes a body's point, less where its velocity alone would take it.
         let curve = |index: usize, at: Vector3<f64>| {
-            let (here, there) = (&work.placed.bodies[index], &self.displaced.bodies[index]);
+            let (here, there) = (&work.placed.bodies.at(index), &self.displaced.bodies.at(index));
             let local = here.rotation.tr_mul(&(at - here.origin));
             there.point(local) + root - at - velocity(index).at(at) * half
         };

@@ -4,7 +4,7 @@ use super::kinematics::place;
 use nalgebra::Vector3;
 
 use crate::model::Model;
-use crate::sim::bodies::BodyMotion;
+use crate::sim::bodies::Bodies;
 use crate::sim::energy::kinetic_energy;
 use crate::sim::integrate::advance;
 use crate::sim::spatial::SpatialMotion;
@@ -23,13 +23,13 @@ pub struct RelativeMotion {
 #[derive(Debug, Clone)]
 pub struct Displaced {
     state: State,
-    pub bodies: Vec<BodyMotion>,
+    pub bodies: Bodies,
 }
 
 impl Displaced {
     /// Room for `model`.
     pub fn new(model: &Model) -> Self {
-        Self { state: State::new(model), bodies: vec![BodyMotion::REST; model.bodies.len()] }
+        Self { state: State::new(model), bodies: Bodies::new(model) }
     }
 
     /// The character of `from` moved for `time` seconds along the velocity `root` of its root and the joint
@@ -55,7 +55,7 @@ impl Displaced {
         if model.fixed_base {
             return RelativeMotion { kinetic, center: Vector3::zeros() };
         }
-        let parts = model.bodies.iter().zip(&*bodies);
+        let parts = model.bodies.iter().zip(bodies.iter());
         let momentum: Vector3<f64> = parts.map(|(body, at)| at.velocity.at(at.center) * body.mass).sum();
         let center = momentum / model.mass;
         RelativeMotion { kinetic: kinetic - 0.5 * momentum.dot(&center), center }

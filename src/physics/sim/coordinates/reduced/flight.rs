@@ -13,9 +13,10 @@ use nalgebra::Vector3;
 
 use super::kinematics::{move_along, place};
 use crate::model::Model;
-use crate::sim::bodies::BodyMotion;
+use crate::sim::bodies::Bodies;
 use crate::sim::energy::kinetic_energy;
 use crate::sim::momentum::{Composite, Momentum};
+use crate::sim::spatial::SpatialMotion;
 use crate::sim::state::State;
 
 /// Least and greatest factor of a step. Where most of the energy is that of the rigid motion, the little that is left cannot make
@@ -41,7 +42,7 @@ pub struct Flight {
     /// Whether `bodies` are those of `at`, with their velocities.
     placed: bool,
     composite: Composite,
-    bodies: Vec<BodyMotion>,
+    bodies: Bodies,
 }
 
 impl Flight {
@@ -52,7 +53,7 @@ impl Flight {
             known: false,
             placed: false,
             composite: Composite::EMPTY,
-            bodies: vec![BodyMotion::REST; model.bodies.len()],
+            bodies: Bodies::new(model),
         }
     }
 
@@ -73,7 +74,7 @@ impl Flight {
     }
 
     /// Exchanges `bodies` for the placed ones of the state that [`begin`](Self::begin) kept, if they are there.
-    pub fn take_bodies(&mut self, bodies: &mut Vec<BodyMotion>) -> bool {
+    pub fn take_bodies(&mut self, bodies: &mut Bodies) -> bool {
         let there = std::mem::take(&mut self.placed);
         if there {
             std::mem::swap(&mut self.bodies, bodies);
@@ -117,7 +118,7 @@ impl Flight {
             }
         }
         if again {
-            move_along(model, state.root.motion(), &state.velocities, &mut self.bodies);
+            self.move_along(model, state.root.motion(), &state.velocities);
         }
         self.placed = again;
     }
@@ -126,7 +127,7 @@ impl Flight {
     /// `energy` against the centre of mass, J.
     fn scale(&mut self, model: &Model, state: &mut State, wanted: Momentum, energy: f64) {
         let Some(rigid) = self.composite.rigid_motion(wanted) else { return };
-        move_along(model, state.root.motion().minus(rigid), &state.velocities, &mut self.bodies);
+        self.move_along(model, state.root.motion().minus(rigid), &state.velocities);
         let internal = kinetic_energy(model, &self.bodies, &state.velocities);
         let of_rigid = self.composite.kinetic_energy(rigid) - wanted.energy_of_center(model.mass);
         let factor = factor_of_whirl(energy - of_rigid, internal);
@@ -141,6 +142,12 @@ impl Flight {
             state.root.angular_velocity += motion.angular;
             self.at.root = state.root;
         }
+    }
+
+    /// Gives the placed bodies the velocities that go with `root` and `rates`.
+    fn move_along(&mut self, model: &Model, root: SpatialMotion, rates: &[f64]) {
+        let Bodies { groups, velocity, .. } = &mut self.bodies;
+        move_along(model, groups, root, rates, velocity);
     }
 
     fn keep(&mut self, state: &State) {

@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use super::ReducedCoordinates;
 use super::articulated::{self, Singular};
+use super::kinematics::move_along;
 use crate::model::Model;
-use crate::sim::bodies::BodyMotion;
 use crate::sim::failure::{Failure, FailureCause};
 use crate::sim::root_freedom::RootFreedom;
 use crate::sim::spatial::SpatialMotion;
@@ -30,20 +30,19 @@ impl ReducedCoordinates {
             &mut self.articulated,
             model,
             bodies,
-            &work.drives.loads,
             *root_freedom,
             minus_gravity,
             prescribed,
             &mut self.acceleration,
         );
         let free = &mut work.free;
-        free.bodies[0] = after(state, root, &bodies[0], plan.velocity_forces, *step);
-        for joint in 0..free.rates.len() {
-            let rate = state.velocities[joint] + *step * self.acceleration[joint];
-            free.rates[joint] = rate;
-            let parent = free.bodies[model.bodies[joint + 1].parent];
-            free.bodies[joint + 1] = parent.plus_scaled(bodies[joint + 1].motion_subspace, rate);
+        for ((free, rate), acceleration) in
+            free.rates.iter_mut().zip(&state.velocities).zip(&self.acceleration)
+        {
+            *free = rate + *step * acceleration;
         }
+        let root = after(state, root, bodies.velocity.at(0), plan.velocity_forces, *step);
+        move_along(model, &bodies.groups, root, &free.rates, &mut free.bodies);
     }
 }
 
@@ -63,7 +62,8 @@ pub(super) fn minus_gravity(data: &StepData<'_>) -> SpatialMotion {
     SpatialMotion { angular: Vector3::zeros(), linear: -data.plan.gravity }
 }
 
-/// Velocity of the root after a step at spatial acceleration `acceleration`.
+/// Velocity of the root after a step at spatial acceleration `acceleration`; `mean` is that at which velocity-dependent
+/// forces are taken.
 ///
 /// The velocity kept in a state is that of the root's origin, which moves: its rate of change is the
 /// spatial acceleration plus ω × v (Featherstone 2008, section 2.11), with the same ω and v as in the
@@ -71,13 +71,13 @@ pub(super) fn minus_gravity(data: &StepData<'_>) -> SpatialMotion {
 pub(super) fn after(
     state: &State,
     acceleration: SpatialMotion,
-    root: &BodyMotion,
+    mean: SpatialMotion,
     velocity_forces: bool,
     step: f64,
 ) -> SpatialMotion {
     let mut acceleration = acceleration;
     if velocity_forces {
-        acceleration.linear += root.velocity.angular.cross(&root.velocity.linear);
+        acceleration.linear += mean.angular.cross(&mean.linear);
     }
     state.root.motion().plus_scaled(acceleration, step)
 }

@@ -1,99 +1,126 @@
 //! Where bodies are and how they move, from joint coordinates.
 
 use multiversion::multiversion;
-use nalgebra::Vector3;
+use nalgebra::Matrix3;
 
-use super::trigonometry::{LANES, sines_and_cosines};
-use crate::model::{Body, DofKind, Model};
-use crate::sim::bodies::BodyMotion;
-use crate::sim::spatial::{RigidInertia, SpatialMotion, rotated};
+use super::trigonometry::sines_and_cosines;
+use crate::model::{BodyGroup, DofKind, Model};
+use crate::sim::bodies::{Bodies, BodyLanes};
+use crate::sim::per_body::Motions;
+use crate::sim::spatial::{RigidInertia, SpatialMotion, WideInertia, WideMotion, rotated};
 use crate::sim::state::State;
+use crate::wide::{LANES, Lanes, Wide, WideMatrix, WideVector};
 
 /// Fills `bodies`, one for every body of `model`, from `state`.
 #[multiversion(targets("x86_64+avx2"))]
-pub fn place(model: &Model, state: &State, bodies: &mut [BodyMotion]) {
-    let root = &state.root;
-    let placed = &mut bodies[0];
-    placed.rotation = *root.orientation.to_rotation_matrix().matrix();
-    placed.origin = Vector3::zeros();
-    placed.motion_subspace = SpatialMotion::ZERO;
-    placed.velocity = root.motion();
-    for chunk in model.outward.chunks(LANES) {
-        let mut angles = [0.0; LANES];
-        for (angle, index) in angles.iter_mut().zip(chunk) {
-            *angle = state.angles[index - 1];
-        }
-        for ((&index, angle), turned) in chunk.iter().zip(angles).zip(sines_and_cosines(angles)) {
-            place_body(&model.bodies[index], index, angle, turned, state.velocities[index - 1], bodies);
-        }
-    }
-    for (body, placed) in model.bodies.iter().zip(bodies) {
-        placed.center = placed.point(body.center);
-        placed.inertia =
-            RigidInertia::new(body.mass, placed.center, rotated(&placed.rotation, &body.inertia));
+pub fn place(model: &Model, state: &State, bodies: &mut Bodies) {
+    let (root, whole) = (&state.root, &mut bodies.groups[0]);
+    whole.rotation = Wide::all(*root.orientation.to_rotation_matrix().matrix());
+    whole.origin = Wide::ZERO;
+    whole.motion_subspace = Wide::ZERO;
+    weigh(&model.groups[0], &whole.rotation, &whole.origin, &mut whole.center, &mut whole.inertia);
+    bodies.velocity.set_root(root.motion());
+    for index in 1..model.groups.len() {
+        let group = &model.groups[index];
+        let angles = group.of_joints(&state.angles);
+        let turned = sines_and_cosines(&angles);
+        let (rotations, origins, own) = bodies.outward(index, group);
+        let BodyLanes { rotation, origin, motion_subspace, center, inertia } = own;
+        turn(group, rotations, origins, &angles, &turned, rotation, origin, motion_subspace);
+        weigh(group, rotation, origin, center, inertia);
+        let (parents, velocities) = bodies.velocity.outward(index, group);
+        let along = &bodies.groups[index].motion_subspace;
+        follow(parents, along, &group.of_joints(&state.velocities), velocities);
     }
 }
 
-/// Fills in everything but mass and inertia of body `index`, whose joint is at `angle`, with this sine and cosine, and moves
-/// at `rate`.
-#[inline(always)] // the body of the loop
-fn place_body(
-    body: &Body,
-    index: usize,
-    angle: f64,
-    [sine, cosine]: [f64; 2],
-    rate: f64,
-    bodies: &mut [BodyMotion],
+/// Poses and motion subspaces of the bodies of `group`, whose joints are at `angles`, which have these sines and cosines.
+#[allow(clippy::too_many_arguments)] // see `wide`
+#[multiversion(targets("x86_64+avx2"), attrs(allow(clippy::too_many_arguments)))]
+fn turn(
+    group: &BodyGroup,
+    parent_rotations: &WideMatrix,
+    parent_origins: &WideVector,
+    angles: &Lanes,
+    turned: &[Lanes; 2],
+    rotations: &mut WideMatrix,
+    origins: &mut WideVector,
+    along: &mut WideMotion,
 ) {
-    let parent = &bodies[body.parent];
-    let joint_origin = parent.point(body.offset);
-    let (rotation, origin, motion_subspace) = match body.dof {
-        DofKind::Revolute => {
-            let turn = body.joint_rotation
-                + body.joint_rotation_sine * sine
-                + body.joint_rotation_versine * (1.0 - cosine);
-            let rotation = parent.rotation * turn;
-            let axis = rotation * body.axis;
-            (rotation, joint_origin, SpatialMotion { angular: axis, linear: joint_origin.cross(&axis) })
-        }
-        DofKind::Prismatic => {
-            let rotation = parent.rotation * body.joint_rotation;
-            let axis = rotation * body.axis;
-            let motion_subspace = SpatialMotion { angular: Vector3::zeros(), linear: axis };
-            (rotation, joint_origin + axis * angle, motion_subspace)
-        }
-    };
-    let velocity = parent.velocity.plus_scaled(motion_subspace, rate);
-    let placed = &mut bodies[index];
-    placed.rotation = rotation;
-    placed.origin = origin;
-    placed.motion_subspace = motion_subspace;
-    placed.velocity = velocity;
+    let [sines, cosines] = turned;
+    for lane in 0..LANES {
+        let (parent, slides) = (parent_rotations.at(lane), group.slides[lane]);
+        let joint_origin = parent_origins.at(lane) + parent * group.offset.at(lane);
+        // The matrices of a sliding joint's sine and versine are zero.
+        let turn = group.joint_rotation.at(lane)
+            + group.joint_rotation_sine.at(lane) * sines[lane]
+            + group.joint_rotation_versine.at(lane) * (1.0 - cosines[lane]);
+        let rotation = parent * turn;
+        let axis = rotation * group.axis.at(lane);
+        let angular = axis * (1.0 - slides);
+        rotations.set(lane, rotation);
+        origins.set(lane, joint_origin + axis * (slides * angles[lane]));
+        along.set(lane, SpatialMotion { angular, linear: joint_origin.cross(&angular) + axis * slides });
+    }
 }
 
-/// Gives `bodies` the velocities that go with `root` and the joint velocities `rates`, where they are.
+/// Velocities of bodies whose parents move with `parents`, and whose joints move at `rates` along `along`.
 #[multiversion(targets("x86_64+avx2"))]
-pub fn move_along(model: &Model, root: SpatialMotion, rates: &[f64], bodies: &mut [BodyMotion]) {
-    bodies[0].velocity = root;
-    for &index in &model.outward {
-        let body = &model.bodies[index];
-        let velocity =
-            bodies[body.parent].velocity.plus_scaled(bodies[index].motion_subspace, rates[index - 1]);
-        bodies[index].velocity = velocity;
+fn follow(parents: &WideMotion, along: &WideMotion, rates: &Lanes, velocities: &mut WideMotion) {
+    for lane in 0..LANES {
+        velocities.set(lane, parents.at(lane).plus_scaled(along.at(lane), rates[lane]));
+    }
+}
+
+/// Centres of mass and inertias of the bodies of `group`, where they are.
+#[multiversion(targets("x86_64+avx2"))]
+fn weigh(
+    group: &BodyGroup,
+    rotations: &WideMatrix,
+    origins: &WideVector,
+    centers: &mut WideVector,
+    inertias: &mut WideInertia,
+) {
+    for lane in 0..LANES {
+        let rotation: Matrix3<f64> = rotations.at(lane);
+        let center = origins.at(lane) + rotation * group.center.at(lane);
+        centers.set(lane, center);
+        let about_center = rotated(&rotation, &group.inertia.at(lane));
+        inertias.set(lane, RigidInertia::new(group.mass[lane], center, about_center));
+    }
+}
+
+/// The velocities of all bodies, `placed` in their groups, when the root moves with `root` and the joints at `rates`, into
+/// `velocities`.
+#[multiversion(targets("x86_64+avx2"))]
+pub fn move_along(
+    model: &Model,
+    placed: &[BodyLanes],
+    root: SpatialMotion,
+    rates: &[f64],
+    velocities: &mut Motions,
+) {
+    velocities.set_root(root);
+    for index in 1..model.groups.len() {
+        let group = &model.groups[index];
+        let (parents, own) = velocities.outward(index, group);
+        follow(parents, &placed[index].motion_subspace, &group.of_joints(rates), own);
     }
 }
 
 /// Composite-rigid-body inertia along each joint, with all joints beyond it fixed at zero, plus its rotor's; kg m² or kg.
 pub fn composite_inertia(model: &Model) -> Vec<f64> {
-    let mut bodies = vec![BodyMotion::REST; model.bodies.len()];
+    let mut bodies = Bodies::new(model);
     place(model, &State::new(model), &mut bodies);
     let mut carried: Vec<RigidInertia> = bodies.iter().map(|body| body.inertia).collect();
     for index in (1..bodies.len()).rev() {
         let parent = model.bodies[index].parent;
         carried[parent] = carried[parent].plus(carried[index]);
     }
-    let along =
-        |index: usize| bodies[index].motion_subspace.dot(carried[index].times(bodies[index].motion_subspace));
+    let along = |index: usize| {
+        let along = bodies.at(index).motion_subspace;
+        along.dot(carried[index].times(along))
+    };
     model.armature.iter().enumerate().map(|(joint, rotor)| rotor + along(joint + 1)).collect()
 }
 

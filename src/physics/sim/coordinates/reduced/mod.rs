@@ -28,13 +28,15 @@ use super::CoordinateSystem;
 use super::outcome::StepOutcome;
 use crate::model::{Body, DofKind, Model};
 use crate::scene::{DrivePlan, Feedforward, StepPlan};
-use crate::sim::bodies::BodyMotion;
+use crate::sim::bodies::Bodies;
 use crate::sim::command::Command;
 use crate::sim::convergence::{Convergence, FixedPoint};
 use crate::sim::failure::Failure;
-use crate::sim::rows::{Lanes, Rows};
-use crate::sim::spatial::{SpatialForce, SpatialMotion};
+use crate::sim::per_body::{Forces, Motions, PerBody};
+use crate::sim::rows::Rows;
+use crate::sim::spatial::SpatialForce;
 use crate::sim::step_data::StepData;
+use crate::wide::Lanes;
 use articulated::Articulated;
 use displaced::Displaced;
 use flight::Flight;
@@ -67,11 +69,11 @@ pub struct ReducedCoordinates {
     /// joints; 0 for a prismatic joint. (new)
     moment_arms: Vec<f64>,
     /// B forces that bodies transmit to their parents, N. (joint_tensions)
-    transmitted_force: Vec<Vector3<f64>>,
+    transmitted_force: PerBody<Vector3<f64>, 3>,
     /// L wrenches that the loops' joints transmit from their first to their second body. (joint_tensions)
     loops: Vec<SpatialForce>,
     /// B wrenches that bodies transmit to their parents. (sticking_torques)
-    wrenches: Vec<SpatialForce>,
+    wrenches: Forces,
     /// The rigid character of the feedforward pass, if the plan asks for it and the joints are independent. (feedforward)
     control: Option<RigidCharacter>,
 }
@@ -83,7 +85,7 @@ impl ReducedCoordinates {
         let feedforward = plan.drive.as_ref().map_or(Feedforward::None, |drive| drive.feedforward);
         let rigid = feedforward != Feedforward::None && model.joints_are_independent();
         Self {
-            articulated: Articulated::new(bodies),
+            articulated: Articulated::new(model),
             acceleration: vec![0.0; model.joint_count()],
             rotation_angle: 0.0,
             whirls: false,
@@ -92,9 +94,9 @@ impl ReducedCoordinates {
             displaced: Displaced::new(model),
             per_unit: per_unit(model, plan),
             moment_arms: moment_arms(model),
-            transmitted_force: vec![Vector3::zeros(); bodies],
+            transmitted_force: PerBody::new(model, Vector3::zeros()),
             loops: vec![SpatialForce::ZERO; model.loops.len()],
-            wrenches: vec![SpatialForce::ZERO; bodies],
+            wrenches: PerBody::new(model, SpatialForce::ZERO),
             control: rigid.then(|| RigidCharacter::new(bodies)),
         }
     }
@@ -136,7 +138,7 @@ impl CoordinateSystem for ReducedCoordinates {
     fn of_bodies(
         &self,
         model: &Model,
-        bodies: &[BodyMotion],
+        bodies: &Bodies,
         body: usize,
         other: Option<usize>,
         forces: &[SpatialForce],
@@ -148,7 +150,7 @@ impl CoordinateSystem for ReducedCoordinates {
     fn of_joint(
         &self,
         model: &Model,
-        bodies: &[BodyMotion],
+        bodies: &Bodies,
         joint: usize,
         numbers: &mut Vec<Lanes>,
     ) -> Range<usize> {
@@ -167,10 +169,10 @@ impl CoordinateSystem for ReducedCoordinates {
     fn respond(
         &self,
         model: &Model,
-        bodies: &[BodyMotion],
+        bodies: &Bodies,
         half: &[f64],
         rates: &mut [f64],
-        changes: &mut [SpatialMotion],
+        changes: &mut Motions,
     ) {
         response::finish(model, bodies, &self.articulated, half, rates, changes);
     }

@@ -3,15 +3,19 @@
 
 use super::ReducedCoordinates;
 use super::kinematics::place;
-use crate::model::Model;
-use crate::sim::bodies::BodyMotion;
+use multiversion::multiversion;
+
+use crate::model::{BodyGroup, Model};
+use crate::sim::bodies::Bodies;
 use crate::sim::coordinates::outcome::StepOutcome;
 use crate::sim::integrate::advance;
 use crate::sim::memory::Pendulum;
+use crate::sim::per_body::Motions;
 use crate::sim::root_freedom::RootFreedom;
-use crate::sim::spatial::SpatialMotion;
+use crate::sim::spatial::WideMotion;
 use crate::sim::step_control::{MAX_PENDULUM_PHASE, MAX_ROTATION_ANGLE, SLOW_ROTATION};
 use crate::sim::step_data::StepData;
+use crate::wide::{LANES, Lanes, WideMatrix};
 
 impl ReducedCoordinates {
     /// Places the bodies. The outcome of a step that is too long for the old velocities.
@@ -26,7 +30,7 @@ impl ReducedCoordinates {
         self.kinematics(data);
         let StepData { model, state, work, step, .. } = data;
         let bodies = &work.placed.bodies;
-        let (body, rate) = fastest(model, bodies, bodies.iter().map(|body| body.velocity));
+        let (body, rate) = fastest(model, bodies, &bodies.velocity);
         if rate * *step > MAX_ROTATION_ANGLE {
             return Some(StepOutcome::TooFast { body, longest: MAX_ROTATION_ANGLE / rate });
         }
@@ -54,8 +58,7 @@ impl ReducedCoordinates {
     /// The outcome of a step that is too long for the new velocities.
     #[inline(always)] // compiled for the processor of `step`
     pub(super) fn refuse(&mut self, data: &mut StepData<'_>) -> Option<StepOutcome> {
-        let (body, rate) =
-            fastest(data.model, &data.work.placed.bodies, data.work.new.bodies.iter().copied());
+        let (body, rate) = fastest(data.model, &data.work.placed.bodies, &data.work.new.bodies);
         if rate * data.step > MAX_ROTATION_ANGLE {
             return Some(StepOutcome::TooFast { body, longest: MAX_ROTATION_ANGLE / rate });
         }
@@ -71,19 +74,30 @@ fn first_half(data: &mut StepData<'_>) {
     advance(data.state, data.state.root.motion(), rates, 0.5 * data.step);
 }
 
-/// Index and magnitude of the greatest angular velocity, rad/s, less spin that changes nothing.
+/// Index and magnitude of the greatest angular velocity, rad/s, less spin that changes nothing, when the bodies move with
+/// `velocities`.
 #[inline(always)] // compiled for the processor of `step`
-fn fastest(
-    model: &Model,
-    bodies: &[BodyMotion],
-    velocities: impl Iterator<Item = SpatialMotion>,
-) -> (usize, f64) {
-    let mut fastest = (0, 0.0);
-    for (index, ((velocity, body), spin)) in velocities.zip(bodies).zip(&model.spins).enumerate() {
-        let square = spin.visible_squared(&body.rotation, velocity.angular);
-        if square > fastest.1 {
-            fastest = (index, square);
+fn fastest(model: &Model, bodies: &Bodies, velocities: &Motions) -> (usize, f64) {
+    let (mut fastest, mut greatest) = (0, 0.0_f64);
+    for index in 0..model.groups.len() {
+        let group = &model.groups[index];
+        let mut squares = [0.0; LANES];
+        visible_squares(group, &bodies.groups[index].rotation, &velocities.groups[index], &mut squares);
+        for lane in 0..LANES {
+            if squares[lane] > greatest {
+                (fastest, greatest) = (group.bodies[lane], squares[lane]);
+            }
         }
     }
-    (fastest.0, fastest.1.sqrt())
+    (fastest, greatest.sqrt())
+}
+
+/// Squares of the angular velocities that turn the bodies of `group` visibly, (rad/s)².
+#[multiversion(targets("x86_64+avx2"))]
+fn visible_squares(group: &BodyGroup, rotations: &WideMatrix, velocities: &WideMotion, squares: &mut Lanes) {
+    for lane in 0..LANES {
+        let (angular, axis) = (velocities.at(lane).angular, rotations.at(lane) * group.spin_axis.at(lane));
+        let visible = angular - axis * axis.dot(&angular);
+        squares[lane] = group.shows[lane] * visible.norm_squared();
+    }
 }

@@ -10,9 +10,11 @@ use std::ops::Range;
 
 use super::articulated::{Articulated, JointFactor};
 use crate::model::Model;
-use crate::sim::bodies::BodyMotion;
-use crate::sim::rows::{LANES, Lanes, ROOT};
-use crate::sim::spatial::{SpatialForce, SpatialMotion};
+use crate::sim::bodies::Bodies;
+use crate::sim::per_body::Motions;
+use crate::sim::rows::ROOT;
+use crate::sim::spatial::{SpatialForce, SpatialMotion, WideMotion};
+use crate::wide::{LANES, Lanes, Wide};
 
 /// Half-solves units of the rows that are `forces`, no more than [`LANES`], on body `body`, and the opposite on body
 /// `other` if there is one: appends side by side to `numbers` [`ROOT`] of the root and one for each joint in the
@@ -20,7 +22,7 @@ use crate::sim::spatial::{SpatialForce, SpatialMotion};
 #[multiversion(targets("x86_64+avx2"))]
 pub fn of_bodies(
     model: &Model,
-    bodies: &[BodyMotion],
+    bodies: &Bodies,
     factor: &Articulated,
     body: usize,
     other: Option<usize>,
@@ -60,12 +62,12 @@ pub fn side_by_side(forces: &[SpatialForce]) -> [Lanes; 6] {
 /// Half-solves a unit of the row that is a force along joint `joint`, as [`of_bodies`] does.
 pub fn of_joint(
     model: &Model,
-    bodies: &[BodyMotion],
+    bodies: &Bodies,
     factor: &Articulated,
     joint: usize,
     numbers: &mut Vec<Lanes>,
 ) -> Range<usize> {
-    let share = &factor.joints[joint];
+    let share = factor.joints.at(joint + 1);
     let rest = share.u.scaled(-share.inverse_d);
     let others = of_bodies(model, bodies, factor, model.bodies[joint + 1].parent, None, &[rest], numbers);
     let joints = union(others.clone(), ROOT + joint..ROOT + joint + 1);
@@ -100,7 +102,7 @@ fn union(first: Range<usize>, second: Range<usize>) -> Range<usize> {
 #[inline(always)] // the rows of contacts spend most of their time here
 fn climb(
     model: &Model,
-    bodies: &[BodyMotion],
+    bodies: &Bodies,
     factor: &Articulated,
     mut body: usize,
     forces: &mut [Lanes; 6],
@@ -109,15 +111,18 @@ fn climb(
 ) {
     while body > 0 {
         let joint = body - 1;
-        let JointFactor { u, inverse_d, root_inverse_d } = &factor.joints[joint];
-        let mut along = [0.0; LANES];
-        for (component, lanes) in bodies[body].motion_subspace.components().iter().zip(&*forces) {
-            along = std::array::from_fn(|lane| along[lane] + component * lanes[lane]);
-        }
+        let JointFactor { u, inverse_d, root_inverse_d } = factor.joints.at(body);
+        let [x, y, z, a, b, c] = bodies.at(body).motion_subspace.components();
+        // A sum of three does not wait for as many others as one of six.
+        let along: Lanes = std::array::from_fn(|lane| {
+            let turned = x * forces[0][lane] + y * forces[1][lane] + z * forces[2][lane];
+            let pushed = a * forces[3][lane] + b * forces[4][lane] + c * forces[5][lane];
+            turned + pushed
+        });
         let share = &mut shares[ROOT + joint - joints.start];
         *share = std::array::from_fn(|lane| share[lane] + along[lane] * root_inverse_d);
         let along = along.map(|along| along * inverse_d);
-        for (u, lanes) in u.components().iter().zip(&mut *forces) {
+        for (u, lanes) in u.components().into_iter().zip(&mut *forces) {
             *lanes = std::array::from_fn(|lane| lanes[lane] - u * along[lane]);
         }
         body = model.bodies[body].parent;
@@ -129,22 +134,49 @@ fn climb(
 #[multiversion(targets("x86_64+avx2"))]
 pub fn finish(
     model: &Model,
-    bodies: &[BodyMotion],
+    bodies: &Bodies,
     factor: &Articulated,
     half: &[f64],
     joint_rates: &mut [f64],
-    changes: &mut [SpatialMotion],
+    changes: &mut Motions,
 ) -> SpatialMotion {
     let mut z = [0.0; ROOT];
     z.copy_from_slice(&half[..ROOT]);
-    changes[0] = factor.root.finish(z);
-    for &index in &model.outward {
-        let joint = index - 1;
-        let share = &factor.joints[joint];
-        let of_parent = changes[model.bodies[index].parent];
-        let change = half[ROOT + joint] * share.root_inverse_d - of_parent.dot(share.u) * share.inverse_d;
-        joint_rates[joint] += change;
-        changes[index] = of_parent.plus_scaled(bodies[index].motion_subspace, change);
+    let root = factor.root.finish(z);
+    changes.set_root(root);
+    for index in 1..model.groups.len() {
+        let group = &model.groups[index];
+        let (parents, own) = changes.outward(index, group);
+        let joints = follow(
+            parents,
+            &bodies.groups[index].motion_subspace,
+            &factor.joints.groups[index],
+            &group.of_joints(&half[ROOT..]),
+            own,
+        );
+        for (joint, change) in group.joints().zip(joints) {
+            joint_rates[joint] += change;
+        }
     }
-    changes[0]
+    root
+}
+
+/// Changes of the velocities of bodies whose parents' are `parents`, and of their joints' as the result, by the half-solved
+/// impulses `half` along the joints.
+#[multiversion(targets("x86_64+avx2"))]
+fn follow(
+    parents: &WideMotion,
+    along: &WideMotion,
+    factors: &Wide<JointFactor, 8>,
+    half: &Lanes,
+    changes: &mut WideMotion,
+) -> Lanes {
+    let mut joints = [0.0; LANES];
+    for lane in 0..LANES {
+        let (factor, parent) = (factors.at(lane), parents.at(lane));
+        let joint = half[lane] * factor.root_inverse_d - parent.dot(factor.u) * factor.inverse_d;
+        joints[lane] = joint;
+        changes.set(lane, parent.plus_scaled(along.at(lane), joint));
+    }
+    joints
 }

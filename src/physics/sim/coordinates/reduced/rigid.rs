@@ -3,7 +3,7 @@
 use super::articulated::Articulated;
 use super::root::RootFactor;
 use crate::model::Model;
-use crate::sim::bodies::BodyMotion;
+use crate::sim::bodies::Bodies;
 use crate::sim::root_freedom::RootFreedom;
 use crate::sim::spatial::{ArticulatedInertia, RigidInertia, SpatialForce, SpatialMotion};
 
@@ -40,7 +40,7 @@ impl RigidCharacter {
     pub fn prescribe(
         &mut self,
         model: &Model,
-        bodies: &[BodyMotion],
+        bodies: &Bodies,
         articulated: &Articulated,
         joint_acceleration: &[f64],
         freedom: RootFreedom,
@@ -49,14 +49,14 @@ impl RigidCharacter {
     ) -> Option<SpatialMotion> {
         self.acceleration[0] = SpatialMotion::ZERO;
         for index in 0..bodies.len() {
-            let body = &bodies[index];
+            let body = &bodies.at(index);
             if index > 0 {
                 self.acceleration[index] = self.acceleration[model.bodies[index].parent]
                     .plus_scaled(body.motion_subspace, joint_acceleration[index - 1]);
             }
             self.composite[index] = body.inertia;
             self.taken[index] =
-                articulated.bias_force(index).plus(body.inertia.times(self.acceleration[index]));
+                articulated.bias_force.at(index).plus(body.inertia.times(self.acceleration[index]));
         }
         for &index in model.outward.iter().rev() {
             let parent = model.bodies[index].parent;
@@ -89,9 +89,9 @@ impl RigidCharacter {
     /// Torque of joint `joint` that goes with the prescribed motion, N m or N, apart from armature
     /// and damping.
     #[inline]
-    pub fn torque(&self, bodies: &[BodyMotion], joint: usize) -> f64 {
+    pub fn torque(&self, bodies: &Bodies, joint: usize) -> f64 {
         let index = joint + 1;
         let of_root = self.composite[index].times(self.root_minus_gravity);
-        bodies[index].motion_subspace.dot(self.taken[index].plus(of_root))
+        bodies.at(index).motion_subspace.dot(self.taken[index].plus(of_root))
     }
 }

@@ -29,11 +29,9 @@ impl RootFactor {
             RootFreedom::Translating => 3,
             RootFreedom::Free => 6,
         };
-        let mut lower = [[0.0; 6]; 6];
-        for row in 0..6 {
-            for column in 0..=row {
-                lower[row][column] = inertia.entry((row + 3) % 6, (column + 3) % 6);
-            }
+        let mut lower = inertia.entries();
+        for (row, entries) in lower.iter_mut().enumerate() {
+            entries[row + 1..].fill(0.0);
         }
         // First L D of L D Lᵀ, so that no column waits for the root of the one before.
         let mut inverse = [0.0; 6];

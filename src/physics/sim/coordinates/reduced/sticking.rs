@@ -5,10 +5,12 @@ use multiversion::multiversion;
 use super::ReducedCoordinates;
 use super::articulated::Articulated;
 use super::free_motion::minus_gravity;
+use crate::sim::per_body::{Forces, Motions};
 use crate::sim::rows::contact;
-use crate::sim::spatial::{SpatialForce, SpatialMotion};
+use crate::sim::spatial::{SpatialForce, SpatialMotion, WideForce, WideInertia, WideMotion};
 use crate::sim::step_data::StepData;
 use crate::sim::workspace::Placement;
+use crate::wide::LANES;
 
 impl ReducedCoordinates {
     /// Torques of friction in the joints that stick: what their bodies, with all beyond, require at the new velocities and
@@ -21,27 +23,29 @@ impl ReducedCoordinates {
         // Bias forces contain what the velocities accelerate; see `after` for the root's.
         let mut constant = minus_gravity;
         if plan.velocity_forces {
-            let root = bodies[0].velocity;
+            let root = bodies.at(0).velocity;
             constant.linear -= root.angular.cross(&root.linear);
         }
         required(&self.articulated, &work.placed, &work.new.bodies, constant, per_second, wrenches);
         let forces = work.problem.rows.force.chunks_exact(contact::rows_per_contact(plan.friction));
         for (candidate, forces) in work.detection.candidates.iter().zip(forces) {
             let force = SpatialForce::at(candidate.at, candidate.force(forces));
-            wrenches[candidate.body] = wrenches[candidate.body].plus(force.scaled(-1.0));
+            wrenches.set(candidate.body, wrenches.at(candidate.body).plus(force.scaled(-1.0)));
             if let Some(other) = candidate.against.body() {
-                wrenches[other] = wrenches[other].plus(force);
+                wrenches.set(other, wrenches.at(other).plus(force));
             }
         }
-        for &index in model.outward.iter().rev() {
-            let (joint, wrench) = (index - 1, wrenches[index]);
-            let load = &work.drives.loads[joint];
-            if let Some(acceleration) = load.held {
-                let required = bodies[index].motion_subspace.dot(wrench) + load.inertia * acceleration;
-                work.friction.torque[joint] = required - load.torque;
+        for index in (1..model.groups.len()).rev() {
+            let (group, wrench) = (&model.groups[index], wrenches.groups[index]);
+            for (lane, joint) in group.joints().enumerate() {
+                let load = &work.drives.loads[joint];
+                if let Some(acceleration) = load.held {
+                    let along = bodies.groups[index].motion_subspace.at(lane);
+                    let required = along.dot(wrench.at(lane)) + load.inertia * acceleration;
+                    work.friction.torque[joint] = required - load.torque;
+                }
             }
-            let parent = model.bodies[index].parent;
-            wrenches[parent] = wrenches[parent].plus(wrench);
+            wrenches.add_to_parents(group, &wrench);
         }
     }
 }
@@ -52,16 +56,37 @@ impl ReducedCoordinates {
 fn required(
     articulated: &Articulated,
     placed: &Placement,
-    new: &[SpatialMotion],
+    new: &Motions,
     constant: SpatialMotion,
     per_second: f64,
-    wrenches: &mut [SpatialForce],
+    wrenches: &mut Forces,
 ) {
-    let velocities = placed.old.iter().zip(new);
-    for (index, (wrench, (body, (old, new)))) in
-        wrenches.iter_mut().zip(placed.bodies.iter().zip(velocities)).enumerate()
-    {
-        let acceleration = constant.plus_scaled(new.minus(*old), per_second);
-        *wrench = articulated.bias_force(index).plus(body.inertia.times(acceleration));
+    for (index, wrenches) in wrenches.groups.iter_mut().enumerate() {
+        required_of_group(
+            &articulated.bias_force.groups[index],
+            &placed.bodies.groups[index].inertia,
+            &placed.old.groups[index],
+            &new.groups[index],
+            constant,
+            per_second,
+            wrenches,
+        );
+    }
+}
+
+/// [`required`] of a group of bodies.
+#[multiversion(targets("x86_64+avx2"), attrs(allow(clippy::too_many_arguments)))]
+fn required_of_group(
+    bias: &WideForce,
+    inertias: &WideInertia,
+    old: &WideMotion,
+    new: &WideMotion,
+    constant: SpatialMotion,
+    per_second: f64,
+    wrenches: &mut WideForce,
+) {
+    for lane in 0..LANES {
+        let acceleration = constant.plus_scaled(new.at(lane).minus(old.at(lane)), per_second);
+        wrenches.set(lane, bias.at(lane).plus(inertias.at(lane).times(acceleration)));
     }
 }

@@ -5,8 +5,9 @@
 //! a result is within 2⁻⁵² of the standard library's, whose functions take one angle after the other, and whose last bit
 //! depends on the system.
 
-/// Angles that are computed side by side.
-pub const LANES: usize = 4;
+use multiversion::multiversion;
+
+use crate::wide::{LANES, Lanes};
 
 /// Beyond this magnitude, rad, multiples of π/2 are too large for the exact products.
 const FARTHEST: f64 = 1e6;
@@ -37,20 +38,25 @@ const COSINE: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// Sine and cosine of each of `angles` (rad); of one that is not finite NaN.
+/// The sines and the cosines of `angles` (rad); of one that is not finite NaN.
 #[inline(always)] // compiled for the processor of the caller's kernel
-pub fn sines_and_cosines(angles: [f64; LANES]) -> [[f64; 2]; LANES] {
-    let mut found = [[0.0; 2]; LANES];
-    for (found, angle) in found.iter_mut().zip(angles) {
-        *found = near(angle);
-    }
-    for (found, angle) in found.iter_mut().zip(angles) {
-        if angle.abs() > FARTHEST {
-            let (sine, cosine) = angle.sin_cos();
-            *found = [sine, cosine];
+pub fn sines_and_cosines(angles: &Lanes) -> [Lanes; 2] {
+    let (mut sines, mut cosines) = ([0.0; LANES], [0.0; LANES]);
+    of_near(angles, &mut sines, &mut cosines);
+    for lane in 0..LANES {
+        if angles[lane].abs() > FARTHEST {
+            (sines[lane], cosines[lane]) = angles[lane].sin_cos();
         }
     }
-    found
+    [sines, cosines]
+}
+
+/// Sines and cosines of angles no farther than [`FARTHEST`].
+#[multiversion(targets("x86_64+avx2"))]
+fn of_near(angles: &Lanes, sines: &mut Lanes, cosines: &mut Lanes) {
+    for lane in 0..LANES {
+        [sines[lane], cosines[lane]] = near(angles[lane]);
+    }
 }
 
 /// Sine and cosine of an angle no farther than [`FARTHEST`]. Without branches, so that it is computed in lanes.

@@ -6,6 +6,7 @@
 use super::ReducedCoordinates;
 use super::articulated::Singular;
 use super::free_motion::{after, minus_gravity, prescribed, singular};
+use super::kinematics::move_along;
 use super::response;
 use crate::scene::{DrivePlan, Feedforward};
 use crate::sim::contact::ContactCandidate;
@@ -42,12 +43,13 @@ impl ReducedCoordinates {
             .ok_or_else(|| singular(model, state, Singular::Root))?;
         let candidates = &detection.candidates[..detection.first];
         if drive.feedforward == Feedforward::ContactAware && !candidates.is_empty() {
-            free.bodies[0] = after(state, root, &bodies[0], plan.velocity_forces, horizon);
-            for index in 1..bodies.len() {
-                let parent = free.bodies[model.bodies[index].parent];
-                let rate = state.velocities[index - 1] + horizon * feedforward.acceleration[index - 1];
-                free.bodies[index] = parent.plus_scaled(bodies[index].motion_subspace, rate);
+            for ((free, rate), acceleration) in
+                free.rates.iter_mut().zip(&state.velocities).zip(&feedforward.acceleration)
+            {
+                *free = rate + horizon * acceleration;
             }
+            let root = after(state, root, bodies.velocity.at(0), plan.velocity_forces, horizon);
+            move_along(model, &bodies.groups, root, &free.rates, &mut free.bodies);
             contact::add(
                 &mut feedforward.rows,
                 candidates,

@@ -8,6 +8,7 @@
 
 use super::kinematics::move_along;
 use super::{ReducedCoordinates, articulated};
+use crate::sim::bodies::Bodies;
 use crate::sim::convergence::{Convergence, FixedPoint};
 use crate::sim::spatial::SpatialMotion;
 use crate::sim::step_data::StepData;
@@ -67,7 +68,8 @@ impl ReducedCoordinates {
         }
         let mut root = SpatialMotion::ZERO;
         if !model.fixed_base {
-            let (old, new, mean) = (state.root.motion(), work.new.bodies[0], work.placed.bodies[0].velocity);
+            let (old, new, mean) =
+                (state.root.motion(), work.new.bodies.at(0), work.placed.bodies.at(0).velocity);
             root = old.plus(new).scaled(0.5);
             let in_units = |it: SpatialMotion| it.angular.amax().max(it.linear.amax() / plan.units.length);
             gain = gain.max(in_units(root.minus(old)));
@@ -95,7 +97,8 @@ impl ReducedCoordinates {
     /// Sets the mean velocities of the bodies, of which `root` is the root's, and the velocity-dependent forces at them.
     fn move_with_mean(&mut self, data: &mut StepData<'_>, root: SpatialMotion) {
         let placed = &mut data.work.placed;
-        move_along(data.model, root, &placed.mean_rates, &mut placed.bodies);
+        let Bodies { groups, velocity, .. } = &mut placed.bodies;
+        move_along(data.model, groups, root, &placed.mean_rates, velocity);
         articulated::prepare(&mut self.articulated, data.model, &placed.bodies, &placed.mean_rates);
     }
 }
