@@ -39,7 +39,10 @@ fn all_hold(
 }
 
 /// Greatest error of a step where the drawn step is too coarse for what was drawn, rad or m.
-const TOLERANCE: f64 = 1e-4;
+///
+/// An error e in the angle that a step of h ends with is one of e / h in the rate. Should those of all 120 steps add up, then rates of 5 rad/s
+/// (up to 10 are drawn) keep their energy to 5 % if 120 e / h is at most 2.5 % of them: at 8 ms, if e is at most 8e-6 rad.
+const TOLERANCE: f64 = 8e-6;
 
 /// Every bound holds, and a second run ends in the same bits. A step that is too coarse for what was drawn may
 /// break a bound on accuracy, but then the same case holds it when the step's error is controlled.
@@ -106,12 +109,13 @@ fn effects_that_never_act_change_no_bit() {
         idle(Drawing { accuracy, scene: Scene { ground, ..drawing.scene.clone() }, ..drawing })
     };
     all_hold(4, draw, |drawing| {
+        // The end, or how the simulation fails: a chain may whip too fast to be followed, with the effects as without.
         let with = |switch: Switch| {
             let mut scene = drawing.scene.clone();
             scene.effects.extend(effects.map(|effect| (effect, switch)));
             let drawing = Drawing { scene, ..drawing.clone() };
             check::end(&drawing, &drawing.plan())
         };
-        if with(Switch::On)? == with(Switch::Off)? { Ok(()) } else { Err("the ends differ".into()) }
+        if with(Switch::On) == with(Switch::Off) { Ok(()) } else { Err("the ends differ".into()) }
     });
 }
