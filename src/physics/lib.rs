@@ -14,7 +14,6 @@
 //! | [`motion`] | keyframes, Hermite splines, the motion document |
 //! | [`stance`] | a standing pose for any character, found and verified in the simulator |
 //! | [`playback`] | a motion played in the simulator, sampled and judged |
-//! | [`wide`] | numbers of several bodies side by side, for the kernels |
 //!
 //! Units are SI, angles radians, frames right-handed with z up; quaternions in documents are
 //! `[w, x, y, z]`.
@@ -30,4 +29,3 @@ pub mod playback;
 pub mod scene;
 pub mod sim;
 pub mod stance;
-pub mod wide;

@@ -6,11 +6,11 @@ use crate::common;
 use std::path::Path;
 use std::sync::Arc;
 
+use gaitwright_physics::model::wide::LANES;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Effect, Integrator, Scene};
 use gaitwright_physics::sim::coordinates::reduced::trigonometry::sines_and_cosines;
 use gaitwright_physics::sim::{Command, Simulator, State};
-use gaitwright_physics::wide::LANES;
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use serde_json::Value;
 

@@ -4,7 +4,7 @@ use nalgebra::Matrix3;
 
 use super::body::{Body, DofKind};
 use super::spin::Spin;
-use crate::wide::{LANES, Lanes, Wide, WideMatrix, WideVector};
+use super::wide::{LANES, Lanes, Wide, WideMatrix, WideVector};
 
 /// Where a body stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,6 +6,7 @@ mod compile;
 mod groups;
 mod size;
 mod spin;
+pub mod wide;
 
 use std::sync::Arc;
 

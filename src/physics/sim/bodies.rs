@@ -6,8 +6,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::per_body::{Motions, PerBody};
 use super::spatial::{RigidInertia, SpatialMotion, WideInertia, WideMotion};
+use crate::model::wide::{LANES, Wide, WideMatrix, WideVector};
 use crate::model::{BodyGroup, Model, Parents, Slot};
-use crate::wide::{LANES, Wide, WideMatrix, WideVector};
 
 /// Pose, velocity and inertia of a body, along the world axes about the common point (the origin of
 /// the root link).

@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 
 use super::bodies::Bodies;
 use super::spatial::{RigidInertia, SpatialForce, SpatialMotion, WideForce, WideInertia, WideMotion};
-use crate::wide::{LANES, Wide};
+use crate::model::wide::{LANES, Wide};
 
 /// Momentum of a character in the world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

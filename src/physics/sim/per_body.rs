@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::spatial::{SpatialForce, SpatialMotion};
+use crate::model::wide::{LANES, Numbers, Wide};
 use crate::model::{BodyGroup, Model, Parents, Slot};
-use crate::wide::{LANES, Numbers, Wide};
 
 /// A quantity of each body of a model.
 #[derive(Debug, Clone)]

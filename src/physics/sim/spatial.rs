@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::wide::{Numbers, Wide};
+use crate::model::wide::{Numbers, Wide};
 
 /// A velocity or acceleration: of rotation (rad/s), and of the body-fixed point at the common
 /// point (m/s).

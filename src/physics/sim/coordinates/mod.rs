@@ -19,8 +19,8 @@ use super::rows::Rows;
 use super::spatial::SpatialForce;
 use super::step_data::StepData;
 use crate::model::Model;
+use crate::model::wide::Lanes;
 use crate::scene::DrivePlan;
-use crate::wide::Lanes;
 use outcome::StepOutcome;
 
 /// What differs between coordinate systems. A system keeps what it computes in a step, and what it finds for the stages that are

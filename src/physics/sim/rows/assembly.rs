@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::half_solved::{self, HalfSolved};
 use super::owner::RowOwner;
+use crate::model::wide::Lanes;
 use crate::sim::lcp::{Bound, Problem};
-use crate::wide::Lanes;
 
 /// Half-solved numbers of a row for which there is room from the beginning; hardly a row has more.
 const WIDTH: usize = 64;

@@ -13,12 +13,12 @@ use std::ops::Range;
 use super::assembly::{Row, Rows};
 use super::owner::RowOwner;
 use super::stabilization::{Recovery, gap_bias, gap_recovery};
+use crate::model::wide::Lanes;
 use crate::sim::contact::ContactCandidate;
 use crate::sim::lcp::Bound;
 use crate::sim::memory::ContactForces;
 use crate::sim::per_body::Motions;
 use crate::sim::spatial::SpatialForce;
-use crate::wide::Lanes;
 
 /// Compliance of contacts in the feedforward pass, as a share of the whole character's mobility.
 ///

@@ -12,9 +12,9 @@ use std::ops::Range;
 
 use super::assembly::{Row, Rows};
 use super::owner::RowOwner;
+use crate::model::wide::Lanes;
 use crate::sim::lcp::Bound;
 use crate::sim::tracking::Spring;
-use crate::wide::Lanes;
 
 /// The rotor of reflected inertia `armature` (kg m² or kg) of a joint that moves at `rate`.
 pub fn rotor(armature: f64, rate: f64, step: f64) -> Spring {

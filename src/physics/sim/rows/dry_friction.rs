@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use super::assembly::{Row, Rows};
 use super::owner::RowOwner;
+use crate::model::wide::Lanes;
 use crate::sim::lcp::Bound;
-use crate::wide::Lanes;
 
 /// Adds a row for every joint with dry friction (N m or N) that `has_row`.
 ///

@@ -6,8 +6,8 @@
 use multiversion::multiversion;
 use std::ops::Range;
 
+use crate::model::wide::{LANES, Lanes};
 use crate::sim::lcp::dot;
-use crate::wide::{LANES, Lanes};
 
 /// Numbers of a half-solved row that belong to the root.
 pub const ROOT: usize = 6;

@@ -18,12 +18,12 @@ use super::assembly::{Row, Rows};
 use super::owner::RowOwner;
 use super::stabilization::{Recovery, SHARE_PER_STEP};
 use crate::character::LoopKind;
+use crate::model::wide::Lanes;
 use crate::model::{DofKind, LoopJoint, Model};
 use crate::sim::bodies::{Bodies, BodyMotion};
 use crate::sim::lcp::Bound;
 use crate::sim::per_body::Motions;
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
-use crate::wide::Lanes;
 
 /// Directions in which the two ends of a joint are held together.
 #[derive(Debug, Clone, Copy, PartialEq)]

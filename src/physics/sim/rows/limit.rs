@@ -9,8 +9,8 @@ use std::ops::Range;
 use super::assembly::{Row, Rows};
 use super::owner::RowOwner;
 use super::stabilization::{gap_bias, gap_recovery};
+use crate::model::wide::Lanes;
 use crate::sim::lcp::Bound;
-use crate::wide::Lanes;
 
 /// A limit has a row when the joint is within this many steps of it at the velocity it has if no row acts.
 const STEPS_AHEAD: f64 = 2.0;

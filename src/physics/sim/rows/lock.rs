@@ -6,9 +6,9 @@ use nalgebra::Vector3;
 
 use super::assembly::{Row, Rows};
 use super::owner::RowOwner;
+use crate::model::wide::Lanes;
 use crate::sim::lcp::Bound;
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
-use crate::wide::Lanes;
 
 /// Adds the three rows; `free` is the root's velocity if no row acted, and `half_solve` half-solves
 /// the row of a wrench on the root (see [`Rows::push`]).

@@ -22,10 +22,10 @@ use super::joint::{self, Coupling};
 use super::owner::RowOwner;
 use super::stabilization::Recovery;
 use crate::model::Model;
+use crate::model::wide::Lanes;
 use crate::sim::bodies::Bodies;
 use crate::sim::per_body::Motions;
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
-use crate::wide::Lanes;
 
 /// A row whose mobility is less than this share of the others of its loop is left out: axes count as
 /// parallel within about its square root, rad.

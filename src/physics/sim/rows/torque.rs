@@ -10,9 +10,9 @@ use std::ops::Range;
 
 use super::assembly::{Row, Rows};
 use super::owner::RowOwner;
+use crate::model::wide::Lanes;
 use crate::sim::lcp::Bound;
 use crate::sim::tracking::Spring;
-use crate::wide::Lanes;
 
 /// Adds the row of joint `joint`, whose torque follows `line` between `lower` and `upper` (N m or N).
 ///

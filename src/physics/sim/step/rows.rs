@@ -1,6 +1,7 @@
 //! The rows of a step, their solution and the bodies' response.
 
 use super::Stages;
+use crate::model::wide::Lanes;
 use crate::sim::contact::ContactCandidate;
 use crate::sim::coordinates::CoordinateSystem;
 use crate::sim::failure::{Failure, fail_unless_usable};
@@ -10,7 +11,6 @@ use crate::sim::memory::ContactForces;
 use crate::sim::rows::{Recovery, Rows, contact, drive, dry_friction, limit, loops, torque};
 use crate::sim::step_data::StepData;
 use crate::sim::workspace::Workspace;
-use crate::wide::Lanes;
 
 impl<C: CoordinateSystem> Stages<'_, C> {
     /// The rows: contacts first, then what has bounds (limits, dry friction, saturated actuators), then what holds the

@@ -7,13 +7,13 @@ use crate::model::{DofKind, Model, SOLID_SLOTS};
 use crate::scene::StepPlan;
 use multiversion::multiversion;
 
+use crate::model::wide::LANES;
 use crate::sim::bodies::Bodies;
 use crate::sim::contact::solids::Solids;
 use crate::sim::contact::{Contact, ContactCandidate, DetectionSettings, grip, ground};
 use crate::sim::per_body::Motions;
 use crate::sim::rows::contact;
 use crate::sim::spatial::WideMotion;
-use crate::wide::LANES;
 
 /// Contact candidates. (detection, impact_contacts)
 ///

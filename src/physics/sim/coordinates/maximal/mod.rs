@@ -40,6 +40,7 @@ use std::ops::Range;
 use super::CoordinateSystem;
 use super::outcome::StepOutcome;
 use crate::model::Model;
+use crate::model::wide::Lanes;
 use crate::scene::{DrivePlan, StepPlan};
 use crate::sim::bodies::Bodies;
 use crate::sim::command::Command;
@@ -49,7 +50,6 @@ use crate::sim::per_body::Motions;
 use crate::sim::rows::Rows;
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
 use crate::sim::step_data::StepData;
-use crate::wide::Lanes;
 use forecast::Forecast;
 use response::BodyFactor;
 

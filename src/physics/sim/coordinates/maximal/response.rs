@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::model::wide::{LANES, Lanes};
 use crate::model::{Body, Model};
 use crate::sim::bodies::{Bodies, BodyMotion};
 use crate::sim::per_body::Motions;
 use crate::sim::rows::ROOT;
 use crate::sim::spatial::{SpatialForce, SpatialMotion};
-use crate::wide::{LANES, Lanes};
 
 /// Numbers of a half-solved row that belong to a body: of the force, and of the moment about its
 /// centre of mass.

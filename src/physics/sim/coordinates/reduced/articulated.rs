@@ -11,6 +11,7 @@
 use multiversion::multiversion;
 
 use super::root::RootFactor;
+use crate::model::wide::{LANES, Lanes, Numbers, Wide};
 use crate::model::{BodyGroup, Model};
 use crate::sim::bodies::Bodies;
 use crate::sim::joint_load::JointLoad;
@@ -20,7 +21,6 @@ use crate::sim::spatial::{
     ArticulatedInertia, RigidInertia, SpatialForce, SpatialMotion, WideArticulated, WideForce, WideInertia,
     WideMotion,
 };
-use crate::wide::{LANES, Lanes, Numbers, Wide};
 
 /// A joint's share of the factorised mass matrix.
 #[derive(Debug, Clone, Copy)]

@@ -4,12 +4,12 @@ use multiversion::multiversion;
 use nalgebra::Matrix3;
 
 use super::trigonometry::sines_and_cosines;
+use crate::model::wide::{LANES, Lanes, Wide, WideMatrix, WideVector};
 use crate::model::{BodyGroup, DofKind, Model};
 use crate::sim::bodies::{Bodies, BodyLanes};
 use crate::sim::per_body::Motions;
 use crate::sim::spatial::{RigidInertia, SpatialMotion, WideInertia, WideMotion, rotated};
 use crate::sim::state::State;
-use crate::wide::{LANES, Lanes, Wide, WideMatrix, WideVector};
 
 /// Fills `bodies`, one for every body of `model`, from `state`.
 #[multiversion(targets("x86_64+avx2"))]

@@ -26,6 +26,7 @@ use nalgebra::Vector3;
 
 use super::CoordinateSystem;
 use super::outcome::StepOutcome;
+use crate::model::wide::Lanes;
 use crate::model::{Body, DofKind, Model};
 use crate::scene::{DrivePlan, Feedforward, StepPlan};
 use crate::sim::bodies::Bodies;
@@ -36,7 +37,6 @@ use crate::sim::per_body::{Forces, Motions, PerBody};
 use crate::sim::rows::Rows;
 use crate::sim::spatial::SpatialForce;
 use crate::sim::step_data::StepData;
-use crate::wide::Lanes;
 use articulated::Articulated;
 use displaced::Displaced;
 use flight::Flight;

@@ -5,6 +5,7 @@ use super::ReducedCoordinates;
 use super::kinematics::place;
 use multiversion::multiversion;
 
+use crate::model::wide::{LANES, Lanes, WideMatrix};
 use crate::model::{BodyGroup, Model};
 use crate::sim::bodies::Bodies;
 use crate::sim::coordinates::outcome::StepOutcome;
@@ -15,7 +16,6 @@ use crate::sim::root_freedom::RootFreedom;
 use crate::sim::spatial::WideMotion;
 use crate::sim::step_control::{MAX_PENDULUM_PHASE, MAX_ROTATION_ANGLE, SLOW_ROTATION};
 use crate::sim::step_data::StepData;
-use crate::wide::{LANES, Lanes, WideMatrix};
 
 impl ReducedCoordinates {
     /// Places the bodies. The outcome of a step that is too long for the old velocities.

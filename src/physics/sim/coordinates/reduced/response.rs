@@ -10,11 +10,11 @@ use std::ops::Range;
 
 use super::articulated::{Articulated, JointFactor};
 use crate::model::Model;
+use crate::model::wide::{LANES, Lanes, Wide};
 use crate::sim::bodies::Bodies;
 use crate::sim::per_body::Motions;
 use crate::sim::rows::ROOT;
 use crate::sim::spatial::{SpatialForce, SpatialMotion, WideMotion};
-use crate::wide::{LANES, Lanes, Wide};
 
 /// Half-solves units of the rows that are `forces`, no more than [`LANES`], on body `body`, and the opposite on body
 /// `other` if there is one: appends side by side to `numbers` [`ROOT`] of the root and one for each joint in the

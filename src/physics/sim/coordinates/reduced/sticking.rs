@@ -5,12 +5,12 @@ use multiversion::multiversion;
 use super::ReducedCoordinates;
 use super::articulated::Articulated;
 use super::free_motion::minus_gravity;
+use crate::model::wide::LANES;
 use crate::sim::per_body::{Forces, Motions};
 use crate::sim::rows::contact;
 use crate::sim::spatial::{SpatialForce, SpatialMotion, WideForce, WideInertia, WideMotion};
 use crate::sim::step_data::StepData;
 use crate::sim::workspace::Placement;
-use crate::wide::LANES;
 
 impl ReducedCoordinates {
     /// Torques of friction in the joints that stick: what their bodies, with all beyond, require at the new velocities and

@@ -6,13 +6,13 @@ use nalgebra::Vector3;
 use super::ReducedCoordinates;
 use super::articulated::Articulated;
 use crate::model::Model;
+use crate::model::wide::{LANES, Lanes, WideVector};
 use crate::sim::memory::Pendulum;
 use crate::sim::per_body::{Motions, PerBody};
 use crate::sim::rows::{contact, loops};
 use crate::sim::spatial::WideMotion;
 use crate::sim::step_data::StepData;
 use crate::sim::workspace::Placement;
-use crate::wide::{LANES, Lanes, WideVector};
 
 impl ReducedCoordinates {
     /// The tension in each joint, under which its body is a pendulum, and the fastest pendulum: ω² = F r / d, with the

@@ -7,7 +7,7 @@
 
 use multiversion::multiversion;
 
-use crate::wide::{LANES, Lanes};
+use crate::model::wide::{LANES, Lanes};
 
 /// Beyond this magnitude, rad, multiples of π/2 are too large for the exact products.
 const FARTHEST: f64 = 1e6;

@@ -7,6 +7,9 @@
 //! The compiler finds that by itself if the loop is the whole of a function, and everything that it reads or writes an argument by
 //! reference: then it knows that nothing overlaps. Inlined into another function, the same loop stays one of single numbers.
 
+// Plain loops over indices unroll before the compiler looks for lanes; iterators over arrays do not.
+#![allow(clippy::needless_range_loop)]
+
 use std::marker::PhantomData;
 
 use nalgebra::{Matrix3, Vector3};
