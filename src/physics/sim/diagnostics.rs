@@ -1,6 +1,6 @@
 //! Quantities of a state: energy, momentum, poses, joint separation.
 
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::bodies::Bodies;
 use super::coordinates::{maximal, reduced};
@@ -37,28 +37,26 @@ pub fn joint_separation(model: &Model, state: &State) -> f64 {
 
 /// Centre of mass of `model` in `state`, world frame, m.
 pub fn center_of_mass(model: &Model, state: &State) -> Point3<f64> {
-    let sum: Vector3<f64> = placed(model, state).iter().map(|body| body.inertia.first_moment).sum();
-    state.root.position + sum / model.mass
+    state.root.position + first_moment(&placed(model, state)) / model.mass
 }
 
 /// World frames of the character's links in `state`, in their order.
 pub fn link_poses(model: &Model, state: &State) -> Vec<Isometry3<f64>> {
-    let frames: Vec<Isometry3<f64>> = placed(model, state)
-        .iter()
-        .map(|body| {
-            let origin = state.root.position.coords + body.origin;
-            let rotation = UnitQuaternion::from_matrix(&body.rotation);
-            Isometry3::from_parts(Translation3::from(origin), rotation)
-        })
-        .collect();
+    let bodies = placed(model, state);
+    let frame = |index: usize| {
+        let body = bodies.at(index);
+        let origin = state.root.position.coords + body.origin;
+        let rotation = Rotation3::from_matrix_unchecked(body.rotation);
+        Isometry3::from_parts(Translation3::from(origin), UnitQuaternion::from_rotation_matrix(&rotation))
+    };
+    let frames: Vec<Isometry3<f64>> = (0..bodies.len()).map(frame).collect();
     model.links.iter().map(|place| frames[place.body] * place.pose).collect()
 }
 
 /// Energy of `model` in `state` under the gravity of `plan`. The rotors' share (armature) is included.
 pub fn energy(model: &Model, plan: &StepPlan, state: &State) -> Energy {
     let bodies = placed(model, state);
-    let first: Vector3<f64> = bodies.iter().map(|body| body.inertia.first_moment).sum();
-    let first = first + state.root.position.coords * model.mass;
+    let first = first_moment(&bodies) + state.root.position.coords * model.mass;
     Energy {
         kinetic: kinetic_energy(model, &bodies, &state.velocities),
         potential: -plan.gravity.dot(&first),
@@ -69,4 +67,9 @@ pub fn energy(model: &Model, plan: &StepPlan, state: &State) -> Energy {
 pub fn momentum(model: &Model, state: &State) -> Momentum {
     // Of these bodies the root moves already.
     Composite::new(&placed(model, state)).momentum(SpatialMotion::ZERO)
+}
+
+/// The sum of mass times centre of mass of all `bodies`, about the common point, kg m.
+fn first_moment(bodies: &Bodies) -> Vector3<f64> {
+    (0..bodies.len()).map(|index| bodies.at(index).inertia.first_moment).sum()
 }

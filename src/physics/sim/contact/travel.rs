@@ -131,7 +131,8 @@ impl Travel {
     pub fn measure_speeds(&mut self, bodies: &Bodies, settings: &DetectionSettings) -> f64 {
         let frame = if self.world { SpatialMotion::ZERO } else { bodies.at(0).velocity };
         let mut fastest = 0.0_f64;
-        for ((body, farthest), speed) in bodies.iter().zip(&self.farthest).zip(&mut self.speed) {
+        for (index, (farthest, speed)) in self.farthest.iter().zip(&mut self.speed).enumerate() {
+            let body = bodies.at(index);
             let velocity = body.velocity.minus(frame);
             // Sums are no less than the norms and take no roots.
             *speed = velocity.at(body.origin).abs().sum() + velocity.angular.abs().sum() * farthest;

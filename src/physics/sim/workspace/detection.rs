@@ -102,10 +102,9 @@ impl ContactDetection {
         if linear + angular * (2.0 * self.span + self.reach) <= expected {
             return false;
         }
-        let mut changes = new.iter().zip(placed.old.iter()).zip(placed.bodies.iter().map(|body| body.center));
-        changes.any(|((new, old), center)| {
-            let change = new.minus(old);
-            change.at(center).amax() + change.angular.amax() * self.reach > expected
+        (0..new.len()).any(|index| {
+            let change = new.at(index).minus(placed.old.at(index));
+            change.at(placed.bodies.at(index).center).amax() + change.angular.amax() * self.reach > expected
         })
     }
 

@@ -7,6 +7,7 @@ use crate::model::Model;
 use crate::sim::bodies::Bodies;
 use crate::sim::energy::kinetic_energy;
 use crate::sim::integrate::advance;
+use crate::sim::momentum::Composite;
 use crate::sim::spatial::SpatialMotion;
 use crate::sim::state::State;
 
@@ -55,8 +56,8 @@ impl Displaced {
         if model.fixed_base {
             return RelativeMotion { kinetic, center: Vector3::zeros() };
         }
-        let parts = model.bodies.iter().zip(bodies.iter());
-        let momentum: Vector3<f64> = parts.map(|(body, at)| at.velocity.at(at.center) * body.mass).sum();
+        // Of these bodies the root moves already.
+        let momentum = Composite::new(bodies).momentum(SpatialMotion::ZERO).linear;
         let center = momentum / model.mass;
         RelativeMotion { kinetic: kinetic - 0.5 * momentum.dot(&center), center }
     }
