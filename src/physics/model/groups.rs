@@ -43,7 +43,7 @@ pub struct BodyGroup {
     pub axis: WideVector,
     /// 1 where the joint slides, 0 where it rotates.
     pub slides: Lanes,
-    /// Axis of each body's spin that does not show, zero where there is none (see [`Spin`]).
+    /// Axis of each body's spin that does not show, zero where there is none (see `spin.rs`).
     pub spin_axis: WideVector,
     /// 0 where no rotation shows, 1 where some does.
     pub shows: Lanes,

@@ -42,9 +42,9 @@ pub(super) fn kinetic_energy_at(
 /// Adds to the lanes of `sums` twice the kinetic energies of bodies of these inertias and velocities, J.
 #[multiversion(targets("x86_64+avx2"))]
 fn add_twice_energies(inertias: &WideInertia, velocities: &WideMotion, sums: &mut Lanes) {
-    for lane in 0..LANES {
+    for (lane, sum) in sums.iter_mut().enumerate() {
         let velocity = velocities.at(lane);
-        sums[lane] += velocity.dot(inertias.at(lane).times(velocity));
+        *sum += velocity.dot(inertias.at(lane).times(velocity));
     }
 }
 

@@ -151,7 +151,7 @@ impl Rows {
         self.bounds.is_empty()
     }
 
-    /// Adds `rows`, no more than [`LANES`](super::LANES). `half_solve` appends their half-solved numbers side by side: those of the
+    /// Adds `rows`, no more than [`LANES`](crate::model::wide::LANES). `half_solve` appends their half-solved numbers side by side: those of the
     /// root and one for each place of the range that it returns.
     pub fn push<const COUNT: usize>(
         &mut self,
