@@ -36,7 +36,7 @@ pub(crate) const UPRIGHT_LEGS: usize = 4;
 pub(crate) const EXTENSION: [f64; 2] = [0.8, 0.95];
 /// Share of joints and time at the torque limit.
 pub(crate) const SATURATION: f64 = 0.01;
-/// Share of each joint's variance in three harmonics of the stride.
+/// Share of each joint's variance in the first harmonics of the stride ([`harmonics`](super::harmonics::harmonics)).
 pub(crate) const SMOOTHNESS: f64 = 0.9;
 /// 8° and 20° from least to greatest, rad.
 const LEVEL: f64 = 8.0 * std::f64::consts::PI / 180.0;

@@ -7,7 +7,7 @@
 mod foot;
 mod foot_force;
 mod footfall;
-mod harmonics;
+pub(crate) mod harmonics;
 mod legs;
 pub(crate) mod limb;
 pub(crate) mod limits;

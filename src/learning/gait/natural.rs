@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use super::foot_force::peak_forces;
 use super::footfall::Footing;
-use super::harmonics::smooth_shares;
+use super::harmonics::{harmonics, smooth_shares};
 use super::limb::Limb;
 use super::limits::{self, GaitLimits};
 use super::measure::GaitContext;
@@ -96,7 +96,8 @@ fn measures(trace: &Trace, report: &GaitReport, context: &NaturalnessContext<'_>
         let spread = cycle_spread(trace, gait.direction, context.period);
         found.worst("travel_spread", MeasureLimit::AtMost(limits::PERIOD_SPREAD), spread);
     }
-    joints(&mut found, trace, context, stride);
+    let longest_stance = report.feet.iter().map(|foot| foot.duty_factor).fold(0.0, f64::max);
+    joints(&mut found, trace, context, (stride, harmonics(longest_stance)));
     found
 }
 
@@ -215,7 +216,12 @@ fn feet(
 }
 
 /// Torque, speed and smoothness of the joints.
-fn joints(found: &mut Measures, trace: &Trace, context: &NaturalnessContext<'_>, stride: f64) {
+fn joints(
+    found: &mut Measures,
+    trace: &Trace,
+    context: &NaturalnessContext<'_>,
+    (stride, harmonics): (f64, usize),
+) {
     let NaturalnessContext { model, actuators, .. } = context;
     if actuators.iter().any(|actuator| actuator.torque.is_finite()) {
         let share = torque_saturation(trace, actuators);
@@ -228,7 +234,7 @@ fn joints(found: &mut Measures, trace: &Trace, context: &NaturalnessContext<'_>,
     if stride > 0.0 {
         let slides: Vec<bool> =
             model.bodies.iter().skip(1).map(|body| body.dof == DofKind::Prismatic).collect();
-        let shares = smooth_shares(trace, stride, &slides);
+        let shares = smooth_shares(trace, (stride, harmonics), &slides);
         found.worst("smoothness", MeasureLimit::at_least(limits::SMOOTHNESS), shares);
     }
 }

@@ -11,14 +11,13 @@ use gaitwright_physics::sim::{Simulator, State};
 use super::leg_watch::{LegFigures, LegRule, LegWatch};
 use super::legs::Legs;
 use crate::gait::Detection;
+use crate::gait::harmonics::{MOST_HARMONICS, harmonics};
 
 /// Steps between two looks at the joints' angles, which change slowly beside the step.
 const POSTURE_STEPS: usize = 4;
 /// Forces are averaged over this share of √(h / g) before their peak is taken: what rigid contact gives within one step
 /// depends on the step.
 const IMPACT: f64 = 0.05;
-/// Harmonics of the stride in which a smooth motion lies.
-const HARMONICS: usize = 3;
 /// A joint's smoothness counts where its standard deviation is at least this share of the greatest.
 const MOVING: f64 = 0.1;
 
@@ -70,7 +69,7 @@ pub struct RolloutFigures {
 struct JointSums {
     sum: f64,
     square: f64,
-    harmonics: [[f64; 2]; HARMONICS],
+    harmonics: [[f64; 2]; MOST_HARMONICS],
 }
 
 /// Sums up what a gait does, step by step.
@@ -279,7 +278,7 @@ impl<'a> Watch<'a> {
             watch.look(leg.extension(&placed), (height - self.ground) / hip_height);
         }
         let phase = TAU * self.judged as f64 / self.period;
-        let beats: [(f64, f64); HARMONICS] =
+        let beats: [(f64, f64); MOST_HARMONICS] =
             std::array::from_fn(|order| ((order + 1) as f64 * phase).sin_cos());
         for (sums, angle) in self.joint_sums.iter_mut().zip(&state.angles) {
             sums.sum += angle;
@@ -304,6 +303,7 @@ impl<'a> Watch<'a> {
         let [x, y] = self.direction;
         let (along, left) = (travel.x * x + travel.y * y, travel.y * x - travel.x * y);
         let way = along.abs().max(0.1 * size);
+        let legs: Vec<LegFigures> = self.leg_watches.iter().map(|leg| leg.figures(time)).collect();
         let range = |axis: usize| self.ranges[axis][1] - self.ranges[axis][0];
         RolloutFigures {
             speed: along / (time * self.step),
@@ -318,24 +318,29 @@ impl<'a> Watch<'a> {
             aerial: self.aerial / time,
             scuffed: self.scuffed / time,
             torque_rate: (self.rates / time).sqrt() / self.step * unit_time / (weight * size),
-            smoothness: self.smoothness(),
+            smoothness: self.smoothness(legs.iter().map(|leg| leg.duty).fold(0.0, f64::max)),
             saturated: self.saturated / (time * self.model.joint_count() as f64),
             speed_used: self.speed_used,
             irregular: self.irregular(),
-            legs: self.leg_watches.iter().map(|leg| leg.figures(time)).collect(),
+            legs,
             ..fallen
         }
     }
 
-    /// Least share of a joint's variance in the harmonics, among the joints that move.
-    fn smoothness(&self) -> f64 {
+    /// Least share of a joint's variance in the harmonics of feet with this greatest duty factor, among the joints that move.
+    fn smoothness(&self, duty: f64) -> f64 {
+        let held = harmonics(duty);
         let count = self.postures as f64;
         let variance = |sums: &JointSums| (sums.square / count - (sums.sum / count).powi(2)).max(0.0);
         let greatest = self.joint_sums.iter().map(variance).fold(0.0, f64::max);
         let moving = self.joint_sums.iter().filter(|sums| variance(sums) > MOVING * MOVING * greatest);
         // Over whole strides the harmonics are orthogonal: each has half the square of its amplitude.
         let explained = |sums: &JointSums| {
-            sums.harmonics.iter().flatten().map(|product| 2.0 * (product / count).powi(2)).sum::<f64>()
+            sums.harmonics[..held]
+                .iter()
+                .flatten()
+                .map(|product| 2.0 * (product / count).powi(2))
+                .sum::<f64>()
         };
         moving.map(|sums| explained(sums) / variance(sums)).fold(1.0, f64::min)
     }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use gaitwright_learning::gait::{GaitContext, GaitReport, NaturalnessContext, judge, least_travel, measure};
 use gaitwright_physics::character::{Character, Limits};
 use gaitwright_physics::model::{Base, Model};
-use gaitwright_physics::motion::MeasureLimit;
+use gaitwright_physics::motion::{MeasureLimit, NaturalnessMeasure};
 use gaitwright_physics::playback::{Sample, Trace};
 use gaitwright_physics::scene::ActuatorLimits;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -277,6 +277,29 @@ proptest! {
         let peak = case.judged().naturalness["peak_force"].value;
         // Forces are averaged over 10 ms and stances start above a hundredth of the weight: a few per cent.
         prop_assert!((peak - 1.0).abs() < 0.06, "{}", peak);
+    }
+}
+
+/// How smooth a walk is whose joints all follow `course` over the part of the stride, 0 to 1, on feet that stand for `duty` of it.
+fn smoothness(duty: f64, course: impl Fn(f64) -> f64) -> NaturalnessMeasure {
+    let walk = Gait { height: 0.36, speed: 0.4, ..Gait::new([0.0, 0.75, 0.5, 0.25], duty) };
+    let case = Case::new(walk).each(|time, sample| sample.angles.fill(course((time / walk.stride).fract())));
+    case.judged().naturalness["smoothness"]
+}
+
+/// The longer feet stand, the shorter is the swing into which a joint has to put its motion: one that swings as smoothly as it can is
+/// smooth at every duty factor of a walk, one that trembles at none, not even if it trembles in its swing alone.
+#[test]
+fn a_short_swing_is_smooth_and_a_tremor_is_not() {
+    for duty in [0.55, 0.6, 0.65, 0.7, 0.75, 0.8] {
+        let swing = 1.0 - duty;
+        let lift = |part: f64| if part < swing { 1.0 - (2.0 * PI * part / swing).cos() } else { 0.0 };
+        let smooth = smoothness(duty, lift);
+        assert!(smooth.holds, "{duty}: {}", smooth.value);
+        let trembling = smoothness(duty, |part| lift(part) + 0.5 * (2.0 * PI * 8.0 * part).sin());
+        assert!(!trembling.holds, "{duty}: {}", trembling.value);
+        let twitching = smoothness(duty, |part| lift(part) * (6.0 * PI * part / swing).cos());
+        assert!(!twitching.holds, "{duty}: {}", twitching.value);
     }
 }
 
