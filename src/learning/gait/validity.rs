@@ -5,10 +5,6 @@ use gaitwright_physics::motion::{RootAdjustment, Validity};
 use gaitwright_physics::playback::Trace;
 use gaitwright_physics::scene::ActuatorLimits;
 
-/// A torque counts as saturated where it is within this share of the greatest torque of what the actuator has at its
-/// speed.
-const SLACK: f64 = 1e-6;
-
 /// Judges `trace`, a continuous simulation of a loop of `period` seconds, from its samples and from the record of its steps.
 ///
 /// `limits` are the ranges of motion (rad or m; `None` is unlimited) and `actuators` what the actuators of the joints can
@@ -60,13 +56,9 @@ pub(super) fn torque_saturation(trace: &Trace, actuators: &[ActuatorLimits]) -> 
     let (mut saturated, mut bounded) = (0_usize, 0_usize);
     for sample in &trace.samples {
         let driven = sample.torques.iter().zip(&sample.velocities).zip(actuators);
-        for ((&torque, &rate), actuator) in
-            driven.filter(|(_, actuator)| actuator.torque.is_finite() && actuator.torque > 0.0)
-        {
-            let [least, greatest] = actuator.available(rate);
-            let slack = SLACK * actuator.torque;
+        for ((&torque, &rate), actuator) in driven.filter(|(_, actuator)| actuator.is_bounded()) {
             bounded += 1;
-            saturated += usize::from(torque <= least + slack || torque >= greatest - slack);
+            saturated += usize::from(actuator.gives_all(torque, rate));
         }
     }
     saturated as f64 / bounded.max(1) as f64

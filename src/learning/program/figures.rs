@@ -52,7 +52,7 @@ pub struct RolloutFigures {
     pub torque_rate: f64,
     /// Least share of a joint's variance that lies in the first harmonics of the stride.
     pub smoothness: f64,
-    /// Share of joints and time at the torque limit.
+    /// Share of the joints with a greatest torque and of the time in which an actuator gives all that it has at its speed.
     pub saturated: f64,
     /// Greatest joint speed over what the actuator has.
     pub speed_used: f64,
@@ -102,7 +102,9 @@ pub(super) struct Watch<'a> {
     torques: Vec<f64>,
     work: f64,
     rates: f64,
-    saturated: f64,
+    /// Looks at actuators with a greatest torque, and those at which they gave all that they had.
+    bounded: usize,
+    saturated: usize,
     speed_used: f64,
     /// Of the forces on the ground, and of their slip with that weight.
     load: f64,
@@ -157,7 +159,8 @@ impl<'a> Watch<'a> {
             torques: vec![0.0; joints],
             work: 0.0,
             rates: 0.0,
-            saturated: 0.0,
+            bounded: 0,
+            saturated: 0,
             speed_used: 0.0,
             load: 0.0,
             slid: 0.0,
@@ -254,12 +257,14 @@ impl<'a> Watch<'a> {
 
     /// Torques and rates.
     fn joints(&mut self, simulator: &Simulator) {
+        let plan = simulator.plan();
         let rates = &simulator.state().velocities;
         for (joint, torque) in simulator.torques().iter().enumerate() {
             self.work += (torque * rates[joint]).abs() * self.step;
             self.rates += (torque - self.torques[joint]).powi(2);
-            let limit = self.model.effort[joint];
-            self.saturated += f64::from(u8::from(limit.is_some_and(|limit| torque.abs() >= 0.999 * limit)));
+            let actuator = plan.actuator_limits(joint);
+            self.bounded += usize::from(actuator.is_bounded());
+            self.saturated += usize::from(actuator.gives_all(*torque, rates[joint]));
             if let Some(limit) = self.model.speed[joint] {
                 self.speed_used = self.speed_used.max(rates[joint].abs() / limit);
             }
@@ -319,7 +324,7 @@ impl<'a> Watch<'a> {
             scuffed: self.scuffed / time,
             torque_rate: (self.rates / time).sqrt() / self.step * unit_time / (weight * size),
             smoothness: self.smoothness(legs.iter().map(|leg| leg.duty).fold(0.0, f64::max)),
-            saturated: self.saturated / (time * self.model.joint_count() as f64),
+            saturated: self.saturated as f64 / self.bounded.max(1) as f64,
             speed_used: self.speed_used,
             irregular: self.irregular(),
             legs,

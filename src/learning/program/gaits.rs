@@ -28,9 +28,10 @@ impl NamedGait {
         GaitLimits::of_gait(self.gait).symmetrical
     }
 
-    /// How many times the generations of a gait it takes. Gaits that are not symmetrical pitch, and most of them turn.
+    /// How many times the generations of a gait it takes. Gaits that are not symmetrical pitch, most of them turn, and their legs have
+    /// times of their own.
     pub fn share(&self) -> u32 {
-        if self.symmetrical() { 1 } else { 2 }
+        if self.symmetrical() { 1 } else { 4 }
     }
 
     /// `froude` kept within those at which the gait is used.
@@ -48,7 +49,8 @@ impl NamedGait {
 type Way = (&'static str, &'static str, Option<&'static str>, f64, [f64; 3]);
 
 /// Froude numbers after Alexander & Jayes 1983: horses and dogs change from walk to trot at 0.35 to 0.5, and from trot to
-/// gallop at 2 to 3. A canter or a gallop that is a tenth slower than its least Froude number asks is still judged one. The walk's duty factor is that of animals at its speed, not that of its slowest strides.
+/// gallop at 2 to 3. A canter or a gallop that is a tenth slower than its least Froude number asks is still judged one. The duty
+/// factors of the walk and the gallops are those of animals at their speed here, not those of the slowest walk and the fastest gallop.
 const FOUR: [Way; 9] = [
     ("walk", "walk", None, 0.65, [0.02, 0.1, 0.5]),
     ("trot", "trot", None, 0.5, [0.1, 0.4, 0.7]),
@@ -56,8 +58,8 @@ const FOUR: [Way; 9] = [
     ("pace", "pace", None, 0.5, [0.1, 0.4, 3.0]),
     ("canter", "canter", None, 0.4, [1.0, 1.0, 3.0]),
     ("bound", "bound", None, 0.4, [0.3, 1.0, 5.0]),
-    ("transverse gallop", "gallop", Some("transverse"), 0.3, [1.0, 2.0, 20.0]),
-    ("rotary gallop", "gallop", Some("rotary"), 0.3, [1.0, 2.0, 20.0]),
+    ("transverse gallop", "gallop", Some("transverse"), 0.38, [1.0, 2.0, 20.0]),
+    ("rotary gallop", "gallop", Some("rotary"), 0.38, [1.0, 2.0, 20.0]),
     ("pronk", "pronk", None, 0.4, [0.1, 0.5, 3.0]),
 ];
 

@@ -36,9 +36,8 @@ pub struct Arena {
     gravity: f64,
     /// Height of the ground where it stands, m.
     ground: f64,
-    accuracy: Accuracy,
     /// As asked, and disturbed.
-    scenes: [Scene; 2],
+    runs: [(Scene, Accuracy); 2],
 }
 
 impl Arena {
@@ -64,20 +63,27 @@ impl Arena {
             direction: [direction[0] / length, direction[1] / length],
             gravity: Vector3::from(scene.gravity).norm(),
             ground: scene.ground.as_ref().map_or(0.0, |ground| Terrain::new(ground).height(0.0, 0.0)),
-            accuracy: *accuracy,
-            scenes: [scene.clone(), slippery],
+            runs: [(scene.clone(), *accuracy), (slippery, *accuracy)],
         })
     }
 
-    /// Step of the simulation, s.
+    /// The same place where disturbed runs are simulated with `accuracy`: a longer step is one more disturbance.
+    #[must_use]
+    pub fn disturbed_with(mut self, accuracy: &Accuracy) -> Self {
+        self.runs[1].1 = *accuracy;
+        self
+    }
+
+    /// Step of the undisturbed simulation, s.
     pub fn step(&self) -> f64 {
-        self.accuracy.step
+        self.runs[0].1.step
     }
 
     /// Plays `ring` with `gains` from the standing pose, as asked or `disturbed`, and judges `strides` strides after the
     /// entry. What cannot be simulated has fallen at once.
     pub fn run(&self, ring: &Ring, gains: &Gains, disturbed: bool, strides: usize) -> RolloutFigures {
-        let step = self.accuracy.step;
+        let (scene, accuracy) = &self.runs[usize::from(disturbed)];
+        let step = accuracy.step;
         let stride = (ring.period / step).round().max(1.0) as usize;
         let mut watch = Watch::new(
             &self.model,
@@ -89,8 +95,7 @@ impl Arena {
         if disturbed {
             gains.stiffness.iter_mut().chain(&mut gains.damping).for_each(|gain| *gain *= SOFTENED);
         }
-        let scene = &self.scenes[usize::from(disturbed)];
-        let Ok(plan) = StepPlan::compile(scene, &self.accuracy, Some(&gains), &self.model) else {
+        let Ok(plan) = StepPlan::compile(scene, accuracy, Some(&gains), &self.model) else {
             return watch.figures(0.0, 0.0);
         };
         let mut simulator = Simulator::new(Arc::new(plan), self.stance.state.clone());

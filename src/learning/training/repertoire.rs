@@ -45,11 +45,12 @@ pub(super) fn run(
             progress = Progress::resumed(milestones, curve, simulated, (elapsed, by_the_clock));
         }
     }
+    let coarsely = searched(coarse(setup, subject), subject);
     let shared = Shared {
         setup,
         subject,
-        fine: at(subject, searched(setup.accuracy, subject))?,
-        coarse: at(subject, searched(coarse(setup, subject), subject))?,
+        fine: at(subject, searched(setup.accuracy, subject))?.disturbed_with(&coarsely),
+        coarse: at(subject, coarsely)?,
         pool: ThreadPoolBuilder::new().num_threads(setup.threads.max(1)).build()?,
         stop: {
             let seconds = setup.parameters.budget.seconds();

@@ -1,5 +1,8 @@
 //! What an actuator can do.
 
+/// A torque is all that an actuator has where it is within this share of its greatest torque of what it has at its speed.
+const SLACK: f64 = 1e-6;
+
 /// What an actuator can do; both infinite where unlimited.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActuatorLimits {
@@ -13,7 +16,7 @@ impl ActuatorLimits {
     /// Whether the torque falls with the speed.
     #[inline]
     pub fn falls_with_speed(self) -> bool {
-        self.speed.is_finite() && self.torque.is_finite() && self.torque > 0.0
+        self.speed.is_finite() && self.is_bounded()
     }
 
     /// Whether `torque` is available at the velocity `rate` whichever the direction of either; false also where that is a
@@ -25,6 +28,18 @@ impl ActuatorLimits {
         } else {
             torque.abs() <= self.torque
         }
+    }
+
+    /// Whether there is a greatest torque.
+    pub fn is_bounded(self) -> bool {
+        self.torque.is_finite() && self.torque > 0.0
+    }
+
+    /// Whether `torque` is all that it has at the velocity `rate`, in either direction; false where it is not bounded.
+    pub fn gives_all(self, torque: f64, rate: f64) -> bool {
+        let [least, greatest] = self.available(rate);
+        let slack = SLACK * self.torque;
+        self.is_bounded() && (torque <= least + slack || torque >= greatest - slack)
     }
 
     /// l and u at the velocity `rate`, N m or N.
