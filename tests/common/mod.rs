@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use gaitwright_physics::character::{self, Character, Options};
+use gaitwright_physics::character::{self, Character, Options, Shape};
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Effect, Gains, Scene, StepPlan, Switch};
 
@@ -94,6 +94,39 @@ pub fn without(effects: &[Effect]) -> Scene {
     let mut scene = Scene::default();
     scene.effects.extend(effects.iter().map(|effect| (*effect, Switch::Off)));
     scene
+}
+
+/// `character` with its lengths multiplied by `s`, of the same density and strength.
+pub fn scaled(character: &Character, s: f64) -> Character {
+    let mut scaled = character.clone();
+    for link in &mut scaled.links {
+        if let Some(inertial) = &mut link.inertial {
+            inertial.mass *= s.powi(3);
+            inertial.center_of_mass *= s;
+            inertial.inertia *= s.powi(5);
+        }
+        if let Some(joint) = &mut link.joint {
+            joint.origin.translation.vector *= s;
+            joint.effort = joint.effort.map(|effort| effort * s.powi(4));
+            joint.velocity = joint.velocity.map(|velocity| velocity / s.sqrt());
+            joint.damping *= s.powf(4.5);
+            joint.friction *= s.powi(4);
+            joint.armature *= s.powi(5);
+        }
+        for placed in link.collisions.iter_mut().chain(&mut link.visuals) {
+            placed.pose.translation.vector *= s;
+            match &mut placed.shape {
+                Shape::Sphere { radius } => *radius *= s,
+                Shape::Box { half_extents } => *half_extents *= s,
+                Shape::Cylinder { radius, half_length } | Shape::Capsule { radius, half_length } => {
+                    *radius *= s;
+                    *half_length *= s;
+                }
+                Shape::Hull { vertices, .. } => vertices.iter_mut().for_each(|vertex| *vertex *= s),
+            }
+        }
+    }
+    scaled
 }
 
 /// A compiled plan.

@@ -11,8 +11,8 @@ use gaitwright_learning::training::niche::{NichePace, niches};
 use gaitwright_learning::training::{LearnedMotion, Trained, TrainingCheckpoint, TrainingObserver, train};
 use gaitwright_physics::character::read_file;
 use gaitwright_physics::model::{Base, Model};
-use gaitwright_physics::playback::Playback;
-use gaitwright_physics::scene::{Accuracy, Scene, StepPlan};
+use gaitwright_physics::playback::{Playback, Trace};
+use gaitwright_physics::scene::{Accuracy, Scene, StepPlan, usual_step};
 use gaitwright_physics::sim::link_poses;
 use gaitwright_physics::stance::{Stance, Upright};
 
@@ -21,7 +21,17 @@ const GRAVITY: f64 = 9.81;
 fn setup(name: &str, task: Task, learning: Learning, threads: usize) -> LearningSetup {
     let reading = read_file(&crate::common::example_path(name), Default::default()).unwrap();
     let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
-    let (scene, accuracy) = (Scene::default(), Accuracy::default());
+    setup_of(model, Accuracy::default(), task, learning, threads)
+}
+
+fn setup_of(
+    model: Arc<Model>,
+    accuracy: Accuracy,
+    task: Task,
+    learning: Learning,
+    threads: usize,
+) -> LearningSetup {
+    let scene = Scene::default();
     let stance = Arc::new(Stance::find(&model, &scene));
     let parameters = learning.resolve(&stance, GRAVITY, accuracy.step).unwrap();
     LearningSetup { model, stance, scene, accuracy, task, parameters, seed: 3, threads }
@@ -186,20 +196,25 @@ fn a_few_generations_teach_a_walk_that_is_a_walk() {
     assert_eq!(motion.behaviour.cycle.len(), 8, "the whole stride is kept");
 
     let LearningSetup { model, stance, scene, accuracy, .. } = &setup;
-    let plan = StepPlan::compile(scene, accuracy, Some(&motion.gains), model).unwrap();
     let player = motion.player(&stance.angles);
-    let playback = Playback {
-        model,
-        plan: &Arc::new(plan),
-        start: &stance.state,
-        player: &player,
-        upright: &Upright::new(model, stance, scene),
-        seconds: 15.0,
-        sample_every: 0.004,
+    let played_at = |factor: f64| {
+        let accuracy = Accuracy { step: factor * accuracy.step, ..*accuracy };
+        let plan = StepPlan::compile(scene, &accuracy, Some(&motion.gains), model).unwrap();
+        let playback = Playback {
+            model,
+            plan: &Arc::new(plan),
+            start: &stance.state,
+            player: &player,
+            upright: &Upright::new(model, stance, scene),
+            seconds: 15.0,
+            sample_every: 0.004,
+        };
+        let mut trace = playback.run(|| false);
+        assert_eq!(trace.fell_at, None, "at {factor} of the step");
+        trace.samples.retain(|sample| sample.time > player.lead() + 2.0 * player.period());
+        trace
     };
-    let mut trace = playback.run(|| false);
-    assert_eq!(trace.fell_at, None);
-    trace.samples.retain(|sample| sample.time > player.lead() + 2.0 * player.period());
+    let trace = played_at(1.0);
     let standing = link_poses(model, &stance.state);
     let gait = measure(
         &trace,
@@ -217,6 +232,15 @@ fn a_few_generations_teach_a_walk_that_is_a_walk() {
     // Lateral sequence (Hildebrand 1965): hind, fore of one side, then of the other, a quarter of a stride apart.
     let wanted = motion.speed.unwrap();
     assert!((gait.speed / wanted - 1.0).abs() < 0.1, "{} of {wanted} m/s", gait.speed);
+    // What was learned is not the step: at a quarter of it and at twice it the walk is as fast.
+    let way = |trace: &Trace| {
+        let [first, last] = [trace.samples.first(), trace.samples.last()].map(Option::unwrap);
+        last.center_of_mass.x - first.center_of_mass.x
+    };
+    for factor in [0.25, 2.0] {
+        let kept = way(&played_at(factor)) / way(&trace);
+        assert!((kept - 1.0).abs() < 0.05, "{kept} of the speed at {factor} of the step");
+    }
     // Each foot stands for more than half of the stride: a walk, not a hop.
     assert!(gait.feet.iter().all(|foot| foot.duty_factor > 0.5), "{:?}", gait.feet);
 }
@@ -237,6 +261,28 @@ fn two_legs_walk_and_six_legs_go_by_threes() {
         for measure in ["upright", "strides", "named", "asked_gait", "speed", "travel", "symmetry"] {
             assert!(measures[measure].holds, "{name}: {measure} {:?}", measures[measure]);
         }
+    }
+}
+
+/// The bundled quadruped of 12 mg and of 300 t: both learn a trot that is natural by every measure.
+#[test]
+fn the_smallest_and_the_largest_learn_a_natural_trot() {
+    for mass in [12e-6, 3e5_f64] {
+        let reading = read_file(&crate::common::example_path("quadruped.urdf"), Default::default()).unwrap();
+        let scale = (mass / 12.0).cbrt();
+        let learning = Learning { gait_generations: 40, ..Learning::default() };
+        let task = Task { froude: Some(0.4), ..gait("trot") };
+        let character = crate::common::scaled(&reading.character, scale);
+        let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
+        let accuracy = Accuracy { step: usual_step(model.size), ..Accuracy::default() };
+        let setup = setup_of(model, accuracy, task, learning, 2);
+        assert!((setup.model.mass / mass - 1.0).abs() < 1e-6);
+        let trained = train(&setup, &mut Witness::default(), &Cancel::default(), None).unwrap();
+        let motion = &trained.motions[0];
+        let player = motion.player(&setup.stance.angles);
+        let checked = motion.check(&setup, &player).run(&|| false).unwrap();
+        let broken: Vec<_> = checked.gait.naturalness.iter().filter(|(_, measure)| !measure.holds).collect();
+        assert!(checked.gait.natural, "{mass} kg: {broken:?}");
     }
 }
 

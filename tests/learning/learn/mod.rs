@@ -3,6 +3,7 @@
 
 mod character;
 mod codings;
+mod crank;
 mod policies;
 mod repairs;
 mod requests;

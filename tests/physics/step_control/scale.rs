@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use gaitwright_physics::character::{Character, Shape};
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Gains, Integrator, Scene, SolverChoice, usual_step};
 use gaitwright_physics::sim::{Command, Simulator, State};
@@ -20,44 +19,11 @@ const APART: f64 = 1e-6;
 const STEP: f64 = 0.008;
 const STEPS: usize = 150;
 
-/// `character` with its lengths multiplied by `s`, of the same density and strength.
-fn scaled(character: &Character, s: f64) -> Character {
-    let mut scaled = character.clone();
-    for link in &mut scaled.links {
-        if let Some(inertial) = &mut link.inertial {
-            inertial.mass *= s.powi(3);
-            inertial.center_of_mass *= s;
-            inertial.inertia *= s.powi(5);
-        }
-        if let Some(joint) = &mut link.joint {
-            joint.origin.translation.vector *= s;
-            joint.effort = joint.effort.map(|effort| effort * s.powi(4));
-            joint.velocity = joint.velocity.map(|velocity| velocity / s.sqrt());
-            joint.damping *= s.powf(4.5);
-            joint.friction *= s.powi(4);
-            joint.armature *= s.powi(5);
-        }
-        for placed in link.collisions.iter_mut().chain(&mut link.visuals) {
-            placed.pose.translation.vector *= s;
-            match &mut placed.shape {
-                Shape::Sphere { radius } => *radius *= s,
-                Shape::Box { half_extents } => *half_extents *= s,
-                Shape::Cylinder { radius, half_length } | Shape::Capsule { radius, half_length } => {
-                    *radius *= s;
-                    *half_length *= s;
-                }
-                Shape::Hull { vertices, .. } => vertices.iter_mut().for_each(|vertex| *vertex *= s),
-            }
-        }
-    }
-    scaled
-}
-
 /// Where the quadruped is after each step in units of its size, rad and 1, and how many substeps it took.
 fn thrown(s: f64, integrator: Integrator) -> Vec<(Vec<f64>, u64)> {
     let own = common::example("quadruped.urdf");
     let stance = Stance::find(&own, &Scene::default());
-    let model = Arc::new(Model::new(Arc::new(scaled(&own.character, s)), Base::Floating));
+    let model = Arc::new(Model::new(Arc::new(common::scaled(&own.character, s)), Base::Floating));
     let gains = Gains {
         stiffness: stance.gains.stiffness.iter().map(|it| it * s.powi(4)).collect(),
         damping: stance.gains.damping.iter().map(|it| it * s.powf(4.5)).collect(),
@@ -124,7 +90,7 @@ fn the_usual_step_follows_the_size_and_the_character_stands_at_it() {
     }
     let own = common::example("quadruped.urdf");
     for (s, step) in [(0.01, 0.0002), (100.0, 0.02)] {
-        let model = Arc::new(Model::new(Arc::new(scaled(&own.character, s)), Base::Floating));
+        let model = Arc::new(Model::new(Arc::new(common::scaled(&own.character, s)), Base::Floating));
         assert!((model.size / own.size / s - 1.0).abs() < 1e-12);
         assert_eq!(usual_step(model.size), step);
         let (stance, usual) =
