@@ -71,7 +71,7 @@ const SIX: [Way; 3] = [
 
 const TWO: [Way; 3] = [
     ("walk", "walk", None, 0.6, [0.02, 0.04, 0.5]),
-    ("run", "run", None, 0.4, [0.3, 0.7, 5.0]),
+    ("run", "run", None, 0.4, [0.3, 0.4, 5.0]),
     ("hop", "hop", None, 0.4, [0.1, 0.5, 3.0]),
 ];
 

@@ -17,9 +17,10 @@ use gaitwright_physics::scene::{Accuracy, SolverChoice, SolverKind};
 /// Longest step of the coarse part of the search, in √(h / g).
 const COARSEST: f64 = 0.025;
 
-/// Sweeps of the solver where a body without legs is searched for waves, and the residual (m/s) at which they end.
+/// Sweeps of the solver where a body without legs is searched for waves.
 const SWEEPS: u32 = 100;
-const ROUGH: f64 = 1e-4;
+/// Residual at which the solver ends in the search, in √(g h): a hundredth of a per cent of usual speeds.
+const ROUGH: f64 = 5e-5;
 
 /// Searches for the motion of each of `niches`.
 ///
@@ -92,11 +93,16 @@ fn at(subject: &Subject, accuracy: Accuracy) -> Result<Arena, InputError> {
     Subject { accuracy, ..subject.clone() }.arena()
 }
 
-/// `accuracy` as it serves the search. A body that lies on the ground has many more contacts than freedoms, which
-/// takes an exact solver most of its time; the rough forces of a few sweeps move it as far.
+/// `accuracy` as it serves the search. Rough forces move a character as far as exact ones, and what is found is checked with
+/// exact ones. Feet with soles have more contacts than they need to stand, so that the last digits of their forces take the solver most
+/// of its time; a body that lies on the ground has so many that a few sweeps are best.
 fn searched(accuracy: Accuracy, subject: &Subject) -> Accuracy {
-    let Some(_) = subject.legs.spine else { return accuracy };
-    let solver = SolverChoice { kind: SolverKind::Pgs, iterations: SWEEPS, tolerance: ROUGH };
+    let rough = ROUGH * (subject.gravity() * subject.legs.hip_height).sqrt();
+    let solver = SolverChoice { tolerance: accuracy.solver.tolerance.max(rough), ..accuracy.solver };
+    let solver = match subject.legs.spine {
+        Some(_) => SolverChoice { kind: SolverKind::Pgs, iterations: SWEEPS, ..solver },
+        None => solver,
+    };
     Accuracy { solver, ..accuracy }
 }
 
