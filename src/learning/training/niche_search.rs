@@ -25,6 +25,8 @@ const LONG: usize = 40;
 const CRAWL: f64 = 0.1;
 /// Factor from one Froude number to the next where the greatest speed is looked for.
 const FASTER: f64 = 1.25;
+/// How many slower ones are tried where the fastest is not natural.
+const SLOWER: u32 = 3;
 /// A stage at another speed has this part of the generations of a gait.
 const STAGE: u32 = 6;
 /// How many times the generations of a gait it takes to balance it by feedback.
@@ -50,6 +52,8 @@ pub(super) struct NicheSearch<'a> {
     stages: u64,
     /// Whether gaits have feedback.
     steered: bool,
+    /// Greatest Froude number that is tried where the greatest speed is looked for.
+    greatest_froude: f64,
     /// The best so far at the speed that leads.
     found: Option<Found>,
 }
@@ -122,6 +126,7 @@ impl<'a> NicheSearch<'a> {
             observer,
             stages: 0,
             steered: false,
+            greatest_froude: niches[index].gait.froude[2],
             found: None,
         }
     }
@@ -136,7 +141,7 @@ impl<'a> NicheSearch<'a> {
     }
 
     /// Searches once, with feedback where nothing stays up without, and once more with other chances where what was found stays
-    /// up but is not natural.
+    /// up but is not natural; where it was to be the fastest, at lower speeds.
     fn search(&mut self) -> Result<(), Interrupted> {
         self.attempt()?;
         let fallen = self.found.as_ref().is_some_and(|found| found.candidate.figures.upright < 1.0);
@@ -148,11 +153,19 @@ impl<'a> NicheSearch<'a> {
             self.attempt()?;
         }
         let again = |found: &Found| !found.natural && found.candidate.figures.upright >= 1.0;
-        if self.generations() > 0
-            && self.found.as_ref().is_some_and(again)
-            && self.can_spare(self.generations())
-            && let Some(first) = self.found.take()
-        {
+        let attempts = match self.niche.pace {
+            NichePace::Cheapest { .. } => 1,
+            NichePace::Fastest { .. } => SLOWER,
+        };
+        for _ in 0..attempts {
+            let wanting = self.generations() > 0 && self.found.as_ref().is_some_and(again);
+            if !wanting || !self.can_spare(self.generations()) {
+                break;
+            }
+            let Some(first) = self.found.take() else { break };
+            // Whoever is too fast to be natural may be so when slower.
+            let tried = first.wanted.froude(&self.shared.subject.legs);
+            self.greatest_froude = self.greatest_froude.min(tried) / FASTER;
             let outcome = self.attempt();
             // What was broken off is not known to be better.
             if outcome.is_err() || !self.found.as_ref().is_some_and(|second| second.beats(&first)) {
@@ -271,7 +284,7 @@ impl<'a> NicheSearch<'a> {
 
     /// The last of refinements at growing speeds that holds all constraints.
     fn fastest(&mut self, mut leading: Stage, generations: u32) -> Result<Stage, Interrupted> {
-        let greatest = self.niche.gait.froude[2];
+        let greatest = self.greatest_froude;
         loop {
             let now = leading.wanted.froude(&self.shared.subject.legs);
             if generations == 0
