@@ -9,6 +9,7 @@ use super::niche_search::NicheSearch;
 use super::observer::TrainingObserver;
 use super::shared::{Progress, Shared};
 use crate::learn::{Cancel, Interrupted, LearnError, Learning, LearningSetup, Stop, StopReason};
+use crate::program::legs::Legs;
 use crate::program::refine::Subject;
 use crate::program::rollout::Arena;
 use gaitwright_physics::fault::InputError;
@@ -19,7 +20,7 @@ const COARSEST: f64 = 0.025;
 
 /// Sweeps of the solver where a body without legs is searched for waves.
 const SWEEPS: u32 = 100;
-/// Residual at which the solver ends in the search, in √(g h): a hundredth of a per cent of usual speeds.
+/// Residual at which the solver then ends, in √(g h): a hundredth of a per cent of usual speeds.
 const ROUGH: f64 = 5e-5;
 
 /// Searches for the motion of each of `niches`.
@@ -93,15 +94,19 @@ fn at(subject: &Subject, accuracy: Accuracy) -> Result<Arena, InputError> {
     Subject { accuracy, ..subject.clone() }.arena()
 }
 
-/// `accuracy` as it serves the search. Rough forces move a character as far as exact ones, and what is found is checked with
-/// exact ones. Feet with soles have more contacts than they need to stand, so that the last digits of their forces take the solver most
-/// of its time; a body that lies on the ground has so many that a few sweeps are best.
+/// `accuracy` as it serves the search. Feet with soles have more contacts than they need to stand, so that the last digits of their
+/// forces take the solver most of its time; a body that lies on the ground has so many that a few sweeps are best. Rough forces move
+/// both as far, and what is found is checked with exact ones.
 fn searched(accuracy: Accuracy, subject: &Subject) -> Accuracy {
-    let rough = ROUGH * (subject.gravity() * subject.legs.hip_height).sqrt();
-    let solver = SolverChoice { tolerance: accuracy.solver.tolerance.max(rough), ..accuracy.solver };
-    let solver = match subject.legs.spine {
-        Some(_) => SolverChoice { kind: SolverKind::Pgs, iterations: SWEEPS, ..solver },
-        None => solver,
+    let Legs { spine, legs, hip_height, .. } = &*subject.legs;
+    let rough = ROUGH * (subject.gravity() * hip_height).sqrt();
+    let roughly = SolverChoice { tolerance: accuracy.solver.tolerance.max(rough), ..accuracy.solver };
+    let solver = if spine.is_some() {
+        SolverChoice { kind: SolverKind::Pgs, iterations: SWEEPS, ..roughly }
+    } else if legs.iter().any(|leg| leg.level > 0) {
+        roughly
+    } else {
+        accuracy.solver
     };
     Accuracy { solver, ..accuracy }
 }
