@@ -2,8 +2,8 @@
 //!
 //!     SEEDS=5 ROBOT=a1.urdf OUT=folder cargo bench -p gaitwright-learning --bench natural
 //!
-//! Trains each of `CASES`, gaits with a Froude number each (`"walk:0.1 trot:0.4 trot:1"` where not stated), on the robot that
-//! `ROBOT` names, or on the bundled quadruped, as a job does that asks for that gait at that Froude number.
+//! Trains each of `CASES`, gaits with a Froude number each (`"walk:0.1 trot:0.4 trot:1 canter:1 bound:1 gallop:2"` where not
+//! stated), on the robot that `ROBOT` names, or on the bundled quadruped, as a job does that asks for that gait at that Froude number.
 //! `CASES=all` trains the repertoire of a job that asks for nothing. `DIRECTION="0 1"`, `SEEDS` (how many), `SEED` (the first),
 //! `GENERATIONS` (of each gait) and `THREADS` as said. Each line is one motion; figures are those of a continuous
 //! simulation of 20 s. Traces of the links are written to the folder `OUT`, one a motion, to be drawn; `gaitwright train`
@@ -77,7 +77,7 @@ fn main() {
     // `cargo test` only tries whether it runs.
     let measuring = std::env::args().any(|argument| argument == "--bench");
     let gait_generations = variable("GENERATIONS", if measuring { 60u32 } else { 1 });
-    let cases: String = variable("CASES", "walk:0.1 trot:0.4 trot:1".into());
+    let cases: String = variable("CASES", "walk:0.1 trot:0.4 trot:1 canter:1 bound:1 gallop:2".into());
     let (first_seed, count) = (variable("SEED", 1u64), variable("SEEDS", 1u64));
     for case in cases.split_whitespace() {
         let mut task = Task { direction: [parts[0], parts[1], 0.0], ..Task::default() };

@@ -17,16 +17,21 @@ use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
 use gaitwright_learning::learn::{Generation, Learning};
 use gaitwright_learning::training::{LearnedMotion, TrainingCheckpoint, TrainingObserver};
+use gaitwright_physics::motion::Player;
 use gaitwright_physics::playback::Trace;
 
-/// Time between two samples of a recorded motion, s.
+/// Longest time between two samples of a recorded motion, s, and fewest samples of one round of its loop.
 const RECORDED: f64 = 0.02;
+const FEWEST: f64 = 12.0;
 
 /// How long a motion on the way is recorded after it has entered its loop, s.
 const SHOWN: f64 = 3.0;
 
 /// How long a finished motion is recorded after it has entered its loop, s.
 const SHOWN_FINISHED: f64 = 6.0;
+
+/// Most rounds of the loop that are recorded: those of a tiny character are short.
+const ROUNDS: f64 = 60.0;
 
 /// Writes what a training does into the recording, checks and keeps what it has finished, and passes everything on.
 pub(super) struct Recorder<'a> {
@@ -100,10 +105,11 @@ impl<'a> Recorder<'a> {
     /// Records a motion on the way.
     fn play(&mut self, motion: &LearnedMotion) -> Result<(), RunError> {
         let player = motion.player(&self.prepared.setup.stance.angles);
-        let seconds = player.lead() + SHOWN;
+        let seconds = player.lead() + SHOWN.min(ROUNDS * player.period());
         let stop = || self.limit.is_cancelled();
         let check = motion.check(&self.prepared.setup, &player);
-        let (trace, detection) = (check.play(seconds, RECORDED, &stop)?, check.detection()?);
+        let (trace, detection) =
+            (check.play(seconds, recorded_interval(&player), &stop)?, check.detection()?);
         let text = format!("# {}\n\non the way, at generation {}", motion.name, motion.behaviour.generation);
         Ok(self.recording.motion((motion.behaviour.generation, &text), (&trace, detection))?)
     }
@@ -125,7 +131,7 @@ impl<'a> Recorder<'a> {
             let threads = self.prepared.setup.threads;
             checked.validity.trials = check.trials(&checked.trace, threads, &|| self.limit.is_cancelled())?;
         }
-        let seconds = player.lead() + SHOWN_FINISHED;
+        let seconds = player.lead() + SHOWN_FINISHED.min(ROUNDS * player.period());
         let text = match self.shelved.add(&self.folder, (self.order, self.prepared), motion, &checked)? {
             Some(entry) => {
                 self.watcher.learned(entry);
@@ -133,7 +139,8 @@ impl<'a> Recorder<'a> {
             }
             None => format!("# {}\n\n{}", motion.name, Unsuccessful::Fell),
         };
-        let shown = (&thinned(&checked.trace, seconds), check.detection()?);
+        let thinned = thinned(&checked.trace, seconds, recorded_interval(&player));
+        let shown = (&thinned, check.detection()?);
         Ok(self.recording.motion((motion.behaviour.generation, &text), shown)?)
     }
 
@@ -175,13 +182,18 @@ impl TrainingObserver for Recorder<'_> {
     }
 }
 
-/// The first `seconds` of a trace, with samples as far apart as a viewer needs them.
-fn thinned(trace: &Trace, seconds: f64) -> Trace {
+/// Time between two samples of a recorded motion, s.
+fn recorded_interval(player: &Player) -> f64 {
+    RECORDED.min(player.period() / FEWEST)
+}
+
+/// The first `seconds` of a trace, with samples about `wanted` seconds apart.
+fn thinned(trace: &Trace, seconds: f64, wanted: f64) -> Trace {
     let interval = match trace.samples.as_slice() {
         [first, second, ..] => second.time - first.time,
-        _ => RECORDED,
+        _ => wanted,
     };
-    let stride = (RECORDED / interval).round().max(1.0) as usize;
+    let stride = (wanted / interval).round().max(1.0) as usize;
     let samples = trace.samples.iter().take_while(|sample| sample.time <= seconds).step_by(stride);
     Trace { samples: samples.cloned().collect(), ..trace.clone() }
 }

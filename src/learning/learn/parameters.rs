@@ -17,6 +17,8 @@ use gaitwright_physics::stance::Stance;
 const BEATS: u8 = 6;
 /// Training time when neither generations nor seconds are given, s.
 const DEFAULT_SECONDS: f64 = 180.0;
+/// Fewest steps of a transition whose time was left open.
+const FEWEST_STEPS: f64 = 20.0;
 
 /// How motions are searched for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
@@ -249,7 +251,7 @@ impl Learning {
     /// # Errors
     /// Every parameter that makes no sense, with JSON pointers into this document.
     pub fn resolve(&self, stance: &Stance, gravity: f64, step: f64) -> Result<Parameters, InputError> {
-        self.resolve_with(default_time(stance.root_height, gravity), step)
+        self.resolve_with(default_time(stance.root_height, gravity).max(FEWEST_STEPS * step), step)
     }
 
     /// As [`Learning::resolve`], with `default_time` (s) for a transition time that was left open.
@@ -338,9 +340,9 @@ impl Learning {
     }
 }
 
-/// Half of √(h/g), s, kept within what a character of any size can be asked.
+/// Half of √(h/g), s.
 fn default_time(root_height: f64, gravity: f64) -> f64 {
-    (0.5 * (root_height.max(0.0) / gravity).sqrt()).clamp(0.04, 0.4)
+    0.5 * (root_height.max(0.0) / gravity).sqrt()
 }
 
 /// Faults found so far.
