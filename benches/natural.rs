@@ -64,8 +64,9 @@ impl TrainingObserver for Measurer<'_> {
 }
 
 fn main() {
-    let bundled = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../examples/quadruped.urdf");
-    let path = std::env::var_os("ROBOT").map_or(bundled, PathBuf::from);
+    // Cargo runs a bench in the folder of its package; paths are those of the workspace.
+    let workspace = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let path = workspace.join(variable("ROBOT", "examples/quadruped.urdf".to_owned()));
     let reading = read_file(&path, Options::default()).expect("a readable robot");
     let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
     let scene = Scene::default();

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use gaitwright_learning::check::MotionCheck;
+use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::learn::{Cancel, Stop};
 use gaitwright_learning::program::cma::Cma;
 use gaitwright_learning::program::cost::{HOLDS, undisturbed};
@@ -12,12 +13,12 @@ use gaitwright_learning::program::gaits::{gaits, named};
 use gaitwright_learning::program::leg_watch::LegFigures;
 use gaitwright_learning::program::legs::Legs;
 use gaitwright_learning::program::refine::{Refinement, Subject};
-use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, SWAY, TURN, Wanted, program};
+use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, Ring, SWAY, TURN, Wanted, program};
 use gaitwright_learning::program::rollout::STRIDES;
 use gaitwright_learning::program::steer;
 use gaitwright_learning::program::template::{SAMPLES, shares, stride};
 use gaitwright_physics::motion::Player;
-use gaitwright_physics::scene::{Accuracy, Scene};
+use gaitwright_physics::scene::{Accuracy, Gains, Scene};
 use gaitwright_physics::sim::{State, link_poses};
 use gaitwright_physics::stance::Stance;
 use nalgebra::{Vector2, Vector3};
@@ -493,25 +494,43 @@ fn a_trot_that_turns_is_steered_straight() {
     assert!(middle.iter().all(|change| change.angles.iter().chain(&change.velocities).all(|it| *it == 0.0)));
 }
 
+/// The gait of `ring`, driven with `gains`, as a finished motion is judged.
+fn judged(subject: &Subject, ring: &Ring, gains: &Gains) -> GaitReport {
+    let check = MotionCheck {
+        model: &subject.model,
+        stance: &subject.stance,
+        gains,
+        scene: &subject.scene,
+        accuracy: &subject.accuracy,
+        player: &ring.player(&subject.stance.angles),
+        direction: subject.direction,
+        speed: None,
+        gait: None,
+    };
+    check.run(&|| false).unwrap().gait
+}
+
+/// Motors that are too weak for a trot give all that they have at their speed for a part of the time, most of it less than their
+/// greatest torque: the search sees that as the judge does.
+#[test]
+fn the_search_sees_the_torque_that_the_judge_sees() {
+    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
+    let (ring, mut gains) = subject.ring(&trot(&subject.legs), &brisk());
+    gains.max_torque.fill(Some(8.0));
+    let figures = subject.arena().unwrap().run(&ring, &gains, false, 40);
+    let judged = judged(&subject, &ring, &gains).naturalness["torque_saturation"].value;
+    assert!(figures.upright >= 1.0 && judged > 0.1, "{judged} of the time at the limit");
+    // The judge looks 48 times a loop, which tells how long a joint is at its limit in each to one of them.
+    assert!((figures.saturated - judged).abs() < 1.0 / 48.0, "{} seen, {judged} judged", figures.saturated);
+}
+
 #[test]
 fn the_search_sees_the_steps_that_the_judge_sees() {
     let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
     let arena = subject.arena().unwrap();
     let (ring, gains) = subject.ring(&trot(&subject.legs), &brisk());
     let figures = arena.run(&ring, &gains, false, 40);
-    let player = ring.player(&subject.stance.angles);
-    let check = MotionCheck {
-        model: &subject.model,
-        stance: &subject.stance,
-        gains: &gains,
-        scene: &subject.scene,
-        accuracy: &subject.accuracy,
-        player: &player,
-        direction: subject.direction,
-        speed: None,
-        gait: None,
-    };
-    let judged = check.run(&|| false).unwrap().gait;
+    let judged = judged(&subject, &ring, &gains);
     let near = |seen: f64, judged: f64, bound: f64, what: &str| {
         assert!((seen - judged).abs() < bound, "{what}: {seen} seen, {judged} judged");
     };

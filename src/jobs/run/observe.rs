@@ -105,7 +105,7 @@ impl<'a> Recorder<'a> {
     /// Records a motion on the way.
     fn play(&mut self, motion: &LearnedMotion) -> Result<(), RunError> {
         let player = motion.player(&self.prepared.setup.stance.angles);
-        let seconds = player.lead() + SHOWN.min(ROUNDS * player.period());
+        let seconds = recorded_time(&player, SHOWN);
         let stop = || self.limit.is_cancelled();
         let check = motion.check(&self.prepared.setup, &player);
         let (trace, detection) =
@@ -131,7 +131,7 @@ impl<'a> Recorder<'a> {
             let threads = self.prepared.setup.threads;
             checked.validity.trials = check.trials(&checked.trace, threads, &|| self.limit.is_cancelled())?;
         }
-        let seconds = player.lead() + SHOWN_FINISHED.min(ROUNDS * player.period());
+        let seconds = recorded_time(&player, SHOWN_FINISHED);
         let text = match self.shelved.add(&self.folder, (self.order, self.prepared), motion, &checked)? {
             Some(entry) => {
                 self.watcher.learned(entry);
@@ -180,6 +180,11 @@ impl TrainingObserver for Recorder<'_> {
     fn checkpoint(&mut self, checkpoint: &TrainingCheckpoint) {
         self.watcher.checkpoint(checkpoint);
     }
+}
+
+/// For how long a motion is recorded from the start of play, s, with at most `looping` seconds of its loop.
+fn recorded_time(player: &Player, looping: f64) -> f64 {
+    player.lead() + looping.min(ROUNDS * player.period())
 }
 
 /// Time between two samples of a recorded motion, s.

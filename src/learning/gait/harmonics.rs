@@ -16,7 +16,7 @@ const LONGEST_STANCE: f64 = 5.0 / 6.0;
 pub(crate) const MOST_HARMONICS: usize = 6;
 /// A joint is judged where its standard deviation is at least this share of the greatest of its kind; what hardly moves
 /// has no motion that could be smooth.
-const MOVING: f64 = 0.1;
+pub(crate) const MOVING: f64 = 0.1;
 
 /// How many harmonics of the stride hold a smooth motion of feet with this greatest duty factor: the fewest, three or more, in
 /// which a swing of 1 − `duty` of the stride has as much of its variance as is asked ([`SMOOTHNESS`]) where it is as

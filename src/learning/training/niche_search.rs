@@ -162,14 +162,14 @@ impl<'a> NicheSearch<'a> {
             if !wanting || !self.can_spare(self.generations()) {
                 break;
             }
-            let Some(first) = self.found.take() else { break };
+            let Some(before) = self.found.take() else { break };
             // Whoever is too fast to be natural may be so when slower.
-            let tried = first.wanted.froude(&self.shared.subject.legs);
+            let tried = before.wanted.froude(&self.shared.subject.legs);
             self.greatest_froude = self.greatest_froude.min(tried) / FASTER;
             let outcome = self.attempt();
             // What was broken off is not known to be better.
-            if outcome.is_err() || !self.found.as_ref().is_some_and(|second| second.beats(&first)) {
-                self.found = Some(first);
+            if outcome.is_err() || !self.found.as_ref().is_some_and(|next| next.beats(&before)) {
+                self.found = Some(before);
             }
             outcome?;
         }
