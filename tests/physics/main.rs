@@ -28,6 +28,7 @@ mod materials;
 mod orders;
 mod properties;
 mod shaping;
+mod soft_contact;
 mod stance;
 mod steering;
 mod step_control;

@@ -123,6 +123,13 @@ pub struct Trial {
     pub of_seconds: f64,
 }
 
+impl Trial {
+    /// Whether the character stayed upright to the end, but for the rounding of the time.
+    pub fn stood(&self) -> bool {
+        self.upright_seconds >= 0.99 * self.of_seconds
+    }
+}
+
 /// One of the measures by which a motion is natural or not.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

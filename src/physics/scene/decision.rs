@@ -83,7 +83,8 @@ fn call(
             (None, _) => Err("the scene has no ground".into()),
             (_, 0) => Err("the character has no collision shapes".into()),
             _ => {
-                Ok(with_restitution("the scene has ground and the character has collision shapes", greatest))
+                let because = "the scene has ground and the character has collision shapes";
+                Ok(with_rebound(because, scene, greatest))
             }
         },
         Effect::Friction => {
@@ -97,14 +98,14 @@ fn call(
                 )
             }
         }
-        Effect::SelfCollision => self_collision(&model.pairs, greatest),
+        Effect::SelfCollision => self_collision(scene, &model.pairs, greatest),
         Effect::Obstacles => match (scene.obstacles.len(), model.solids.len()) {
             (0, _) => Err("the scene has no obstacles".into()),
             (_, 0) => Err("the character has no collision shapes".into()),
-            _ => Ok(with_restitution(
-                "the scene has obstacles and the character has collision shapes",
-                greatest,
-            )),
+            _ => {
+                let because = "the scene has obstacles and the character has collision shapes";
+                Ok(with_rebound(because, scene, greatest))
+            }
         },
         Effect::JointLimits => either(
             model.limits.iter().any(Option::is_some),
@@ -173,16 +174,17 @@ fn call(
     }
 }
 
-/// `because`, and the coefficient of restitution where contacts rebound.
-fn with_restitution(because: &str, greatest: PairMaterial) -> Cow<'static, str> {
-    match greatest.restitution {
-        0.0 => because.to_owned().into(),
-        restitution => format!("{because}; contacts rebound with restitution {restitution}").into(),
+/// `because`, and how contacts give way or rebound where they do.
+fn with_rebound(because: &str, scene: &Scene, greatest: PairMaterial) -> Cow<'static, str> {
+    match (scene.contact_time_constant, greatest.restitution) {
+        (0.0, 0.0) => because.to_owned().into(),
+        (0.0, restitution) => format!("{because}; contacts rebound with restitution {restitution}").into(),
+        (time, _) => format!("{because}; contacts are springs with a time constant of {time} s").into(),
     }
 }
 
 /// Self-collision is simulated where two shapes can make contact.
-fn self_collision(pairs: &Pairs, greatest: PairMaterial) -> Call {
+fn self_collision(scene: &Scene, pairs: &Pairs, greatest: PairMaterial) -> Call {
     let (joined, overlapping, apart) = (pairs.joined.len(), pairs.overlapping.len(), pairs.apart.len());
     if pairs.count + joined + overlapping + apart == 0 {
         return Err("no two bodies of the character have collision shapes".into());
@@ -208,7 +210,7 @@ fn self_collision(pairs: &Pairs, greatest: PairMaterial) -> Call {
             let rest =
                 if left_out.is_empty() { String::new() } else { format!("; left out are pairs {left_out}") };
             let because = format!("{count} pairs of shapes can touch{rest}");
-            Ok(with_restitution(&because, greatest))
+            Ok(with_rebound(&because, scene, greatest))
         }
     }
 }

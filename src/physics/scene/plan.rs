@@ -37,7 +37,9 @@ pub struct StepPlan {
     /// Solids that stand still, in the world frame, in the order of the scene's obstacles; empty without contact with
     /// obstacles.
     pub obstacles: Vec<Convex>,
-    /// The greatest coefficient of restitution, above 0 and at most 1; `None` where contacts do not rebound.
+    /// Time constant of soft contacts, s; `None` where contacts are rigid or absent.
+    pub contact_time_constant: Option<f64>,
+    /// The greatest coefficient of restitution, above 0 and at most 1; `None` where contacts do not rebound, as soft ones do not.
     pub restitution: Option<f64>,
     /// The greatest Coulomb friction coefficient; `None` without friction.
     pub friction: Option<f64>,
@@ -172,6 +174,8 @@ impl StepPlan {
         let greatest = surfaces.greatest();
         let decisions = decide(scene, gains, model, maximal, greatest);
         let on = |effect| decisions.get(&effect).is_some_and(|decision: &Decision| decision.on);
+        let contact_time_constant = Some(scene.contact_time_constant)
+            .filter(|time_constant| *time_constant > 0.0 && CONTACTS.into_iter().any(on));
         let gravity = if on(Effect::Gravity) { Vector3::from(scene.gravity) } else { Vector3::zeros() };
         Ok(Self {
             model: model.clone(),
@@ -182,8 +186,11 @@ impl StepPlan {
             ground: scene.ground.as_ref().filter(|_| on(Effect::GroundContact)).map(Terrain::new),
             self_collision: on(Effect::SelfCollision),
             obstacles: if on(Effect::Obstacles) { obstacles(scene) } else { Vec::new() },
-            restitution: (greatest.restitution > 0.0 && CONTACTS.into_iter().any(on))
-                .then_some(greatest.restitution),
+            contact_time_constant,
+            restitution: (greatest.restitution > 0.0
+                && CONTACTS.into_iter().any(on)
+                && contact_time_constant.is_none())
+            .then_some(greatest.restitution),
             friction: on(Effect::Friction).then_some(greatest.friction),
             surfaces,
             limits: on(Effect::JointLimits).then(|| model.limits.clone()),

@@ -167,6 +167,7 @@ fn refuse(model: &Model, plan: &StepPlan) -> Result<(), Unsupported> {
         (!plan.obstacles.is_empty(), Unsupported::Missing("obstacles as they are done here")),
         (matches!(plan.ground, Some(Terrain::Field(_))), Unsupported::Missing("this ground")),
         (plan.trunk_rotation_lock, Unsupported::Missing("lock of the root's rotation")),
+        (plan.contact_time_constant.is_some(), Unsupported::Missing("contacts as soft as they are here")),
         (feedforward != Feedforward::None, Unsupported::Missing("feedforward torque in its motors")),
         (offset, Unsupported::Missing("offset torque in its motors")),
         (plan.surfaces.has_grains(), Unsupported::Missing("friction that depends on the direction")),

@@ -23,6 +23,10 @@ pub struct Scene {
     /// closing speed with which a contact opens again; in a contact the greater of both surfaces' holds.
     #[schemars(range(min = 0, max = 1))]
     pub restitution: f64,
+    /// Time constant of contacts, s: 0 for rigid ones. With another they are critically damped springs that take this time
+    /// whatever they carry (as MuJoCo's `solref`), sink in, and do not rebound by `restitution`.
+    #[schemars(range(min = 0))]
+    pub contact_time_constant: f64,
     /// Static shapes in the scene.
     pub obstacles: Vec<Obstacle>,
     /// Effects by name; those left out are `auto`.
@@ -36,6 +40,7 @@ impl Default for Scene {
             ground: Some(Ground::default()),
             friction: 0.8,
             restitution: 0.0,
+            contact_time_constant: 0.0,
             obstacles: Vec::new(),
             effects: BTreeMap::new(),
         }
@@ -61,6 +66,12 @@ impl Scene {
         if !(0.0..=1.0).contains(&self.restitution) {
             faults
                 .push(Fault::new("/restitution", "the coefficient of restitution must lie between 0 and 1"));
+        }
+        if !(self.contact_time_constant.is_finite() && self.contact_time_constant >= 0.0) {
+            faults.push(Fault::new(
+                "/contact_time_constant",
+                "the time constant of contacts must be a finite number of at least 0",
+            ));
         }
         faults.extend(obstacle_faults(&self.obstacles).into_iter().map(|fault| fault.under("/obstacles")));
         faults

@@ -74,11 +74,11 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     /// The rows that give the driven joints what the targets ask for in a step of `step` seconds, at the end of the pass, and those of
     /// contacts and loops.
     fn velocity_rows(&self, rows: &mut Rows, drive: &DrivePlan, step: f64) {
-        let StepData { model, state, work, .. } = &self.data;
+        let StepData { model, plan, state, work, .. } = &self.data;
         if drive.feedforward == Feedforward::ContactAware {
             let candidates = &work.detection.candidates[..work.detection.first];
-            let compliance = contact::compliance(model.mass, self.data.step);
-            self.contacts(rows, candidates, &state.memory.feedforward_contacts, compliance);
+            let law = contact::of_feedforward(plan, model.mass, self.data.step);
+            self.contacts(rows, candidates, law, &state.memory.feedforward_contacts);
         }
         self.loops(rows);
         let extent = self.data.step / step;

@@ -8,6 +8,7 @@ use crate::sim::failure::{Failure, fail_unless_usable};
 use crate::sim::joint_friction::FrictionMode;
 use crate::sim::lcp::SolveStatus;
 use crate::sim::memory::ContactForces;
+use crate::sim::rows::contact::ContactLaw;
 use crate::sim::rows::{Recovery, Rows, contact, drive, dry_friction, limit, loops, torque};
 use crate::sim::step_data::StepData;
 use crate::sim::workspace::Workspace;
@@ -26,7 +27,12 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         let (memory, rates, bodies) = (&state.memory, &work.free.rates, &work.placed.bodies);
         let of_joint =
             |joint: usize, numbers: &mut Vec<Lanes>| self.system.of_joint(model, bodies, joint, numbers);
-        self.contacts(&mut rows, &work.detection.candidates, &memory.contacts, 0.0);
+        let rigid =
+            || ContactLaw::Rigid { recovery: Recovery::of_unilateral(plan).translation, compliance: 0.0 };
+        let law = plan
+            .contact_time_constant
+            .map_or_else(rigid, |time_constant| ContactLaw::Soft { time_constant, old: &work.placed.old });
+        self.contacts(&mut rows, &work.detection.candidates, law, &memory.contacts);
         if let Some(limits) = &plan.limits {
             limit::add(
                 &mut rows,
@@ -73,14 +79,15 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         }
     }
 
-    /// Adds the rows of the contacts `candidates`, whose solve starts from `warm_start`; for both see [`contact::add`].
+    /// Adds the rows of the contacts `candidates`, which give way by `law` and whose solve starts from `warm_start`; for all see
+    /// [`contact::add`].
     #[inline(always)] // compiled for the processor of `step`
     pub(super) fn contacts(
         &self,
         rows: &mut Rows,
         candidates: &[ContactCandidate],
+        law: ContactLaw<'_>,
         warm_start: &ContactForces,
-        compliance: f64,
     ) {
         let StepData { model, plan, work, step, .. } = &self.data;
         contact::add(
@@ -89,9 +96,8 @@ impl<C: CoordinateSystem> Stages<'_, C> {
             &work.free.bodies,
             plan.friction,
             *step,
-            Recovery::of_unilateral(plan),
+            law,
             warm_start,
-            compliance,
             |candidate, forces, numbers| {
                 let (body, other) = (candidate.body, candidate.against.body());
                 self.system.of_bodies(model, &work.placed.bodies, body, other, forces, numbers)

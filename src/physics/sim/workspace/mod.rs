@@ -121,6 +121,17 @@ impl Workspace {
         outer.map(|(candidate, forces)| candidate.force(forces)).sum()
     }
 
+    /// The power that contacts give to the bodies, at the sum of the velocities before and after the step, W. Contacts that take power
+    /// do not count.
+    pub fn power_of_contacts(&self, plan: &StepPlan) -> f64 {
+        let forces = self.problem.rows.force.chunks_exact(contact::rows_per_contact(plan.friction));
+        let slips = self.detection.candidates.iter().zip(forces).map(|(candidate, forces)| {
+            let slip = candidate.slip(|body| self.placed.old.at(body).plus(self.new.bodies.at(body)));
+            candidate.force(forces).dot(&slip).max(0.0)
+        });
+        slips.sum()
+    }
+
     /// What the step's totals count of it.
     pub(in crate::sim) fn counts(&self) -> Counts {
         let depths = self.detection.candidates.iter().map(|candidate| candidate.depth);

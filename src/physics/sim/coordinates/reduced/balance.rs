@@ -7,7 +7,8 @@
 //! which forces are taken belong to the old and to the new velocities (in Moreau and Jean's step they are the step's
 //! own ends). Between those two poses the kinetic energy may grow by the work of gravity and of the motors and by
 //! nothing else, because contacts, limits, friction and dampers only dissipate. Work is that of a force at the mean of
-//! old and new velocity, which is exact for forces that are solved for.
+//! old and new velocity, which is exact for forces that are solved for. Soft contacts are springs: they give back what they took,
+//! and may sink in.
 
 use nalgebra::Vector3;
 
@@ -66,6 +67,9 @@ impl ReducedCoordinates {
         for ((torque, old), new) in work.drives.torque.iter().zip(&state.velocities).zip(&new.rates) {
             twice_power += torque * (old + new);
         }
+        if plan.contact_time_constant.is_some() {
+            twice_power += work.power_of_contacts(plan);
+        }
         let created = after.kinetic - before.kinetic - half * twice_power;
         let time = plan.units.time;
         let share = ENERGY_GROWTH * (plan.step() / time) * (*step / time);
@@ -77,7 +81,10 @@ impl ReducedCoordinates {
     /// Greatest depth by which a contact penetrates farther in the step, m, because its path curves away from its velocity
     /// or because the solver left it a velocity. Needs `displaced` from [`spurious_energy`](Self::spurious_energy).
     fn penetration_gain(&self, data: &StepData<'_>) -> f64 {
-        let StepData { model, work, step, .. } = data;
+        let StepData { model, plan, work, step, .. } = data;
+        if plan.contact_time_constant.is_some() {
+            return 0.0;
+        }
         let velocity = |index: usize| work.new.bodies.at(index);
         let half = 0.5 * step;
         let root = if model.fixed_base { Vector3::zeros() } else { velocity(0).linear * half };

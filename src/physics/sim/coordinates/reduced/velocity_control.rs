@@ -12,7 +12,7 @@ use crate::scene::{DrivePlan, Feedforward};
 use crate::sim::contact::ContactCandidate;
 use crate::sim::failure::{Failure, fail_unless_usable};
 use crate::sim::lcp::{SolveStatus, Solver};
-use crate::sim::rows::{ROOT, Recovery, contact};
+use crate::sim::rows::{ROOT, contact};
 use crate::sim::spatial::SpatialForce;
 use crate::sim::step_data::StepData;
 use crate::sim::workspace::Workspace;
@@ -56,9 +56,8 @@ impl ReducedCoordinates {
                 &free.bodies,
                 plan.friction,
                 horizon,
-                Recovery::of_unilateral(plan),
+                contact::of_feedforward(plan, model.mass, horizon),
                 &state.memory.feedforward_contacts,
-                contact::compliance(model.mass, horizon),
                 |candidate, forces, numbers| {
                     // Contact forces between two bodies of the rigid whole cancel.
                     let forces = if candidate.against.body().is_none() { forces } else { &[] };
