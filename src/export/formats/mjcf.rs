@@ -9,13 +9,16 @@ use std::fmt::Write;
 use nalgebra::{Isometry3, Vector3};
 
 use super::sampled::{MotionFrame, SampledMotion};
-use gaitwright_physics::character::{Inertial, JointKind, Placed, Shape};
+use gaitwright_physics::character::{Friction, Inertial, JointKind, Placed, Shape, SurfaceMaterial};
 use gaitwright_physics::fault::{Fault, InputError};
 use gaitwright_physics::motion::Motion;
 use gaitwright_physics::scene::Ground;
 
 /// Longest step of the model, s: MuJoCo's own default.
 const STEP: f64 = 0.002;
+
+/// The greatest impedance of MuJoCo's usual contacts, by which it divides the time constant of `solref`.
+const STIFFEST: f64 = 0.95;
 
 /// A model that stands for the character on its ground, with a key for every frame of the entry and then of the loop,
 /// on one clock.
@@ -35,6 +38,12 @@ pub(super) fn write(sampled: &SampledMotion<'_>, motion: &Motion) -> Result<Stri
             None
         }
     };
+    for (index, link) in character.links.iter().enumerate() {
+        if matches!(link.surface.friction, Some(Friction::Directional { .. })) {
+            let reason = "friction that depends on the direction cannot be exported to MuJoCo";
+            faults.push(Fault::new(format!("/character/links/{index}/friction"), reason));
+        }
+    }
     if !motion.scene.obstacles.is_empty() {
         faults.push(Fault::new("/scene/obstacles", "obstacles cannot be exported to MuJoCo"));
     }
@@ -44,11 +53,10 @@ pub(super) fn write(sampled: &SampledMotion<'_>, motion: &Motion) -> Result<Stri
     let mut model = Model { sampled, motion, text: String::new(), meshes: String::new(), order: Vec::new() };
     let mut ground = String::new();
     if let Some(height) = height {
-        let friction = motion.scene.friction;
         let _ = writeln!(
             ground,
-            "    <geom name=\"ground\" type=\"plane\" pos=\"0 0 {height:?}\" size=\"0 0 1\" \
-             friction=\"{friction:?} 0.005 0.0001\" contype=\"0\" conaffinity=\"1\"/>"
+            "    <geom name=\"ground\" type=\"plane\" pos=\"0 0 {height:?}\" size=\"0 0 1\" contype=\"0\" \
+             conaffinity=\"1\"/>"
         );
     }
     model.body(0, 2);
@@ -121,7 +129,7 @@ impl Model<'_> {
             (Some(_), None) => {}
         }
         for placed in &own.collisions {
-            let geom = self.geom(placed);
+            let geom = self.geom(placed, own.surface);
             let _ = writeln!(self.text, "{indent}  {geom}");
         }
         for child in sampled.skeleton.children(link) {
@@ -130,7 +138,7 @@ impl Model<'_> {
         let _ = writeln!(self.text, "{indent}</body>");
     }
 
-    fn geom(&mut self, placed: &Placed) -> String {
+    fn geom(&mut self, placed: &Placed, surface: SurfaceMaterial) -> String {
         let shape = match &placed.shape {
             Shape::Sphere { radius } => format!("type=\"sphere\" size=\"{radius:?}\""),
             Shape::Box { half_extents } => {
@@ -155,10 +163,16 @@ impl Model<'_> {
                 format!("type=\"mesh\" mesh=\"{name}\"")
             }
         };
-        // Shapes meet the ground and not each other.
-        let friction = self.motion.scene.friction;
+        let scene = &self.motion.scene;
+        let friction = surface.friction.map_or(scene.friction, |own| own.greatest().min(scene.friction));
+        let solref = match scene.contact_time_constant {
+            0.0 => String::new(),
+            time_constant => format!(" solref=\"{:?} 1\"", time_constant / STIFFEST),
+        };
+        // Shapes meet the ground and not each other; with priority what stands at them holds, and not the ground's.
         format!(
-            "<geom {shape} {} friction=\"{friction:?} 0.005 0.0001\" contype=\"1\" conaffinity=\"0\"/>",
+            "<geom {shape} {} friction=\"{friction:?} 0.005 0.0001\"{solref} priority=\"1\" contype=\"1\" \
+             conaffinity=\"0\"/>",
             pose(&placed.pose)
         )
     }

@@ -1,8 +1,11 @@
 //! MuJoCo: the model as text, and replayed by MuJoCo itself.
 
 use std::process::Command;
+use std::sync::Arc;
 
-use gaitwright::export::{ExportFormat, SampledMotion};
+use gaitwright::export::{ExportFormat, SampledMotion, export};
+use gaitwright_physics::character::{self, Options, Source};
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::{Player, TargetLimits};
 use gaitwright_physics::scene::{Accuracy, Effect, Feedforward, Scene};
 use gaitwright_physics::sim::{Command as SimulatorCommand, Simulator, State};
@@ -118,4 +121,52 @@ fn mujoco_moves_the_joints_as_the_simulator_does() {
         let found = found["angles"][name].as_f64().unwrap();
         assert!((found - angle).abs() < 0.01, "{name}: {found}, {angle}; it began at {start}");
     }
+}
+
+/// What stands at a shape is what holds in its contacts: the smaller friction of link and scene, and the scene's softness, which
+/// MuJoCo divides by its greatest impedance of 0.95.
+#[test]
+fn shapes_have_the_friction_and_softness_of_their_contacts() {
+    let mut example = Example::new();
+    let text = std::fs::read_to_string(common::example_path("quadruped.urdf")).unwrap();
+    let gazebo = |link: &str, friction: f64| {
+        format!(r#"<gazebo reference="{link}"><mu1>{friction}</mu1><mu2>{friction}</mu2></gazebo>"#)
+    };
+    let (rough, smooth) = (gazebo("LF_shank", 2.0), gazebo("RH_shank", 0.1));
+    let of = |more: &str| {
+        let text = text.replace("</robot>", &format!("{more}</robot>"));
+        let reading = character::read(text.as_bytes(), Source::Urdf, Options::default()).unwrap();
+        Arc::new(Model::new(Arc::new(reading.character), Base::Floating))
+    };
+    example.model = of(&format!("{rough}{smooth}"));
+    example.motion.character.digest = example.character().digest.clone();
+    let scene = example.motion.scene.friction;
+    assert!(0.1 < scene && scene < 2.0);
+    for (time_constant, solref) in [(0.0, None), (0.019, Some(0.02))] {
+        example.motion.scene.contact_time_constant = time_constant;
+        let text = String::from_utf8(example.export(ExportFormat::Mujoco, at(60.0))).unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
+        let shapes = document
+            .descendants()
+            .filter(|it| it.has_tag_name("geom"))
+            .filter(|it| it.attribute("name").is_none());
+        let mut found = Vec::new();
+        for shape in shapes {
+            let link = shape.parent().unwrap().attribute("name").unwrap();
+            assert_eq!(shape.attribute("priority"), Some("1"));
+            let wanted = if link == "RH_shank" { 0.1 } else { scene };
+            assert_eq!(numbers(shape, "friction")[0], wanted, "{link}");
+            let softness = shape.attribute("solref").map(|_| numbers(shape, "solref"));
+            assert_eq!(softness.as_ref().map(|it| it[1]), solref.map(|_| 1.0));
+            assert!(softness.is_none_or(|it| (it[0] - 0.02).abs() < 1e-12));
+            found.push(link);
+        }
+        assert!(found.contains(&"RH_shank") && found.contains(&"LF_shank"), "{found:?}");
+    }
+    let grain = r#"<gazebo reference="LF_shank"><mu1>0.9</mu1><mu2>0.2</mu2><fdir1>1 0 0</fdir1></gazebo>"#;
+    example.model = of(grain);
+    example.motion.character.digest = example.character().digest.clone();
+    let error = export(&example.motion, example.character(), ExportFormat::Mujoco, &at(60.0)).unwrap_err();
+    let link = example.character().links.iter().position(|link| link.name == "LF_shank").unwrap();
+    assert!(error.to_string().contains(&format!("/character/links/{link}/friction")), "{error}");
 }
