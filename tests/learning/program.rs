@@ -424,7 +424,7 @@ fn the_template_walks_before_any_search() {
                 let mut parameters = (*seed).clone();
                 parameters[SWAY] = sway;
                 let (ring, gains) = subject.ring(&wanted, &parameters);
-                arena.run(&ring, &gains, false, 4 * STRIDES).upright >= 1.0
+                arena.run(&ring, &gains, 4 * STRIDES).upright >= 1.0
             })
             .count()
     };
@@ -441,7 +441,7 @@ fn the_template_trots_before_any_search() {
     let wanted = trot(&subject.legs);
     let arena = subject.arena().unwrap();
     let (ring, gains) = subject.ring(&wanted, &brisk());
-    let figures = arena.run(&ring, &gains, false, 4 * STRIDES);
+    let figures = arena.run(&ring, &gains, 4 * STRIDES);
     assert_eq!(figures.upright, 1.0);
     assert!((figures.speed / wanted.speed - 1.0).abs() < 0.2, "{} m/s", figures.speed);
     // Diagonal legs push together, half a stride after the others.
@@ -453,7 +453,7 @@ fn the_template_trots_before_any_search() {
     assert!(apart(0, 1) > 0.4 && apart(0, 2) > 0.4, "{:?}", figures.legs);
     // The same motion at half the step.
     let finer = Subject { accuracy: Accuracy { step: 0.001, ..subject.accuracy }, ..subject.clone() };
-    let again = finer.arena().unwrap().run(&ring, &gains, false, 4 * STRIDES);
+    let again = finer.arena().unwrap().run(&ring, &gains, 4 * STRIDES);
     assert!((again.speed / figures.speed - 1.0).abs() < 0.05, "{} and {} m/s", figures.speed, again.speed);
 }
 
@@ -468,7 +468,7 @@ fn a_trot_that_turns_is_steered_straight() {
     turning[TURN] = 0.4;
     let heading = |parameters: &[f64]| {
         let (ring, gains) = subject.ring(&wanted, parameters);
-        let figures = arena.run(&ring, &gains, false, 60);
+        let figures = arena.run(&ring, &gains, 60);
         assert_eq!(figures.upright, 1.0);
         (60.0 * figures.yaw, figures.speed)
     };
@@ -517,7 +517,7 @@ fn the_search_sees_the_torque_that_the_judge_sees() {
     let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
     let (ring, mut gains) = subject.ring(&trot(&subject.legs), &brisk());
     gains.max_torque.fill(Some(8.0));
-    let figures = subject.arena().unwrap().run(&ring, &gains, false, 40);
+    let figures = subject.arena().unwrap().run(&ring, &gains, 40);
     let judged = judged(&subject, &ring, &gains).naturalness["torque_saturation"].value;
     assert!(figures.upright >= 1.0 && judged > 0.1, "{judged} of the time at the limit");
     // The judge looks 48 times a loop, which tells how long a joint is at its limit in each to one of them.
@@ -529,7 +529,7 @@ fn the_search_sees_the_steps_that_the_judge_sees() {
     let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
     let arena = subject.arena().unwrap();
     let (ring, gains) = subject.ring(&trot(&subject.legs), &brisk());
-    let figures = arena.run(&ring, &gains, false, 40);
+    let figures = arena.run(&ring, &gains, 40);
     let judged = judged(&subject, &ring, &gains);
     let near = |seen: f64, judged: f64, bound: f64, what: &str| {
         assert!((seen - judged).abs() < bound, "{what}: {seen} seen, {judged} judged");

@@ -52,7 +52,7 @@ fn speeds(subject: &Subject, name: &str) -> Vec<f64> {
     let seeds = subject.seeds(&wanted.gait);
     let speed = |parameters: &Vec<f64>| {
         let (ring, gains) = subject.ring(&wanted, parameters);
-        let figures = arena.run(&ring, &gains, false, 4);
+        let figures = arena.run(&ring, &gains, 4);
         assert_eq!(figures.upright, 1.0);
         figures.speed
     };
@@ -127,7 +127,7 @@ fn a_few_sweeps_move_a_body_as_far_as_an_exact_solver() {
         let subject = snake(None, [0.0, 1.0, 0.0], accuracy);
         let wanted = wanted(&subject, "sidewinding");
         let (ring, gains) = subject.ring(&wanted, &subject.seeds(&wanted.gait)[0]);
-        subject.arena().unwrap().run(&ring, &gains, false, 3).speed
+        subject.arena().unwrap().run(&ring, &gains, 3).speed
     };
     let (rough, exact) = (gone(swept(100, 1e-4)), gone(Accuracy { step: 0.004, ..Accuracy::default() }));
     // Both end their search for forces elsewhere, but the body goes the same way: within a fiftieth.

@@ -1,4 +1,4 @@
-//! What is left of a motion when something is changed: friction, gains, mass, a push, the step, the engine.
+//! What is left of a motion when something is changed: friction, gains, mass, a push, the step, the ground, the engine.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -9,6 +9,7 @@ use nalgebra::{Point3, Vector3};
 use super::{CHECKED, MotionCheck};
 use crate::accuracy::Engine;
 use crate::accuracy::rapier::Rapier;
+use crate::program::disturbance;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::{Playing, Trial};
@@ -23,9 +24,6 @@ const ROUNDS: f64 = 10.0;
 /// Time between two samples of a trial, s.
 const SAMPLED: f64 = 0.02;
 
-/// Change of the sideways velocity by the push, in √(g h) with the standing height h of the root.
-const PUSH: f64 = 0.06;
-
 /// What a trial changes, as factors of what the motion was learned with.
 #[derive(Debug, Clone)]
 struct Change {
@@ -38,12 +36,23 @@ struct Change {
     mass: f64,
     step: f64,
     push: Option<Push>,
+    /// Time constant of contacts where they are softer than in the scene, s.
+    soft: Option<f64>,
     engine: Engine,
 }
 
 impl Change {
     fn none(name: String) -> Self {
-        Self { name, friction: 1.0, gains: 1.0, mass: 1.0, step: 1.0, push: None, engine: Engine::Gaitwright }
+        Self {
+            name,
+            friction: 1.0,
+            gains: 1.0,
+            mass: 1.0,
+            step: 1.0,
+            push: None,
+            soft: None,
+            engine: Engine::Gaitwright,
+        }
     }
 }
 
@@ -106,11 +115,12 @@ impl MotionCheck<'_> {
     /// Everything that is tried. A step that the simulator would refuse is not.
     fn changes(&self) -> Vec<Change> {
         let mut changes = Vec::new();
-        for factor in [0.6, 1.4] {
+        for factor in disturbance::FRICTION {
             let name = format!("friction {:.2}", factor * self.scene.friction);
             changes.push(Change { friction: factor, ..Change::none(name) });
         }
-        changes.push(Change { gains: 0.75, ..Change::none("gains times 0.75".to_owned()) });
+        let gains = disturbance::GAINS;
+        changes.push(Change { gains, ..Change::none(format!("gains times {gains}")) });
         for factor in [0.9, 1.1] {
             changes.push(Change { mass: factor, ..Change::none(format!("mass times {factor}")) });
         }
@@ -127,6 +137,11 @@ impl MotionCheck<'_> {
                 });
             }
         }
+        let soft = disturbance::soft_contact(self.stance.root_height, self.gravity());
+        if soft > self.scene.contact_time_constant {
+            let name = format!("soft contacts of {} ms", rounded(1000.0 * soft));
+            changes.push(Change { soft: Some(soft), ..Change::none(name) });
+        }
         changes.push(Change { engine: Engine::Rapier, ..Change::none("engine rapier3d".to_owned()) });
         changes
     }
@@ -138,10 +153,14 @@ impl MotionCheck<'_> {
 
     /// To the left, half-way through what a trial has of the loop.
     fn push(&self) -> Push {
-        let [x, y, z] = self.scene.gravity;
-        let speed = PUSH * (x.hypot(y).hypot(z) * self.stance.root_height.max(0.0)).sqrt();
+        let speed = disturbance::push(self.stance.root_height, self.gravity());
         let time = 0.5 * (self.player.lead() + self.tried());
         Push { time, velocity: speed * Vector3::z().cross(&self.forward()) }
+    }
+
+    /// m/s².
+    fn gravity(&self) -> f64 {
+        Vector3::from(self.scene.gravity).norm()
     }
 
     /// The direction of travel, level and of unit length.
@@ -159,7 +178,11 @@ impl MotionCheck<'_> {
     ) -> Result<Option<Trial>, InputError> {
         let model =
             if change.mass == 1.0 { self.model.clone() } else { Arc::new(heavier(self.model, change.mass)) };
-        let mut scene = Scene { friction: change.friction * self.scene.friction, ..self.scene.clone() };
+        let mut scene = Scene {
+            friction: change.friction * self.scene.friction,
+            contact_time_constant: change.soft.unwrap_or(self.scene.contact_time_constant),
+            ..self.scene.clone()
+        };
         if change.engine == Engine::Rapier {
             // Its multibodies do not collide with themselves as ours do.
             scene.effects.insert(Effect::SelfCollision, Switch::Off);

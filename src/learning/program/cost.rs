@@ -18,6 +18,9 @@ pub const HOLDS: f64 = 1000.0;
 const MARGIN: f64 = 0.05;
 /// What else than feet touches the ground is beyond its limit, which is none, by this times the share of the time in which it does.
 const SCUFFED: f64 = 20.0;
+/// What a disturbance changes of the turn in a stride costs so much a rad, up to the most that counts, rad.
+const TURNED: f64 = 3.0;
+const MOST_TURNED: f64 = 0.2;
 
 /// Whether and how well a gait does what is wanted of it: less is better, and what does not hold a constraint is
 /// worse than all that does.
@@ -26,7 +29,7 @@ pub fn cost(
     period: f64,
     legs: &Legs,
     plain: &RolloutFigures,
-    disturbed: &RolloutFigures,
+    disturbed: &[RolloutFigures],
 ) -> f64 {
     undisturbed(wanted, period, legs, plain) + when_disturbed(plain, disturbed)
 }
@@ -38,11 +41,18 @@ pub fn undisturbed(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutF
     natural.min(0.9 * HOLDS) + broken(violation(wanted, figures))
 }
 
-/// How much a disturbance takes from a gait, from 0.
-pub fn when_disturbed(plain: &RolloutFigures, disturbed: &RolloutFigures) -> f64 {
+/// How much disturbances take from a gait on average, from 0.
+pub fn when_disturbed(plain: &RolloutFigures, disturbed: &[RolloutFigures]) -> f64 {
+    let taken = disturbed.iter().map(|disturbed| taken(plain, disturbed));
+    taken.sum::<f64>() / disturbed.len().max(1) as f64
+}
+
+/// How much one disturbance takes.
+fn taken(plain: &RolloutFigures, disturbed: &RolloutFigures) -> f64 {
     let fallen = 1.0 - disturbed.upright;
     let lost = (disturbed.speed / plain.speed.abs().max(1e-6) - 1.0).abs().min(1.0);
-    let unsteady = lost * lost + 0.2 * (disturbed.roll + disturbed.pitch).min(1.0) + fallen;
+    let turned = (disturbed.yaw - plain.yaw).abs().min(MOST_TURNED);
+    let unsteady = lost * lost + TURNED * turned + 0.2 * (disturbed.roll + disturbed.pitch).min(1.0) + fallen;
     broken(fallen) + 2.0 * unsteady
 }
 

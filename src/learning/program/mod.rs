@@ -17,6 +17,7 @@
 //! | [`ring`] | a stride as a ring of keyframes |
 //! | [`steer`] | feedback through cells of the trunk |
 //! | [`spine`], [`wave`] | bodies without legs, and their waves as such rings |
+//! | [`disturbance`] | what a gait has to withstand |
 //! | [`rollout`], [`figures`], [`leg_watch`] | such a ring in the simulator, and what is seen of it and of each leg |
 //! | [`cost`] | what that costs |
 //! | [`cma`] | the evolution strategy |
@@ -24,6 +25,7 @@
 
 pub mod cma;
 pub mod cost;
+pub mod disturbance;
 pub mod figures;
 pub mod gains;
 pub mod gaits;

@@ -152,8 +152,8 @@ pub struct Candidate {
     pub gains: Gains,
     /// What it did.
     pub figures: RolloutFigures,
-    /// What it did when disturbed.
-    pub disturbed: RolloutFigures,
+    /// What it did under each disturbance.
+    pub disturbed: Vec<RolloutFigures>,
     /// Less is better (see [`cost`](super::cost::cost)).
     pub cost: f64,
 }
@@ -168,8 +168,8 @@ impl Candidate {
         strides: usize,
     ) -> Self {
         let (ring, gains) = subject.ring(wanted, parameters);
-        let figures = arena.run(&ring, &gains, false, strides);
-        let disturbed = RolloutFigures::default();
+        let figures = arena.run(&ring, &gains, strides);
+        let disturbed = Vec::new();
         let mut tried = Self { parameters: parameters.to_vec(), ring, gains, figures, disturbed, cost: 0.0 };
         tried.cost = tried.least_cost(subject, wanted);
         tried
@@ -184,18 +184,21 @@ impl Candidate {
         undisturbed(wanted, ring.period, &subject.legs, figures) + far + missed
     }
 
-    /// The same after it was disturbed, too. What does not stay up by itself does not when it is disturbed.
+    /// The same after it was disturbed, too.
     fn disturbed(mut self, arena: &Arena, strides: usize) -> Self {
-        if self.figures.upright >= 1.0 {
-            self.disturbed = arena.run(&self.ring, &self.gains, true, strides);
-        }
+        self.disturbed = arena.run_disturbed(&self.figures, &self.ring, &self.gains, strides);
         self.cost += when_disturbed(&self.figures, &self.disturbed);
         self
     }
 
     /// s simulated for it.
     pub fn seconds(&self) -> f64 {
-        self.figures.seconds + self.disturbed.seconds
+        self.figures.seconds + self.disturbed_seconds()
+    }
+
+    /// s simulated for it while it was disturbed.
+    fn disturbed_seconds(&self) -> f64 {
+        self.disturbed.iter().map(|disturbed| disturbed.seconds).sum()
     }
 }
 
@@ -306,7 +309,7 @@ impl Refinement {
         self.search = search;
         self.costs = costs;
         self.count(&tried);
-        self.seconds += parents.iter().map(|parent| parent.disturbed.seconds).sum::<f64>();
+        self.seconds += parents.iter().map(Candidate::disturbed_seconds).sum::<f64>();
         self.kept.extend(parents);
         self.kept.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         self.kept.truncate(FINALISTS);
@@ -349,6 +352,7 @@ impl Refinement {
         let straight = |candidate: &Candidate| {
             let figures = RolloutFigures { yaw: 0.0, sideways: 0.0, ..candidate.figures.clone() };
             undisturbed(wanted, candidate.ring.period, &subject.legs, &figures)
+                + when_disturbed(&candidate.figures, &candidate.disturbed)
         };
         tried.sort_by(|a, b| straight(a).total_cmp(&straight(b)));
         tried.truncate(STRAIGHTENED);
@@ -367,7 +371,7 @@ impl Refinement {
 
     /// About as many seconds as [`Refinement::finalists`] simulates.
     pub fn seconds_of_finalists(&self, strides: usize) -> f64 {
-        let tries = 2 * FINALISTS + STRAIGHTENED * (2 + TRIMS as usize);
+        let tries = 3 * FINALISTS + STRAIGHTENED * (2 + TRIMS as usize);
         let Ring { period, .. } = self.best().ring;
         tries as f64 * (self.best().ring.lead() + strides as f64 * period)
     }
@@ -408,7 +412,8 @@ impl Trial<'_> {
             let mut moved = Candidate::undisturbed(subject, arena, wanted, &parameters, strides);
             // So small a change does not alter what a disturbance does.
             moved.cost += when_disturbed(&start.figures, &start.disturbed);
-            let disturbed = RolloutFigures { seconds: 0.0, ..start.disturbed.clone() };
+            let counted = |of: &RolloutFigures| RolloutFigures { seconds: 0.0, ..of.clone() };
+            let disturbed = start.disturbed.iter().map(counted).collect();
             Ok(Candidate { disturbed, ..moved })
         };
         if off(&start).amax() < STRAIGHT {

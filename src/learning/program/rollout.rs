@@ -11,6 +11,7 @@ use gaitwright_physics::scene::{Accuracy, Gains, Scene, StepPlan, Terrain};
 use gaitwright_physics::sim::{Command, Simulator};
 use gaitwright_physics::stance::{Stance, Upright};
 
+use super::disturbance;
 use super::figures::{RolloutFigures, Watch};
 use super::legs::Legs;
 use super::ring::Ring;
@@ -19,12 +20,6 @@ use super::ring::Ring;
 pub const STRIDES: usize = 5;
 /// The same with feedback, which shows what it is worth after more of them.
 pub const STEERED_STRIDES: usize = 15;
-/// What is changed in the disturbed run: friction, stiffness and damping times these, and a push of this share of
-/// √(g h) to one side and back in its middle.
-const SLIPPERY: f64 = 0.6;
-const SOFTENED: f64 = 0.75;
-const PUSH: f64 = 0.06;
-
 /// Where gaits are tried: one for each thread.
 #[derive(Debug, Clone)]
 pub struct Arena {
@@ -36,8 +31,20 @@ pub struct Arena {
     gravity: f64,
     /// Height of the ground where it stands, m.
     ground: f64,
-    /// As asked, and disturbed.
-    runs: [(Scene, Accuracy); 2],
+    as_asked: Conditions,
+    /// Weak actuators on slippery ground, and soft ground.
+    disturbed: Vec<Conditions>,
+}
+
+/// Under what a gait is simulated.
+#[derive(Debug, Clone)]
+struct Conditions {
+    scene: Scene,
+    accuracy: Accuracy,
+    /// Factor of stiffness and damping.
+    gains: f64,
+    /// Change of the velocity to one side and back in the middle of the run, m/s.
+    push: f64,
 }
 
 impl Arena {
@@ -52,37 +59,79 @@ impl Arena {
         direction: [f64; 3],
     ) -> Result<Self, InputError> {
         StepPlan::compile(scene, accuracy, None, model)?;
-        let mut slippery = scene.clone();
-        slippery.friction *= SLIPPERY;
         let length = direction[0].hypot(direction[1]);
+        let (height, gravity) = (legs.hip_height, Vector3::from(scene.gravity).norm());
+        let as_asked = Conditions { scene: scene.clone(), accuracy: *accuracy, gains: 1.0, push: 0.0 };
+        let slippery = Scene { friction: disturbance::FRICTION[0] * scene.friction, ..scene.clone() };
+        let weak = Conditions {
+            scene: slippery,
+            gains: disturbance::GAINS,
+            push: disturbance::push(height, gravity),
+            ..as_asked.clone()
+        };
+        let mut disturbed = vec![weak];
+        let contact_time_constant = disturbance::soft_contact(height, gravity);
+        if contact_time_constant > scene.contact_time_constant {
+            let scene = Scene { contact_time_constant, ..scene.clone() };
+            disturbed.push(Conditions { scene, ..as_asked.clone() });
+        }
         Ok(Self {
             model: model.clone(),
             stance: stance.clone(),
             legs: legs.clone(),
             upright: Upright::new(model, stance, scene),
             direction: [direction[0] / length, direction[1] / length],
-            gravity: Vector3::from(scene.gravity).norm(),
+            gravity,
             ground: scene.ground.as_ref().map_or(0.0, |ground| Terrain::new(ground).height(0.0, 0.0)),
-            runs: [(scene.clone(), *accuracy), (slippery, *accuracy)],
+            as_asked,
+            disturbed,
         })
     }
 
     /// The same place where disturbed runs are simulated with `accuracy`: a longer step is one more disturbance.
     #[must_use]
     pub fn disturbed_with(mut self, accuracy: &Accuracy) -> Self {
-        self.runs[1].1 = *accuracy;
+        for conditions in &mut self.disturbed {
+            conditions.accuracy = *accuracy;
+        }
         self
     }
 
     /// Step of the undisturbed simulation, s.
     pub fn step(&self) -> f64 {
-        self.runs[0].1.step
+        self.as_asked.accuracy.step
     }
 
-    /// Plays `ring` with `gains` from the standing pose, as asked or `disturbed`, and judges `strides` strides after the
-    /// entry. What cannot be simulated has fallen at once.
-    pub fn run(&self, ring: &Ring, gains: &Gains, disturbed: bool, strides: usize) -> RolloutFigures {
-        let (scene, accuracy) = &self.runs[usize::from(disturbed)];
+    /// Plays `ring` with `gains` from the standing pose, and judges `strides` strides after the entry. What cannot be simulated
+    /// has fallen at once.
+    pub fn run(&self, ring: &Ring, gains: &Gains, strides: usize) -> RolloutFigures {
+        self.run_under(&self.as_asked, ring, gains, strides)
+    }
+
+    /// The same under every disturbance, where the undisturbed run was as in `plain`: what does not stay up by itself does not
+    /// when it is disturbed, and is not simulated.
+    pub fn run_disturbed(
+        &self,
+        plain: &RolloutFigures,
+        ring: &Ring,
+        gains: &Gains,
+        strides: usize,
+    ) -> Vec<RolloutFigures> {
+        if plain.upright < 1.0 {
+            return vec![RolloutFigures::default(); self.disturbed.len()];
+        }
+        let disturbed = self.disturbed.iter();
+        disturbed.map(|conditions| self.run_under(conditions, ring, gains, strides)).collect()
+    }
+
+    fn run_under(
+        &self,
+        conditions: &Conditions,
+        ring: &Ring,
+        gains: &Gains,
+        strides: usize,
+    ) -> RolloutFigures {
+        let Conditions { scene, accuracy, gains: factor, push } = conditions;
         let step = accuracy.step;
         let stride = (ring.period / step).round().max(1.0) as usize;
         let mut watch = Watch::new(
@@ -92,9 +141,7 @@ impl Arena {
             (step, ring.period),
         );
         let mut gains = gains.clone();
-        if disturbed {
-            gains.stiffness.iter_mut().chain(&mut gains.damping).for_each(|gain| *gain *= SOFTENED);
-        }
+        gains.stiffness.iter_mut().chain(&mut gains.damping).for_each(|gain| *gain *= factor);
         let Ok(plan) = StepPlan::compile(scene, accuracy, Some(&gains), &self.model) else {
             return watch.figures(0.0, 0.0);
         };
@@ -102,7 +149,7 @@ impl Arena {
         let player = ring.player(&self.stance.angles);
         let lead = (ring.lead() / step).round() as usize;
         let total = lead + strides * stride;
-        let push = disturbed.then(|| lead + stride * strides / 2);
+        let pushed = (*push > 0.0).then(|| lead + stride * strides / 2);
         let joints = self.model.joint_count();
         let (mut now, mut next) = (vec![0.0; joints], vec![0.0; joints]);
         let mut playing = Playing::new(&player, &self.stance.state.root);
@@ -112,8 +159,8 @@ impl Arena {
             if done == lead {
                 watch.begin(&simulator);
             }
-            if Some(done) == push {
-                self.push(&mut simulator);
+            if Some(done) == pushed {
+                self.push(&mut simulator, *push);
             }
             std::mem::swap(&mut now, &mut next);
             let root = simulator.state().root;
@@ -131,10 +178,9 @@ impl Arena {
         watch.figures(done as f64 / total as f64, done as f64 * step)
     }
 
-    /// Pushes the trunk aside and back.
-    fn push(&self, simulator: &mut Simulator) {
+    /// Pushes the trunk aside and back, by `speed` each.
+    fn push(&self, simulator: &mut Simulator, speed: f64) {
         let mut state = simulator.state().clone();
-        let speed = PUSH * (self.gravity * self.legs.hip_height).sqrt();
         let [x, y] = self.direction;
         state.root.linear_velocity += Vector3::new(-x - y, x - y, 0.0) * speed;
         simulator.set_state(&state);

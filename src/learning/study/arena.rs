@@ -82,15 +82,16 @@ impl StudyArena {
 
     /// What a ring costs as the named gait that it costs least as, over so many strides, with the simulated time, s.
     pub fn cost(&self, arena: &Arena, ring: &Ring, gains: &Gains, strides: usize) -> (f64, f64) {
-        let plain = arena.run(ring, gains, false, strides);
-        // What does not stay up by itself does not when it is disturbed.
-        let disturbed =
-            if plain.upright < 1.0 { Default::default() } else { arena.run(ring, gains, true, strides) };
+        let plain = arena.run(ring, gains, strides);
+        let disturbed = arena.run_disturbed(&plain, ring, gains, strides);
         let legs = &self.subject.legs;
         let costs = gaits(legs.legs.len())
             .into_iter()
             .map(|gait| cost(&self.wanted(gait), ring.period, legs, &plain, &disturbed));
-        (costs.fold(f64::INFINITY, f64::min), plain.seconds + disturbed.seconds)
+        (
+            costs.fold(f64::INFINITY, f64::min),
+            plain.seconds + disturbed.iter().map(|it| it.seconds).sum::<f64>(),
+        )
     }
 
     /// What a motion costs over ten seconds.

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use gaitwright_physics::playback::Trace;
 use rayon::prelude::*;
 
 use super::motion::LearnedMotion;
@@ -19,6 +20,8 @@ use crate::program::steer;
 /// Greatest share of the time for a niche that its end may take, and how many times its estimate is kept for it.
 const LONGEST_END: f64 = 0.4;
 const MARGIN: f64 = 1.2;
+/// About how many checks the trials take: as many as there are, one of them at a quarter of the step.
+const TRIALS: usize = 15;
 /// Strides over which the best of a niche are compared at its end.
 const LONG: usize = 40;
 /// Share of the wanted speed below which a motion goes nowhere.
@@ -200,7 +203,7 @@ impl<'a> NicheSearch<'a> {
     /// natural; not where that would take most of it from the start.
     fn is_late(&self, stage: &Stage) -> bool {
         let step = self.shared.fine.step();
-        let seconds = stage.refinement.seconds_of_finalists(LONG) + CHECKED * STRAIGHTENED as f64;
+        let seconds = stage.refinement.seconds_of_finalists(LONG) + CHECKED * (STRAIGHTENED + TRIALS) as f64;
         let needed = MARGIN * self.step_time * seconds / step;
         self.shared.stop.left().is_some_and(|left| {
             left < needed && needed < LONGEST_END * (left + self.begun.elapsed().as_secs_f64())
@@ -307,7 +310,7 @@ impl<'a> NicheSearch<'a> {
     /// first that is natural.
     fn finish(&mut self, mut leading: Stage, generations: u32) -> Result<(), Interrupted> {
         // What keeps the limits already has only effort left to save.
-        if !is_natural(self.shared, &self.motion(&leading.wanted, leading.best())) {
+        if natural(self.shared, &self.motion(&leading.wanted, leading.best())).is_none() {
             leading.wanted = leading.wanted.strictly();
             leading.refinement.revalue(self.shared.subject, &leading.wanted);
         }
@@ -316,22 +319,45 @@ impl<'a> NicheSearch<'a> {
         let Shared { pool, stop, subject, fine, .. } = self.shared;
         let before = refinement.seconds;
         let finalists = refinement.finalists((pool, stop), subject, fine, &wanted, LONG)?;
-        let natural = self.natural(&wanted, &finalists);
+        let proven = self.proven(&wanted, &finalists);
         stop.check()?;
         self.progress.simulated += refinement.seconds - before;
-        let first = natural.iter().position(|natural| *natural);
-        let Some(candidate) = finalists.into_iter().nth(first.unwrap_or(0)) else { return Ok(()) };
-        let found = Found { wanted, candidate, natural: first.is_some() };
+        let Some(candidate) = finalists.into_iter().nth(proven.unwrap_or(0)) else { return Ok(()) };
+        let found = Found { wanted, candidate, natural: proven.is_some() };
         let steered = if found.natural { None } else { self.steered_by_heading(&found)? };
         self.found = Some(steered.unwrap_or(found));
         Ok(())
     }
 
-    /// Which of `candidates` are natural.
-    fn natural(&self, wanted: &Wanted, candidates: &[Candidate]) -> Vec<bool> {
+    /// The first of `candidates` that is natural and stays up in every trial; where none does in all, the natural one that does in most.
+    fn proven(&self, wanted: &Wanted, candidates: &[Candidate]) -> Option<usize> {
+        let Shared { setup, stop, .. } = self.shared;
+        let mut best = None;
+        for (index, (candidate, trace)) in candidates.iter().zip(self.natural(wanted, candidates)).enumerate()
+        {
+            let Some(trace) = &trace else { continue };
+            let motion = self.motion(wanted, candidate);
+            let player = motion.player(&setup.stance.angles);
+            let stopped = || stop.check().is_err();
+            let Ok(trials) = motion.check(setup, &player).trials(trace, setup.threads, &stopped) else {
+                continue;
+            };
+            let stood = trials.iter().filter(|trial| trial.stood()).count();
+            if best.is_none_or(|(most, _)| stood > most) {
+                best = Some((stood, index));
+            }
+            if stood == trials.len() {
+                break;
+            }
+        }
+        best.map(|(_, index)| index)
+    }
+
+    /// What those of `candidates` that are natural did when that was checked.
+    fn natural(&self, wanted: &Wanted, candidates: &[Candidate]) -> Vec<Option<Trace>> {
         let shared = self.shared;
         let motions: Vec<_> = candidates.iter().map(|candidate| self.motion(wanted, candidate)).collect();
-        let judged = || motions.par_iter().with_max_len(1).map(|motion| is_natural(shared, motion)).collect();
+        let judged = || motions.par_iter().with_max_len(1).map(|motion| natural(shared, motion)).collect();
         shared.pool.install(judged)
     }
 
@@ -356,7 +382,11 @@ impl<'a> NicheSearch<'a> {
         stop.check()?;
         let steered = tried.into_iter().zip(natural);
         let best = steered
-            .map(|(candidate, natural)| Found { wanted: wanted.clone(), candidate, natural })
+            .map(|(candidate, natural)| Found {
+                wanted: wanted.clone(),
+                candidate,
+                natural: natural.is_some(),
+            })
             .reduce(|best, other| {
                 let better = (other.natural, -other.candidate.cost) > (best.natural, -best.candidate.cost);
                 if better { other } else { best }
@@ -449,14 +479,14 @@ impl<'a> NicheSearch<'a> {
     }
 }
 
-/// Whether a motion is natural in one continuous simulation, and goes by the gait that was looked for.
-fn is_natural(shared: &Shared<'_>, motion: &LearnedMotion) -> bool {
+/// One continuous simulation of a motion, if it is natural there and goes by the gait that was looked for.
+fn natural(shared: &Shared<'_>, motion: &LearnedMotion) -> Option<Trace> {
     let player = motion.player(&shared.setup.stance.angles);
     let check = motion.check(shared.setup, &player);
-    check.run(&|| shared.stop.check().is_err()).is_ok_and(|checked| {
-        let named = checked.gait.gait.as_deref();
-        checked.gait.natural && (named.is_none() || named == motion.gait.as_deref())
-    })
+    let checked = check.run(&|| shared.stop.check().is_err()).ok()?;
+    let named = checked.gait.gait.as_deref();
+    let as_wanted = named.is_none() || named == motion.gait.as_deref();
+    (checked.gait.natural && as_wanted).then_some(checked.trace)
 }
 
 /// From 0 to 1, the more the less a gait costs.
