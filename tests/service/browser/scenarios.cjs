@@ -160,13 +160,15 @@ async function train({ open, faults, loaded }) {
   assert.notEqual((await inksOf(page, canvas)).digest, at.digest, "the ghost is seen");
   await page.getByLabel("Simulate from standing, with contact forces").check();
   await page.waitForFunction(() => Number(document.querySelector(".scrub").max) > 3);
-  await scrub.fill("0");
-  await page.waitForTimeout(200);
-  const forces = [(await inksOf(page, canvas)).red];
-  await scrub.fill("2");
-  await page.waitForTimeout(200);
-  forces.push((await inksOf(page, canvas)).red);
-  assert.ok(forces[0] < 10 && forces[1] > 200, `red pixels before the first step and in the walk: ${forces}`);
+  // A trot that is not natural yet may be in the air at one time or another, but not for the whole of a stride.
+  const forces = [];
+  for (const time of ["0", "2", "2.04", "2.08", "2.12", "2.16", "2.2"]) {
+    await scrub.fill(time);
+    await page.waitForTimeout(200);
+    forces.push((await inksOf(page, canvas)).red);
+  }
+  const [before, ...stride] = forces;
+  assert.ok(before < 10 && Math.max(...stride) > 200, `red pixels before the first step and in the trot: ${forces}`);
   await picture(page, "forces");
   await page.getByLabel("Simulate from standing, with contact forces").uncheck();
 
