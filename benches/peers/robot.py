@@ -8,25 +8,13 @@ import numpy as np
 
 
 def load(path, gains, ground=True, friction=0.8, itself=False):
-    """Compiles the URDF at `path`.
+    """Compiles the robot at `path`: a URDF, or a model that `gaitwright export --format mujoco` wrote.
 
     `gains` are the servos' stiffness, damping and greatest torque, each a number or {joint: number}, the last `None`
     or with `None` where the torque is not bounded; `gains` of `None` leave the joints passive. With `itself` the robot can
     touch itself, in all pairs but those that MuJoCo leaves out by itself.
     """
-    text = re.sub(r"<visual>.*?</visual>", "", open(path).read(), flags=re.S)
-    root = ElementTree.fromstring(text)
-    for inertia in root.iter("inertia"):
-        # Dummy links have matrices that MuJoCo refuses; without their products they are sound, and as small.
-        ixx, ixy, ixz, iyy, iyz, izz = (float(inertia.get(key, 0)) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
-        if np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]).min() <= 1e-12 * ixx:
-            inertia.attrib.update(ixy="0", ixz="0", iyz="0")
-    extra = ElementTree.SubElement(root, "mujoco")
-    ElementTree.SubElement(
-        extra, "compiler", discardvisual="true", fusestatic="true", balanceinertia="true", strippath="true"
-    )
-    spec = mujoco.MjSpec.from_string(ElementTree.tostring(root, encoding="unicode"))
-    spec.worldbody.first_body().add_freejoint()
+    spec = exported(path) if path.endswith(".xml") else from_urdf(path)
     # Bits keep the robot's shapes from touching each other: they meet the ground alone.
     for geom in spec.geoms:
         geom.contype, geom.conaffinity = (1, 3 if itself else 2) if ground else (0, 0)
@@ -52,6 +40,34 @@ def load(path, gains, ground=True, friction=0.8, itself=False):
                 actuator.forcelimited = True
                 actuator.forcerange = [-torque, torque]
     return spec.compile()
+
+
+def exported(path):
+    """The robot of an exported model, without the motion's actuators and keys and without its ground."""
+    spec = mujoco.MjSpec.from_file(path)
+    for part in [*spec.keys, *spec.actuators, *spec.worldbody.geoms]:
+        spec.delete(part)
+    for geom in spec.geoms:
+        geom.priority = 0
+    return spec
+
+
+def from_urdf(path):
+    """The robot of a URDF, its root free."""
+    text = re.sub(r"<visual>.*?</visual>", "", open(path).read(), flags=re.S)
+    root = ElementTree.fromstring(text)
+    for inertia in root.iter("inertia"):
+        # Dummy links have matrices that MuJoCo refuses; without their products they are sound, and as small.
+        ixx, ixy, ixz, iyy, iyz, izz = (float(inertia.get(key, 0)) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+        if np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]).min() <= 1e-12 * ixx:
+            inertia.attrib.update(ixy="0", ixz="0", iyz="0")
+    extra = ElementTree.SubElement(root, "mujoco")
+    ElementTree.SubElement(
+        extra, "compiler", discardvisual="true", fusestatic="true", balanceinertia="true", strippath="true"
+    )
+    spec = mujoco.MjSpec.from_string(ElementTree.tostring(root, encoding="unicode"))
+    spec.worldbody.first_body().add_freejoint()
+    return spec
 
 
 def joints(model):

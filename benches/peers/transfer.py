@@ -3,7 +3,7 @@
     pip install mujoco
     python benches/peers/transfer.py path/to/robot.urdf walk.motion.json trot.motion.json … [--seconds 10]
 
-Each motion document is played from the standing pose with its own springs, dampers and torque limits, which is all that
+A robot that is no URDF is given as the MuJoCo model of one of its motions (`gaitwright export --format mujoco`). Each motion document is played from the standing pose with its own springs, dampers and torque limits, which is all that
 a servo has; a feedforward of the document is left out, and said so. Prints the speed along the task's direction, the
 change of heading and the time upright, beside those of the document, for several time constants of MuJoCo's soft
 contact (its default of 20 ms is soft for fast gaits).
@@ -123,11 +123,11 @@ def heading(quaternion):
     return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
-def play(urdf, motion, seconds, contact, step=STEP, itself=False):
+def play(path, motion, seconds, contact, step=STEP, itself=False):
     """Speed along the direction after the entry, change of heading, time upright, mean slip aside."""
     names, drive = motion["joints"], motion["drive"]
     gains = tuple(dict(zip(names, drive[key])) for key in ("stiffness", "damping", "max_torque"))
-    model = robot.load(urdf, gains, friction=motion["scene"]["friction"], itself=itself)
+    model = robot.load(path, gains, friction=motion["scene"]["friction"], itself=itself)
     model.opt.timestep = step
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     model.geom_solref[:, 0] = contact
@@ -171,7 +171,7 @@ def play(urdf, motion, seconds, contact, step=STEP, itself=False):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("urdf")
+    parser.add_argument("robot", help="URDF, or exported MuJoCo model")
     parser.add_argument("motions", nargs="+")
     parser.add_argument("--seconds", type=float, default=10.0)
     parser.add_argument("--contact", type=float, nargs="+", default=[0.02, 0.01, 0.005], help="time constants, s")
@@ -191,7 +191,7 @@ def main():
         for contact in options.contact:
             # A contact must be resolved by the step: MuJoCo takes no time constant below two of them.
             step = min(STEP, contact / 4)
-            speed, turn, upright = play(options.urdf, motion, options.seconds, contact, step, options.self_collision)
+            speed, turn, upright = play(options.robot, motion, options.seconds, contact, step, options.self_collision)
             share = 100 * (speed / ours["speed"] - 1) if ours["speed"] else math.nan
             print(
                 f"  contact {1000 * contact:g} ms: {speed:.3f} m/s ({share:+.0f} %), heading {turn:+.2f} rad, "
