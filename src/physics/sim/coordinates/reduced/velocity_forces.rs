@@ -31,6 +31,9 @@ const SHARE_IN_FLIGHT: f64 = 0.01;
 /// displacement by half the change of velocity: in the paper's step, and in the midpoint rule.
 const SHARE_OF_GAIN: [f64; 2] = [0.1, 0.001];
 
+/// Least rotation angle of a step, rad, that an error of the mean is weighed with.
+const LEAST_ANGLE: f64 = 1e-3;
+
 impl ReducedCoordinates {
     /// Predicts the mean of old and new velocities from the last step's acceleration.
     pub(super) fn predict(&mut self, data: &mut StepData<'_>) {
@@ -78,7 +81,9 @@ impl ReducedCoordinates {
         let gain = gain * *step;
         let tolerance = match (*midpoint, work.problem.rows.is_empty()) {
             (false, true) => TOLERANCE,
-            (false, false) => TOLERANCE.max(SHARE_OF_GAIN[0] * gain),
+            // An error of the mean changes the new velocities by about its product with the rotation angle, of the step's order more.
+            // In the paper's step, which is of first order itself, it is this change that is held to the tolerance.
+            (false, false) => TOLERANCE.max(SHARE_OF_GAIN[0] * gain) / rotation_angle.clamp(LEAST_ANGLE, 1.0),
             (true, true) => TOLERANCE_IN_FLIGHT.max(SHARE_IN_FLIGHT * gain * rotation_angle.powi(3)),
             (true, false) => TOLERANCE_AT_MIDPOINT.max(SHARE_OF_GAIN[1] * gain),
         };
