@@ -61,19 +61,19 @@ impl ActuatorMode {
         }
     }
 
-    /// The mode that holds where this one gives the torque `torque` at the new velocity `rate`. `returns`: whether an
-    /// actuator may leave its bound again.
-    pub fn next(self, spring: Spring, limits: ActuatorLimits, torque: f64, rate: f64, returns: bool) -> Self {
+    /// Whether it is that of a torque that falls as the speed rises.
+    pub fn is_at_bound(self) -> bool {
+        matches!(self, Self::Forward | Self::Backward)
+    }
+
+    /// The mode that holds where this one gives the torque `torque` at the new velocity `rate`.
+    pub fn next(self, spring: Spring, limits: ActuatorLimits, torque: f64, rate: f64) -> Self {
         if !limits.falls_with_speed() {
             let exceeds = self == Self::Line && torque.abs() > limits.torque && !spring.is_prescribed();
             return if exceeds { Self::Boxed } else { self };
         }
-        let at_bound = matches!(self, Self::Forward | Self::Backward);
-        if at_bound && !returns {
-            return self;
-        }
         let [lower, upper] = limits.available(rate);
-        let wanted = if at_bound { spring.torque(rate) } else { torque };
+        let wanted = if self.is_at_bound() { spring.torque(rate) } else { torque };
         let slack = SLACK * limits.torque;
         match self {
             Self::Forward if wanted >= upper - slack => self,

@@ -146,7 +146,7 @@ impl StepMemory {
                 RowOwner::UpperLimit(joint) => self.limit[joint] -= force,
                 RowOwner::DryFriction(joint) => self.dry_friction[joint] = *force,
                 RowOwner::Torque(joint)
-                    if matches!(actuators[joint], ActuatorMode::Forward | ActuatorMode::Backward)
+                    if actuators[joint].is_at_bound()
                         || greatest.is_some_and(|it| force.abs() >= it[joint] * AT_LIMIT) =>
                 {
                     self.saturated[joint] = *force;

@@ -11,8 +11,8 @@ pub struct StepRecord {
     /// Greatest residual of a step's complementarity problem, m/s or rad/s (see
     /// [`lcp::residual`](super::lcp::residual())).
     pub greatest_residual: f64,
-    /// Steps that went on with forces that do not solve their complementarity problem: the solver's budget had ended, or
-    /// a row that has to move cannot be moved.
+    /// Steps that went on with forces that do not solve their complementarity problem: the solver's budget had ended, a
+    /// row that has to move cannot be moved, or actuators went to and from their bounds without end.
     pub unsolved_steps: u64,
     /// Steps that were divided into substeps.
     pub divided_steps: u64,

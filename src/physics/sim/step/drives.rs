@@ -19,6 +19,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         work.drives.release();
         work.problem.near_limit.fill([false; 2]);
         work.feedforward.rows.clear();
+        work.feedforward.unsolved = false;
         match command {
             Command::Passive => {}
             Command::Torque(prescribed) => {

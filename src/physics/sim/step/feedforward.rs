@@ -38,7 +38,6 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         }
         let step = self.data.step;
         self.data.work.feedforward.ask(&self.data.state.velocities, step);
-        self.data.work.feedforward.unsolved = false;
         if self.system.feedforward(&mut self.data, drive)? {
             return Ok(());
         }

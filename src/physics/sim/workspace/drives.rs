@@ -17,8 +17,10 @@ pub struct Drives {
     pub springs: Vec<Spring>,
     /// Which line the actuator follows, and whether it has a row of its own. (drives, switch_actuators)
     pub actuators: Vec<ActuatorMode>,
-    /// How often actuators switched in this evaluation. (drives, switch_actuators)
+    /// How often actuators switched since the drives were set. (drives, switch_actuators)
     switches: u32,
+    /// Whether an actuator stays at its bound only because they switched too often. (drives, switch_actuators)
+    pub stuck: bool,
     /// Loads, N m and kg m² or N and kg. (loads, friction_loads)
     pub loads: Vec<JointLoad>,
     /// Torques of the actuators, N m or N. (switch_actuators)
@@ -35,6 +37,7 @@ impl Drives {
             springs: vec![Spring::default(); joints],
             actuators: vec![ActuatorMode::default(); joints],
             switches: 0,
+            stuck: false,
             loads: vec![JointLoad::default(); joints],
             torque: vec![0.0; joints],
             composite_inertia,
@@ -46,6 +49,7 @@ impl Drives {
         self.springs.fill(Spring::default());
         self.actuators.fill(ActuatorMode::Line);
         self.switches = 0;
+        self.stuck = false;
         self.torque.fill(0.0);
     }
 
@@ -66,12 +70,17 @@ impl Drives {
         };
         let returns = self.switches < MAX_RETURNS;
         let mut switched = false;
+        self.stuck = false;
         for (joint, mode) in self.actuators.iter_mut().enumerate() {
             let (spring, limits) = (self.springs[joint], drive.limits(joint));
             if *mode == ActuatorMode::Line && limits.surely_has(self.torque[joint], rates[joint]) {
                 continue;
             }
-            let next = mode.next(spring, limits, self.torque[joint], rates[joint], returns);
+            let next = mode.next(spring, limits, self.torque[joint], rates[joint]);
+            if !returns && mode.is_at_bound() {
+                self.stuck |= next != *mode;
+                continue;
+            }
             switched |= next != *mode;
             *mode = next;
         }

@@ -138,7 +138,7 @@ impl Workspace {
         Counts {
             residual: self.problem.residual,
             depth: depths.fold(0.0, f64::max),
-            unsolved: self.problem.unsolved || self.feedforward.unsolved,
+            unsolved: self.problem.unsolved || self.feedforward.unsolved || self.drives.stuck,
             coarse: self.coarse,
         }
     }

@@ -12,10 +12,11 @@ use crate::sim::spatial::SpatialMotion;
 use crate::sim::step_data::StepData;
 
 impl MaximalCoordinates {
-    /// Keeps what the forecast found about the step's length.
+    /// Keeps what the forecast found about the step's length, and whether it was solved.
     pub(super) fn take_judgement(&self, data: &mut StepData<'_>) {
         let (ahead, memory) = (&self.forecast.state.memory, &mut data.state.memory);
         data.work.coarse = self.forecast.work.coarse;
+        data.work.problem.unsolved |= self.forecast.work.counts().unsolved;
         memory.tension_squared.copy_from_slice(&ahead.tension_squared);
         memory.pendulum = ahead.pendulum;
     }
