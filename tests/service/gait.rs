@@ -1,18 +1,21 @@
 //! Gait diagrams, and gait report and learning curve as documents.
 
+use std::sync::Arc;
+
 use crate::synthetic;
 
 use gaitwright::export::{Curve, gait_diagram};
 use gaitwright_learning::gait::{GaitContext, GaitReport, measure};
 use gaitwright_learning::learn::Generation;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::playback::Trace;
 use synthetic::{GRAVITY, Gait, LEGS, mass, quadruped};
 
 fn report(trace: &Trace) -> GaitReport {
-    let character = quadruped();
+    let model = Model::new(Arc::new(quadruped()), Base::Floating);
     let standing = Gait { speed: 0.0, ..Gait::new([0.0; 4], 1.0) }.sample(0.0).link_poses;
     let setting = GaitContext {
-        character: &character,
+        model: &model,
         support: &[2, 4, 6, 8],
         standing: &standing,
         ground: 0.0,

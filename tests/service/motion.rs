@@ -1,11 +1,14 @@
 //! Splines, players and the motion document.
 
+use std::sync::Arc;
+
 use crate::synthetic;
 
 use gaitwright::export::{self, Performance};
 use gaitwright_learning::gait::{GaitContext, measure};
 use gaitwright_learning::learn::{Behaviour, Posture};
 use gaitwright_physics::fault::InputError;
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::{
     Motion, Player, Playing, RootAdvance, RootMotion, TargetLimits, hermite, hermite_range, hermite_rate,
 };
@@ -312,8 +315,9 @@ fn a_published_loop_closes_on_level_ground_and_the_entry_joins_it() {
         cycle: vec![posture(0.1), posture(0.2)],
         steering: None,
     };
+    let model = Model::new(Arc::new(character.clone()), Base::Floating);
     let setting = GaitContext {
-        character: &character,
+        model: &model,
         support: &[2, 4, 6, 8],
         standing: &trace.samples[0].link_poses,
         ground: 0.0,

@@ -116,10 +116,8 @@ impl MotionCheck<'_> {
         let mut gait = gait::measure(&looping, &setting);
         let actuators: Vec<ActuatorLimits> =
             (0..self.model.joint_count()).map(|joint| plan.actuator_limits(joint)).collect();
-        let (model, speed) = (&**self.model, self.speed);
-        let asked = self.gait;
-        let context =
-            NaturalnessContext { gait: setting, model, actuators: &actuators, speed, asked, period };
+        let (speed, asked) = (self.speed, self.gait);
+        let context = NaturalnessContext { gait: setting, actuators: &actuators, speed, asked, period };
         gait::judge(&looping, &mut gait, &context);
         let travels = gait::travels(&gait, &setting);
         let validity = validity(&looping, &self.model.limits, &actuators, period);
@@ -144,7 +142,7 @@ impl MotionCheck<'_> {
     fn setting<'s>(&'s self, standing: &'s [Isometry3<f64>]) -> GaitContext<'s> {
         let [x, y, z] = self.scene.gravity;
         GaitContext {
-            character: &self.model.character,
+            model: self.model,
             support: &self.stance.support,
             standing,
             ground: self.scene.ground.as_ref().map_or(0.0, |ground| Terrain::new(ground).height(0.0, 0.0)),

@@ -5,7 +5,10 @@ use std::fmt;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
+use super::limb::Limb;
+use super::stride::mean;
 use gaitwright_physics::character::Character;
+use gaitwright_physics::model::Model;
 
 /// A side of the body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -91,30 +94,15 @@ fn foot(character: &Character, link: usize, standing: &[Isometry3<f64>]) -> Poin
         .unwrap_or_else(|| Point3::from(frame.translation.vector))
 }
 
-/// Mean height of the hips above `ground`, m: of the origins of those children of the root that carry the supporting
-/// links. `None` where the root itself is the only supporting link.
+/// Mean height above `ground` of the hips of the legs that stand on `support`, m: of where their long segments begin. `None` where
+/// no joint carries any of these links.
 pub(super) fn hip_height(
-    character: &Character,
+    model: &Model,
     support: &[usize],
     standing: &[Isometry3<f64>],
     ground: f64,
 ) -> Option<f64> {
-    let hips: Vec<f64> = support
-        .iter()
-        .filter_map(|&link| hip(character, link))
-        .filter_map(|hip| standing.get(hip))
-        .map(|frame| frame.translation.z - ground)
-        .collect();
-    (!hips.is_empty()).then(|| hips.iter().sum::<f64>() / hips.len() as f64)
-}
-
-/// The child of the root that carries `link`, or is it.
-fn hip(character: &Character, mut link: usize) -> Option<usize> {
-    loop {
-        let parent = character.links.get(link)?.joint.as_ref()?.parent;
-        if parent == 0 {
-            return Some(link);
-        }
-        link = parent;
-    }
+    let limbs = support.iter().filter_map(|&link| Limb::of(model, link, standing));
+    let heights: Vec<f64> = limbs.map(|limb| standing[limb.hip].translation.z - ground).collect();
+    mean(&heights)
 }

@@ -19,7 +19,7 @@ const ROUNDS: usize = 20;
 #[derive(Debug, Clone)]
 pub(super) struct Limb {
     /// The link whose origin is the hip.
-    hip: usize,
+    pub(super) hip: usize,
     /// The link with the foot, and the point in its frame on which the leg stands, m.
     foot: (usize, Point3<f64>),
     /// The greatest distance from hip to foot within the ranges of motion, m.

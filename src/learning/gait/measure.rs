@@ -12,14 +12,15 @@ use super::report::{Foot, GaitFormat, GaitReport, Pair, Regime};
 use super::stride::{Phase, Strides, apart, mean};
 use super::unnamed::unnamed;
 use gaitwright_physics::character::Character;
+use gaitwright_physics::model::Model;
 use gaitwright_physics::playback::Trace;
 use gaitwright_physics::sim::contact::Against;
 
 /// What a gait is measured with, beside its trace.
 #[derive(Debug, Clone, Copy)]
 pub struct GaitContext<'a> {
-    /// The character that moved.
-    pub character: &'a Character,
+    /// The character that moved, compiled.
+    pub model: &'a Model,
     /// Indices of the links that carry it.
     pub support: &'a [usize],
     /// World frames of all links in the standing pose, m.
@@ -35,9 +36,10 @@ pub struct GaitContext<'a> {
 }
 
 impl GaitContext<'_> {
-    /// Mean height of the hips over the ground in the standing pose, m; `None` where nothing but the root carries.
+    /// Mean height of the hips over the ground in the standing pose, m: of where the long segments of the legs begin; `None` where
+    /// nothing but the root carries.
     pub(super) fn hip_height(&self) -> Option<f64> {
-        legs::hip_height(self.character, self.support, self.standing, self.ground)
+        legs::hip_height(self.model, self.support, self.standing, self.ground)
     }
 
     /// How stances are told from swings.
@@ -52,8 +54,9 @@ impl GaitContext<'_> {
 /// Measures the gait in `trace`, which should consist of at least ten cycles of a looping motion. A trace without steps
 /// gives a report without phases.
 pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
+    let character = &*setting.model.character;
     let detection = setting.detection();
-    let legs = legs::place(setting.character, setting.support, setting.standing, setting.direction);
+    let legs = legs::place(character, setting.support, setting.standing, setting.direction);
     let footings: Vec<Footing> =
         legs.iter().map(|&(link, _)| Footing::detect(trace, link, detection)).collect();
     let times: Vec<f64> = trace.samples.iter().map(|sample| sample.time).collect();
@@ -62,7 +65,7 @@ pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
     let clearances: Vec<Option<f64>> = footings
         .iter()
         .map(|footing| {
-            let shape = FootShape::of(setting.character.links.get(footing.link)?);
+            let shape = FootShape::of(character.links.get(footing.link)?);
             clearance(trace, footing, &shape, setting.ground)
         })
         .collect();
@@ -72,7 +75,7 @@ pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
         .zip(&footings)
         .enumerate()
         .map(|(index, (&(link, leg), footing))| Foot {
-            link: link_name(setting.character, link),
+            link: link_name(character, link),
             leg: leg.map(|leg| leg.to_string()),
             duty_factor: strides.duties[index],
             phase: strides.phases[index].map(|phase| phase.mean),
@@ -129,7 +132,7 @@ pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
             .map(|duty| if duty >= 0.5 { Regime::Walk } else { Regime::Run }),
         stride_period: strides.period,
         strides: stepping.map(|foot| foot.strides).min().unwrap_or(0),
-        pairs: pairs(setting.character, &legs, &strides.phases),
+        pairs: pairs(character, &legs, &strides.phases),
         aerial_fraction,
         scuffing,
         spread: strides.spread,

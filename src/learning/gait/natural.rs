@@ -13,7 +13,7 @@ use super::measure::GaitContext;
 use super::report::GaitReport;
 use super::trunk::TrunkMotion;
 use super::validity::torque_saturation;
-use gaitwright_physics::model::{DofKind, Model};
+use gaitwright_physics::model::DofKind;
 use gaitwright_physics::motion::{MeasureLimit, NaturalnessMeasure};
 use gaitwright_physics::playback::Trace;
 use gaitwright_physics::scene::ActuatorLimits;
@@ -23,8 +23,6 @@ use gaitwright_physics::scene::ActuatorLimits;
 pub struct NaturalnessContext<'a> {
     /// What its gait was measured with.
     pub gait: GaitContext<'a>,
-    /// The character, compiled.
-    pub model: &'a Model,
     /// What the actuators can do, in the order of the trace's joints.
     pub actuators: &'a [ActuatorLimits],
     /// Speed that was asked for, m/s; `None` where any will do.
@@ -75,11 +73,11 @@ impl Measures {
 }
 
 fn measures(trace: &Trace, report: &GaitReport, context: &NaturalnessContext<'_>) -> Measures {
-    let NaturalnessContext { gait, model, .. } = context;
+    let gait = &context.gait;
     let mut found = Measures::default();
     // A root that carries the character (a snake's) leaves no legs to judge.
     let root_carries =
-        gait.support.iter().any(|&link| model.links.get(link).is_none_or(|place| place.body == 0));
+        gait.support.iter().any(|&link| gait.model.links.get(link).is_none_or(|place| place.body == 0));
     let footed = !root_carries && !gait.support.is_empty();
     let allowed = GaitLimits::of(report, footed);
     let stride = stride(report.stride_period.filter(|_| footed), context.period);
@@ -152,8 +150,8 @@ fn trunk(
     context: &NaturalnessContext<'_>,
     (footed, allowed, stride): (bool, &GaitLimits, f64),
 ) {
-    let NaturalnessContext { gait, model, .. } = context;
-    let (Some(standing), Some(body)) = (gait.standing.first(), model.bodies.first()) else { return };
+    let gait = &context.gait;
+    let (Some(standing), Some(body)) = (gait.standing.first(), gait.model.bodies.first()) else { return };
     let moved = TrunkMotion::of(trace, (standing, gait.ground), gait.direction, &body.center, stride);
     found.one("tilt", MeasureLimit::AtMost(limits::TILT), moved.tilt);
     if !footed {
@@ -175,7 +173,7 @@ fn feet(
     context: &NaturalnessContext<'_>,
     allowed: &GaitLimits,
 ) {
-    let NaturalnessContext { gait, model, .. } = context;
+    let gait = &context.gait;
     found.one("strides", MeasureLimit::at_least(limits::STRIDES), f64::from(report.strides));
     if let Some(spread) = report.spread {
         found.one("period_spread", MeasureLimit::AtMost(limits::PERIOD_SPREAD), spread.period);
@@ -208,9 +206,9 @@ fn feet(
         found.one("slip", MeasureLimit::AtMost(limits::SLIP), report.stance_slip / report.speed);
     }
     if report.feet.len() <= limits::UPRIGHT_LEGS {
-        let extensions = footings
-            .iter()
-            .filter_map(|footing| Limb::of(model, footing.link, gait.standing)?.extension(trace, footing));
+        let extensions = footings.iter().filter_map(|footing| {
+            Limb::of(gait.model, footing.link, gait.standing)?.extension(trace, footing)
+        });
         found.worst("extension", MeasureLimit::within(limits::EXTENSION), extensions);
     }
 }
@@ -222,7 +220,7 @@ fn joints(
     context: &NaturalnessContext<'_>,
     (stride, harmonics): (f64, usize),
 ) {
-    let NaturalnessContext { model, actuators, .. } = context;
+    let NaturalnessContext { gait: GaitContext { model, .. }, actuators, .. } = context;
     if actuators.iter().any(|actuator| actuator.torque.is_finite()) {
         let share = torque_saturation(trace, actuators);
         found.one("torque_saturation", MeasureLimit::AtMost(limits::SATURATION), share);

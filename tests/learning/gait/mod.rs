@@ -5,7 +5,10 @@ mod names;
 mod natural;
 mod played;
 
+use std::sync::Arc;
+
 use gaitwright_learning::gait::{GaitContext, GaitReport, Leg, Side, measure};
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::playback::Trace;
 use nalgebra::Isometry3;
 
@@ -26,9 +29,9 @@ fn report(trace: &Trace, heading: f64) -> GaitReport {
 
 /// The same where it was asked to go along `direction`.
 fn report_toward(trace: &Trace, heading: f64, direction: [f64; 3]) -> GaitReport {
-    let (character, standing) = (quadruped(), standing(heading));
+    let (model, standing) = (Model::new(Arc::new(quadruped()), Base::Floating), standing(heading));
     let setting = GaitContext {
-        character: &character,
+        model: &model,
         support: &SUPPORT,
         standing: &standing,
         ground: 0.0,

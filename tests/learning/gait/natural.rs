@@ -55,7 +55,7 @@ impl Case {
         let model = Model::new(Arc::new(self.character.clone()), Base::Floating);
         let standing = Gait { speed: 0.0, ..self.gait }.sample(0.1 * self.gait.stride).link_poses;
         let gait = GaitContext {
-            character: &self.character,
+            model: &model,
             support: &self.support,
             standing: &standing,
             ground: 0.0,
@@ -67,7 +67,7 @@ impl Case {
         let (speed, period) = (self.speed, self.period);
         let mut report = measure(&self.trace, &gait);
         let asked = self.asked;
-        let context = NaturalnessContext { gait, model: &model, actuators: &actuators, speed, asked, period };
+        let context = NaturalnessContext { gait, actuators: &actuators, speed, asked, period };
         judge(&self.trace, &mut report, &context);
         report
     }
