@@ -5,6 +5,7 @@ mod accuracy;
 mod bodies;
 #[path = "../common/mod.rs"]
 mod common;
+mod disturbance;
 mod documents;
 mod gait;
 mod hard_cases;

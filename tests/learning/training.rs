@@ -11,6 +11,7 @@ use gaitwright_learning::training::niche::{NichePace, niches};
 use gaitwright_learning::training::{LearnedMotion, Trained, TrainingCheckpoint, TrainingObserver, train};
 use gaitwright_physics::character::read_file;
 use gaitwright_physics::model::{Base, Model};
+use gaitwright_physics::motion::Trial;
 use gaitwright_physics::playback::{Playback, Trace};
 use gaitwright_physics::scene::{Accuracy, Scene, StepPlan, usual_step};
 use gaitwright_physics::sim::link_poses;
@@ -197,6 +198,11 @@ fn a_few_generations_teach_a_walk_that_is_a_walk() {
 
     let LearningSetup { model, stance, scene, accuracy, .. } = &setup;
     let player = motion.player(&stance.angles);
+    // It was taken for keeping every trial, and comes with them: they need not be tried again.
+    let check = motion.check(&setup, &player);
+    let trace = check.run(&|| false).unwrap().trace;
+    assert_eq!(motion.trials, check.trials(&trace, 1, &|| false).unwrap());
+    assert!(motion.trials.len() > 10 && motion.trials.iter().all(Trial::kept), "{:?}", motion.trials);
     let played_at = |factor: f64| {
         let accuracy = Accuracy { step: factor * accuracy.step, ..*accuracy };
         let plan = StepPlan::compile(scene, &accuracy, Some(&motion.gains), model).unwrap();
@@ -219,7 +225,7 @@ fn a_few_generations_teach_a_walk_that_is_a_walk() {
     let gait = measure(
         &trace,
         &GaitContext {
-            character: &model.character,
+            model,
             support: &stance.support,
             standing: &standing,
             ground: 0.0,

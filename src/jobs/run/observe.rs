@@ -127,7 +127,9 @@ impl<'a> Recorder<'a> {
             self.shelved.refuse(Unsuccessful::DoesNotTravel);
             return Ok(());
         }
-        if !self.limit.is_cancelled() {
+        if !motion.trials.is_empty() {
+            checked.validity.trials.clone_from(&motion.trials);
+        } else if !self.limit.is_cancelled() {
             let threads = self.prepared.setup.threads;
             checked.validity.trials = check.trials(&checked.trace, threads, &|| self.limit.is_cancelled())?;
         }

@@ -10,11 +10,11 @@ use super::{CHECKED, MotionCheck};
 use crate::accuracy::Engine;
 use crate::accuracy::rapier::Rapier;
 use crate::program::disturbance;
+use crate::program::legs::Legs;
 use gaitwright_physics::fault::InputError;
-use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::{Playing, Trial};
 use gaitwright_physics::playback::{Playback, Push, Trace};
-use gaitwright_physics::scene::{Accuracy, Effect, Scene, StepPlan, Switch};
+use gaitwright_physics::scene::{Accuracy, Effect, StepPlan, Switch};
 use gaitwright_physics::sim::{Command, center_of_mass};
 use gaitwright_physics::stance::Upright;
 
@@ -54,7 +54,16 @@ impl Change {
             engine: Engine::Gaitwright,
         }
     }
+
+    /// About how long it takes, in runs as the motion was learned.
+    fn cost(&self) -> f64 {
+        let each = if self.engine == Engine::Rapier { RAPIER_STEP } else { 1.0 };
+        each / self.step
+    }
 }
+
+/// How many times a step of ours one of rapier's takes, about.
+const RAPIER_STEP: f64 = 16.0;
 
 /// Where a character's centre of mass was when, and when it had fallen.
 #[derive(Debug, Default)]
@@ -88,16 +97,17 @@ impl MotionCheck<'_> {
         let undisturbed = Course::from(undisturbed);
         let results: Vec<Mutex<Result<Option<Trial>, InputError>>> =
             changes.iter().map(|_| Mutex::new(Ok(None))).collect();
+        // What takes longest first, so that no thread works on alone at the end.
+        let mut order: Vec<usize> = (0..changes.len()).collect();
+        order.sort_by(|&a, &b| changes[a].cost().total_cmp(&changes[b].cost()).reverse());
         let next = AtomicUsize::new(0);
         let work = || {
-            loop {
-                let index = next.fetch_add(1, Ordering::Relaxed);
-                let Some((change, result)) = changes.get(index).zip(results.get(index)) else { break };
-                let trial = self.trial(change, &undisturbed, stop);
+            while let Some(&index) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
+                let trial = self.trial(&changes[index], &undisturbed, stop);
                 if stop() {
                     break;
                 }
-                *result.lock().unwrap_or_else(PoisonError::into_inner) = trial;
+                *results[index].lock().unwrap_or_else(PoisonError::into_inner) = trial;
             }
         };
         std::thread::scope(|scope| {
@@ -116,7 +126,7 @@ impl MotionCheck<'_> {
     fn changes(&self) -> Vec<Change> {
         let mut changes = Vec::new();
         for factor in disturbance::FRICTION {
-            let name = format!("friction {:.2}", factor * self.scene.friction);
+            let name = format!("friction times {factor}");
             changes.push(Change { friction: factor, ..Change::none(name) });
         }
         let gains = disturbance::GAINS;
@@ -137,7 +147,7 @@ impl MotionCheck<'_> {
                 });
             }
         }
-        let soft = disturbance::soft_contact(self.stance.root_height, self.gravity());
+        let soft = disturbance::soft_contact(self.size(), self.gravity());
         if soft > self.scene.contact_time_constant {
             let name = format!("soft contacts of {} ms", rounded(1000.0 * soft));
             changes.push(Change { soft: Some(soft), ..Change::none(name) });
@@ -153,9 +163,17 @@ impl MotionCheck<'_> {
 
     /// To the left, half-way through what a trial has of the loop.
     fn push(&self) -> Push {
-        let speed = disturbance::push(self.stance.root_height, self.gravity());
+        let speed = disturbance::push(self.size(), self.gravity());
         let time = 0.5 * (self.player.lead() + self.tried());
         Push { time, velocity: speed * Vector3::z().cross(&self.forward()) }
+    }
+
+    /// The height of the hips by which the search measures its disturbances, or what stands in for it, m; of the root for who has
+    /// neither legs nor its joints in a row.
+    fn size(&self) -> f64 {
+        let Self { model, stance, direction, .. } = *self;
+        let legs = Legs::of(model, stance, direction).or_else(|| Legs::none(model, stance, direction));
+        legs.map_or(stance.root_height, |legs| legs.hip_height)
     }
 
     /// m/s².
@@ -176,13 +194,15 @@ impl MotionCheck<'_> {
         undisturbed: &Course,
         stop: &dyn Fn() -> bool,
     ) -> Result<Option<Trial>, InputError> {
-        let model =
-            if change.mass == 1.0 { self.model.clone() } else { Arc::new(heavier(self.model, change.mass)) };
-        let mut scene = Scene {
-            friction: change.friction * self.scene.friction,
-            contact_time_constant: change.soft.unwrap_or(self.scene.contact_time_constant),
-            ..self.scene.clone()
+        let (mut scene, mut model) = if change.friction == 1.0 {
+            (self.scene.clone(), self.model.clone())
+        } else {
+            disturbance::with_friction(change.friction, self.scene, self.model)
         };
+        if change.mass != 1.0 {
+            model = disturbance::heavier(change.mass, &model);
+        }
+        scene.contact_time_constant = change.soft.unwrap_or(scene.contact_time_constant);
         if change.engine == Engine::Rapier {
             // Its multibodies do not collide with themselves as ours do.
             scene.effects.insert(Effect::SelfCollision, Switch::Off);
@@ -253,16 +273,6 @@ fn in_rapier(playback: &Playback<'_>, stop: &dyn Fn() -> bool) -> Option<Course>
         }
     }
     Some(course)
-}
-
-/// `model` with every mass and inertia times `factor`.
-fn heavier(model: &Model, factor: f64) -> Model {
-    let mut character = (*model.character).clone();
-    for inertial in character.links.iter_mut().filter_map(|link| link.inertial.as_mut()) {
-        inertial.mass *= factor;
-        inertial.inertia *= factor;
-    }
-    Model::new(Arc::new(character), Base::fixed_if(model.fixed_base))
 }
 
 /// `value` to four digits after the point.

@@ -60,8 +60,8 @@ pub enum StopReason {
     Cancelled,
 }
 
-/// The conditions on which evaluations break off.
-#[derive(Debug, Clone)]
+/// The conditions on which evaluations break off; none by default.
+#[derive(Debug, Clone, Default)]
 pub struct Stop {
     cancel: Cancel,
     deadline: Option<Instant>,
@@ -89,6 +89,17 @@ impl Stop {
     /// s of the wall clock that are left, where they are limited.
     pub fn left(&self) -> Option<f64> {
         self.deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()).as_secs_f64())
+    }
+
+    /// What comes of work that breaks off when this says so, if it did not.
+    ///
+    /// # Errors
+    /// The reason to stop.
+    pub fn whole<T>(&self, work: impl FnOnce() -> T) -> Result<T, Interrupted> {
+        self.check()?;
+        let done = work();
+        self.check()?;
+        Ok(done)
     }
 
     /// Whether to continue; called every few milliseconds during all work of the learner.

@@ -245,10 +245,8 @@ impl Refinement {
     ) -> Result<Self, Interrupted> {
         let mut tried: Vec<Candidate> = pool.install(|| {
             let tried = starts.par_iter().with_max_len(1);
-            let one = |parameters: &Vec<f64>| {
-                stop.check()?;
-                Ok(evaluate(subject, arena, wanted, parameters, strides))
-            };
+            let one =
+                |parameters: &Vec<f64>| stop.whole(|| evaluate(subject, arena, wanted, parameters, strides));
             tried.map(one).collect::<Result<_, Interrupted>>()
         })?;
         let seconds = tried.iter().map(Candidate::seconds).sum();
@@ -282,8 +280,8 @@ impl Refinement {
         let asked = search.ask();
         let tried: Vec<Candidate> = pool.install(|| {
             let one = |parameters: &Vec<f64>| {
-                stop.check()?;
-                let candidate = Candidate::undisturbed(subject, arena, wanted, parameters, strides);
+                let tried = || Candidate::undisturbed(subject, arena, wanted, parameters, strides);
+                let candidate = stop.whole(tried)?;
                 stop.count();
                 Ok(candidate)
             };
@@ -294,10 +292,7 @@ impl Refinement {
         order.sort_by(|&a, &b| tried[a].cost.total_cmp(&tried[b].cost));
         order.truncate(CANDIDATES / 2);
         let parents: Vec<Candidate> = pool.install(|| {
-            let one = |&index: &usize| {
-                stop.check()?;
-                Ok(tried[index].clone().disturbed(arena, strides))
-            };
+            let one = |&index: &usize| stop.whole(|| tried[index].clone().disturbed(arena, strides));
             order.par_iter().with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
         })?;
         let worst = parents.iter().map(|parent| parent.cost).fold(0.0, f64::max);
@@ -393,8 +388,7 @@ struct Trial<'a> {
 
 impl Trial<'_> {
     fn run(&self, parameters: &[f64]) -> Result<Candidate, Interrupted> {
-        self.stop.check()?;
-        Ok(evaluate(self.subject, self.arena, self.wanted, parameters, self.strides))
+        self.stop.whole(|| evaluate(self.subject, self.arena, self.wanted, parameters, self.strides))
     }
 
     /// `start` with its way set straight by trimming its turn and its way to the side, as far as that helps, and all that was
@@ -407,9 +401,9 @@ impl Trial<'_> {
             let [turn, sideways] = self.subject.trims();
             parameters[turn] += change.x;
             parameters[sideways] += change.y;
-            self.stop.check()?;
-            let Self { subject, arena, wanted, strides, .. } = *self;
-            let mut moved = Candidate::undisturbed(subject, arena, wanted, &parameters, strides);
+            let Self { subject, arena, wanted, strides, stop } = *self;
+            let tried = || Candidate::undisturbed(subject, arena, wanted, &parameters, strides);
+            let mut moved = stop.whole(tried)?;
             // So small a change does not alter what a disturbance does.
             moved.cost += when_disturbed(&start.figures, &start.disturbed);
             let counted = |of: &RolloutFigures| RolloutFigures { seconds: 0.0, ..of.clone() };

@@ -15,11 +15,15 @@ use super::disturbance;
 use super::figures::{RolloutFigures, Watch};
 use super::legs::Legs;
 use super::ring::Ring;
+use crate::learn::Stop;
 
 /// Strides that are judged, after the entry, in the search.
 pub const STRIDES: usize = 5;
 /// The same with feedback, which shows what it is worth after more of them.
 pub const STEERED_STRIDES: usize = 15;
+/// Steps between two looks whether to stop.
+const STOPPING: usize = 256;
+
 /// Where gaits are tried: one for each thread.
 #[derive(Debug, Clone)]
 pub struct Arena {
@@ -34,11 +38,14 @@ pub struct Arena {
     as_asked: Conditions,
     /// Weak actuators on slippery ground, and soft ground.
     disturbed: Vec<Conditions>,
+    /// What breaks off runs.
+    stop: Stop,
 }
 
 /// Under what a gait is simulated.
 #[derive(Debug, Clone)]
 struct Conditions {
+    model: Arc<Model>,
     scene: Scene,
     accuracy: Accuracy,
     /// Factor of stiffness and damping.
@@ -61,9 +68,16 @@ impl Arena {
         StepPlan::compile(scene, accuracy, None, model)?;
         let length = direction[0].hypot(direction[1]);
         let (height, gravity) = (legs.hip_height, Vector3::from(scene.gravity).norm());
-        let as_asked = Conditions { scene: scene.clone(), accuracy: *accuracy, gains: 1.0, push: 0.0 };
-        let slippery = Scene { friction: disturbance::FRICTION[0] * scene.friction, ..scene.clone() };
+        let as_asked = Conditions {
+            model: model.clone(),
+            scene: scene.clone(),
+            accuracy: *accuracy,
+            gains: 1.0,
+            push: 0.0,
+        };
+        let (slippery, slipping) = disturbance::with_friction(disturbance::FRICTION[0], scene, model);
         let weak = Conditions {
+            model: slipping,
             scene: slippery,
             gains: disturbance::GAINS,
             push: disturbance::push(height, gravity),
@@ -85,7 +99,15 @@ impl Arena {
             ground: scene.ground.as_ref().map_or(0.0, |ground| Terrain::new(ground).height(0.0, 0.0)),
             as_asked,
             disturbed,
+            stop: Stop::default(),
         })
+    }
+
+    /// The same place where runs are broken off by `stop`; what they then give is worth nothing.
+    #[must_use]
+    pub fn until(mut self, stop: &Stop) -> Self {
+        self.stop = stop.clone();
+        self
     }
 
     /// The same place where disturbed runs are simulated with `accuracy`: a longer step is one more disturbance.
@@ -131,7 +153,7 @@ impl Arena {
         gains: &Gains,
         strides: usize,
     ) -> RolloutFigures {
-        let Conditions { scene, accuracy, gains: factor, push } = conditions;
+        let Conditions { model, scene, accuracy, gains: factor, push } = conditions;
         let step = accuracy.step;
         let stride = (ring.period / step).round().max(1.0) as usize;
         let mut watch = Watch::new(
@@ -142,7 +164,7 @@ impl Arena {
         );
         let mut gains = gains.clone();
         gains.stiffness.iter_mut().chain(&mut gains.damping).for_each(|gain| *gain *= factor);
-        let Ok(plan) = StepPlan::compile(scene, accuracy, Some(&gains), &self.model) else {
+        let Ok(plan) = StepPlan::compile(scene, accuracy, Some(&gains), model) else {
             return watch.figures(0.0, 0.0);
         };
         let mut simulator = Simulator::new(Arc::new(plan), self.stance.state.clone());
@@ -156,6 +178,9 @@ impl Arena {
         playing.targets(&player, 0.0, &self.stance.state.root, &mut next);
         let mut done = 0;
         while done < total {
+            if done.is_multiple_of(STOPPING) && self.stop.check().is_err() {
+                break;
+            }
             if done == lead {
                 watch.begin(&simulator);
             }

@@ -9,7 +9,7 @@ use gaitwright_physics::stance::Stance;
 
 use super::trail::Found;
 use crate::check::{CheckedMotion, MotionCheck};
-use crate::learn::{Behaviour, LearningSetup, Parameters, Task, Trunk, Weights, reference_gravity};
+use crate::learn::{AskedSpeed, Behaviour, LearningSetup, Parameters, Task, Trunk, Weights};
 use crate::program::cost::cost;
 use crate::program::gaits::{NamedGait, gaits};
 use crate::program::refine::Subject;
@@ -63,7 +63,7 @@ impl StudyArena {
         let Subject { model, stance, accuracy, .. } = &self.subject;
         let weights = Weights::default();
         let task = Task {
-            froude: Some(self.speed.powi(2) / (reference_gravity(&self.subject.scene) * stance.root_height)),
+            speed: Some(AskedSpeed::Number(self.speed)),
             weights: Weights { energy: energy * weights.energy, ..weights },
             ..Task::default()
         };
@@ -115,6 +115,7 @@ impl StudyArena {
             behaviour: found.behaviour.clone(),
             gains: found.gains.clone(),
             parameters: Vec::new(),
+            trials: Vec::new(),
         };
         let check = MotionCheck {
             model,

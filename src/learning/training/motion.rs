@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use gaitwright_physics::motion::Player;
+use gaitwright_physics::motion::{Player, Trial};
 use gaitwright_physics::scene::Gains;
 
 use crate::check::MotionCheck;
@@ -26,6 +26,9 @@ pub struct LearnedMotion {
     pub gains: Gains,
     /// Parameters of its leg program; empty where there is none.
     pub parameters: Vec<f64>,
+    /// What was left of it in every trial of its proof ([`MotionCheck::trials`]); empty where it was not tried.
+    #[serde(default)]
+    pub trials: Vec<Trial>,
 }
 
 impl LearnedMotion {

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use gaitwright_physics::motion::Trial;
 use gaitwright_physics::playback::Trace;
 use rayon::prelude::*;
 
@@ -50,6 +51,8 @@ pub(super) struct NicheSearch<'a> {
     later: u32,
     /// s of the wall clock that one simulated step takes, as in the last generation.
     step_time: f64,
+    /// s of the wall clock that one simulated second of a continuous check takes, once there was one: its forces may be more exact.
+    check_time: Option<f64>,
     begun: Instant,
     /// Refinements begun so far.
     stages: u64,
@@ -62,18 +65,37 @@ pub(super) struct NicheSearch<'a> {
 }
 
 /// A candidate and what it is to be.
+#[derive(Clone)]
 struct Found {
     wanted: Wanted,
     candidate: Candidate,
     /// Whether it was found natural in a continuous simulation.
     natural: bool,
+    /// What was left of it in the trials, where it is natural and there was time for all of them.
+    trials: Vec<Trial>,
 }
 
 impl Found {
+    /// Whether it is natural, and how many trials it kept.
+    fn proof(&self) -> (bool, usize) {
+        (self.natural, kept(&self.trials))
+    }
+
+    /// Whether it is natural and kept every trial.
+    fn is_proven(&self) -> bool {
+        self.natural && kept(&self.trials) == self.trials.len()
+    }
+
     /// Whether it is worth more than `other`, which was found in the same way.
     fn beats(&self, other: &Self) -> bool {
-        self.natural || (!other.natural && self.candidate.cost < other.candidate.cost)
+        let (own, others) = (self.proof(), other.proof());
+        own > others || (own == others && self.candidate.cost < other.candidate.cost)
     }
+}
+
+/// In how many trials a motion stayed up and went on.
+fn kept(trials: &[Trial]) -> usize {
+    trials.iter().filter(|trial| trial.kept()).count()
 }
 
 /// A refinement at one speed.
@@ -92,7 +114,8 @@ impl Stage {
     }
 
     fn found(&self) -> Found {
-        Found { wanted: self.wanted.clone(), candidate: self.best().clone(), natural: false }
+        let (wanted, candidate) = (self.wanted.clone(), self.best().clone());
+        Found { wanted, candidate, natural: false, trials: Vec::new() }
     }
 
     /// Whether it does what is wanted for less than `other`.
@@ -124,6 +147,7 @@ impl<'a> NicheSearch<'a> {
             niche: &niches[index],
             later,
             step_time: 0.0,
+            check_time: None,
             begun: Instant::now(),
             progress,
             observer,
@@ -140,11 +164,15 @@ impl<'a> NicheSearch<'a> {
         let found = self.found.take().filter(|Found { wanted, candidate, .. }| {
             candidate.figures.upright >= 1.0 && candidate.figures.speed > CRAWL * wanted.speed
         });
-        (found.map(|Found { wanted, candidate, .. }| self.motion(&wanted, &candidate)), outcome)
+        let motion = |Found { wanted, candidate, trials, .. }: Found| LearnedMotion {
+            trials,
+            ..self.motion(&wanted, &candidate)
+        };
+        (found.map(motion), outcome)
     }
 
     /// Searches once, with feedback where nothing stays up without, and once more with other chances where what was found stays
-    /// up but is not natural; where it was to be the fastest, at lower speeds.
+    /// up but is not natural or fails a trial; where it was to be the fastest, at lower speeds.
     fn search(&mut self) -> Result<(), Interrupted> {
         self.attempt()?;
         let fallen = self.found.as_ref().is_some_and(|found| found.candidate.figures.upright < 1.0);
@@ -155,7 +183,7 @@ impl<'a> NicheSearch<'a> {
             self.steered = true;
             self.attempt()?;
         }
-        let again = |found: &Found| !found.natural && found.candidate.figures.upright >= 1.0;
+        let again = |found: &Found| !found.is_proven() && found.candidate.figures.upright >= 1.0;
         let attempts = match self.niche.pace {
             NichePace::Cheapest { .. } => 1,
             NichePace::Fastest { .. } => SLOWER,
@@ -202,9 +230,11 @@ impl<'a> NicheSearch<'a> {
     /// Whether the time that is left is needed to compare the best of `stage`, to set them straight, and to look whether they are
     /// natural; not where that would take most of it from the start.
     fn is_late(&self, stage: &Stage) -> bool {
-        let step = self.shared.fine.step();
-        let seconds = stage.refinement.seconds_of_finalists(LONG) + CHECKED * (STRAIGHTENED + TRIALS) as f64;
-        let needed = MARGIN * self.step_time * seconds / step;
+        let searched = self.step_time / self.shared.fine.step();
+        let checked = self.check_time.unwrap_or(searched);
+        let needed = MARGIN
+            * (searched * stage.refinement.seconds_of_finalists(LONG)
+                + checked * CHECKED * (STRAIGHTENED + TRIALS) as f64);
         self.shared.stop.left().is_some_and(|left| {
             left < needed && needed < LONGEST_END * (left + self.begun.elapsed().as_secs_f64())
         })
@@ -310,7 +340,10 @@ impl<'a> NicheSearch<'a> {
     /// first that is natural.
     fn finish(&mut self, mut leading: Stage, generations: u32) -> Result<(), Interrupted> {
         // What keeps the limits already has only effort left to save.
-        if natural(self.shared, &self.motion(&leading.wanted, leading.best())).is_none() {
+        let begun = Instant::now();
+        let natural = self.natural(&leading.wanted, std::slice::from_ref(leading.best()));
+        self.check_time = Some(begun.elapsed().as_secs_f64() / CHECKED);
+        if natural.iter().all(Option::is_none) {
             leading.wanted = leading.wanted.strictly();
             leading.refinement.revalue(self.shared.subject, &leading.wanted);
         }
@@ -319,46 +352,59 @@ impl<'a> NicheSearch<'a> {
         let Shared { pool, stop, subject, fine, .. } = self.shared;
         let before = refinement.seconds;
         let finalists = refinement.finalists((pool, stop), subject, fine, &wanted, LONG)?;
-        let proven = self.proven(&wanted, &finalists);
-        stop.check()?;
         self.progress.simulated += refinement.seconds - before;
-        let Some(candidate) = finalists.into_iter().nth(proven.unwrap_or(0)) else { return Ok(()) };
-        let found = Found { wanted, candidate, natural: proven.is_some() };
+        let proven = self.proven(&wanted, &finalists);
+        let natural = proven.is_some();
+        let (index, trials) = proven.unwrap_or_default();
+        let Some(candidate) = finalists.into_iter().nth(index) else { return Ok(()) };
+        let found = Found { wanted, candidate, natural, trials };
+        // Kept before the clock is looked at: what was straightened and proven is not lost where time ends in the proof.
+        self.found = Some(found.clone());
+        stop.check()?;
         let steered = if found.natural { None } else { self.steered_by_heading(&found)? };
         self.found = Some(steered.unwrap_or(found));
         Ok(())
     }
 
-    /// The first of `candidates` that is natural and stays up in every trial; where none does in all, the natural one that does in most.
-    fn proven(&self, wanted: &Wanted, candidates: &[Candidate]) -> Option<usize> {
+    /// The first of `candidates` that is natural and keeps every trial; where none keeps all, the natural one that keeps most.
+    /// With its trials, or with none where there was no time for all of them.
+    fn proven(&mut self, wanted: &Wanted, candidates: &[Candidate]) -> Option<(usize, Vec<Trial>)> {
         let Shared { setup, stop, .. } = self.shared;
-        let mut best = None;
+        let mut best: Option<(usize, Vec<Trial>)> = None;
         for (index, (candidate, trace)) in candidates.iter().zip(self.natural(wanted, candidates)).enumerate()
         {
             let Some(trace) = &trace else { continue };
             let motion = self.motion(wanted, candidate);
             let player = motion.player(&setup.stance.angles);
             let stopped = || stop.check().is_err();
-            let Ok(trials) = motion.check(setup, &player).trials(trace, setup.threads, &stopped) else {
-                continue;
-            };
-            let stood = trials.iter().filter(|trial| trial.stood()).count();
-            if best.is_none_or(|(most, _)| stood > most) {
-                best = Some((stood, index));
+            let begun = Instant::now();
+            let tried = motion.check(setup, &player).trials(trace, setup.threads, &stopped);
+            let mut trials = tried.unwrap_or_default();
+            self.progress.simulated += trials.iter().map(|trial| trial.upright_seconds).sum::<f64>();
+            if stopped() {
+                trials.clear();
             }
-            if stood == trials.len() {
+            let all = kept(&trials) == trials.len();
+            if best.as_ref().is_none_or(|(_, others)| kept(&trials) > kept(others)) {
+                best = Some((index, trials));
+            }
+            let short = stop.left().is_some_and(|left| left < begun.elapsed().as_secs_f64());
+            self.progress.by_the_clock |= short && !all;
+            if all || short {
                 break;
             }
         }
-        best.map(|(_, index)| index)
+        best
     }
 
     /// What those of `candidates` that are natural did when that was checked.
-    fn natural(&self, wanted: &Wanted, candidates: &[Candidate]) -> Vec<Option<Trace>> {
+    fn natural(&mut self, wanted: &Wanted, candidates: &[Candidate]) -> Vec<Option<Trace>> {
         let shared = self.shared;
         let motions: Vec<_> = candidates.iter().map(|candidate| self.motion(wanted, candidate)).collect();
         let judged = || motions.par_iter().with_max_len(1).map(|motion| natural(shared, motion)).collect();
-        shared.pool.install(judged)
+        let checked: Vec<(f64, Option<Trace>)> = shared.pool.install(judged);
+        self.progress.simulated += checked.iter().map(|(seconds, _)| seconds).sum::<f64>();
+        checked.into_iter().map(|(_, trace)| trace).collect()
     }
 
     /// The same gait with feedback that keeps its heading, where that makes it natural, or lets it hold constraints that it does not
@@ -370,10 +416,8 @@ impl<'a> NicheSearch<'a> {
         }
         let wanted = &found.wanted;
         let tried: Vec<Candidate> = pool.install(|| {
-            let one = |parameters: Vec<f64>| {
-                stop.check()?;
-                Ok(evaluate(subject, fine, wanted, &parameters, LONG))
-            };
+            let one =
+                |parameters: Vec<f64>| stop.whole(|| evaluate(subject, fine, wanted, &parameters, LONG));
             let strengths = steer::by_heading(&found.candidate.parameters).into_par_iter();
             strengths.with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
         })?;
@@ -386,6 +430,7 @@ impl<'a> NicheSearch<'a> {
                 wanted: wanted.clone(),
                 candidate,
                 natural: natural.is_some(),
+                trials: Vec::new(),
             })
             .reduce(|best, other| {
                 let better = (other.natural, -other.candidate.cost) > (best.natural, -best.candidate.cost);
@@ -475,18 +520,22 @@ impl<'a> NicheSearch<'a> {
             behaviour: ring.behaviour(fitness(*cost), self.progress.curve.len() as u32),
             gains: gains.clone(),
             parameters: parameters.clone(),
+            trials: Vec::new(),
         }
     }
 }
 
-/// One continuous simulation of a motion, if it is natural there and goes by the gait that was looked for.
-fn natural(shared: &Shared<'_>, motion: &LearnedMotion) -> Option<Trace> {
+/// How many seconds of a motion were simulated in one piece to judge it, and that simulation if the motion is natural there, goes by the
+/// gait that was looked for, and nothing broke it off.
+fn natural(shared: &Shared<'_>, motion: &LearnedMotion) -> (f64, Option<Trace>) {
     let player = motion.player(&shared.setup.stance.angles);
     let check = motion.check(shared.setup, &player);
-    let checked = check.run(&|| shared.stop.check().is_err()).ok()?;
+    let stopped = || shared.stop.check().is_err();
+    let Ok(checked) = check.run(&stopped) else { return (0.0, None) };
     let named = checked.gait.gait.as_deref();
     let as_wanted = named.is_none() || named == motion.gait.as_deref();
-    (checked.gait.natural && as_wanted).then_some(checked.trace)
+    let seconds = checked.trace.samples.last().map_or(0.0, |sample| sample.time);
+    (seconds, (checked.gait.natural && as_wanted && !stopped()).then_some(checked.trace))
 }
 
 /// From 0 to 1, the more the less a gait costs.

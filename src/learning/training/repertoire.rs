@@ -47,17 +47,16 @@ pub(super) fn run(
             progress = Progress::resumed(milestones, curve, simulated, (elapsed, by_the_clock));
         }
     }
+    let seconds = setup.parameters.budget.seconds();
+    let stop = Stop::new(cancel, seconds.map(|seconds| seconds - progress.spent));
     let coarsely = searched(coarse(setup, subject), subject);
     let shared = Shared {
         setup,
         subject,
-        fine: at(subject, searched(setup.accuracy, subject))?.disturbed_with(&coarsely),
-        coarse: at(subject, coarsely)?,
+        fine: at(subject, searched(setup.accuracy, subject))?.disturbed_with(&coarsely).until(&stop),
+        coarse: at(subject, coarsely)?.until(&stop),
         pool: ThreadPoolBuilder::new().num_threads(setup.threads.max(1)).build()?,
-        stop: {
-            let seconds = setup.parameters.budget.seconds();
-            Stop::new(cancel, seconds.map(|seconds| seconds - progress.spent))
-        },
+        stop,
     };
     let mut ended = StopReason::Complete;
     for index in next..niches.len() {

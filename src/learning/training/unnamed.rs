@@ -27,6 +27,7 @@ impl UnnamedMotions {
     pub(super) fn motion(&self, behaviour: Behaviour, before: u32) -> LearnedMotion {
         let behaviour = Behaviour { generation: before + behaviour.generation, ..behaviour };
         let (name, gains) = ("motion".to_owned(), self.gains.clone());
-        LearnedMotion { name, gait: None, speed: self.speed, behaviour, gains, parameters: Vec::new() }
+        let (parameters, trials) = (Vec::new(), Vec::new());
+        LearnedMotion { name, gait: None, speed: self.speed, behaviour, gains, parameters, trials }
     }
 }

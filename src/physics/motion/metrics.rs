@@ -109,7 +109,7 @@ impl RootAdjustment {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Trial {
-    /// What was changed, in words: `friction 0.4`, `sideways push of 2 N s`.
+    /// What was changed, in words: `friction times 0.6`, `sideways push of 2 N s at 10.0 s`.
     pub change: String,
     /// How long the character stayed upright, s.
     pub upright_seconds: f64,
@@ -127,6 +127,11 @@ impl Trial {
     /// Whether the character stayed upright to the end, but for the rounding of the time.
     pub fn stood(&self) -> bool {
         self.upright_seconds >= 0.99 * self.of_seconds
+    }
+
+    /// Whether it stayed upright to the end and kept its speed to within a fifth: whoever turns aside does not.
+    pub fn kept(&self) -> bool {
+        self.stood() && self.relative_speed.is_some_and(|share| (share - 1.0).abs() <= 0.2)
     }
 }
 

@@ -1,0 +1,100 @@
+//! What gaits have to withstand: the same in the search as in the trials, and what it changes.
+
+use std::sync::Arc;
+
+use gaitwright_learning::learn::{Cancel, Stop};
+use gaitwright_learning::program::disturbance::{heavier, with_friction};
+use gaitwright_learning::program::gaits::named;
+use gaitwright_learning::program::refine::Subject;
+use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, Wanted};
+use gaitwright_learning::program::rollout::STRIDES;
+use gaitwright_physics::character::Friction;
+use gaitwright_physics::model::{Base, Model};
+use gaitwright_physics::scene::{Accuracy, Obstacle, Scene, StepPlan};
+use gaitwright_physics::stance::Stance;
+
+use crate::common::example;
+
+fn subject(name: &str) -> Subject {
+    let (model, scene) = (example(name), Scene::default());
+    let stance = Arc::new(Stance::find(&model, &scene));
+    Subject::new(&model, &stance, &scene, &Accuracy::default(), [1.0, 0.0, 0.0]).unwrap()
+}
+
+#[test]
+fn friction_that_links_and_obstacles_have_of_their_own_is_scaled_too() {
+    let mut character = (*example("quadruped.urdf").character).clone();
+    let feet: Vec<usize> =
+        (0..character.links.len()).filter(|&link| character.links[link].name.ends_with("_foot")).collect();
+    assert_eq!(feet.len(), 4);
+    for &foot in &feet {
+        character.links[foot].surface.friction = Some(Friction::Uniform(0.3));
+    }
+    let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
+    let step = r#"{"name": "step", "shape": {"kind": "box", "size": [1, 1, 0.1]}, "friction": 0.5}"#;
+    let step: Obstacle = serde_json::from_str(step).unwrap();
+    let scene = Scene { obstacles: vec![step], ..Scene::default() };
+    for factor in [0.6, 1.4] {
+        let (scene, model) = with_friction(factor, &scene, &model);
+        let plan = StepPlan::compile(&scene, &Accuracy::default(), None, &model).unwrap();
+        let surfaces = &plan.surfaces;
+        let near = |found: f64, usual: f64| assert!((found - factor * usual).abs() < 1e-15, "{found}");
+        near(surfaces.ground.friction, 0.8);
+        near(surfaces.obstacles[0].friction, 0.5);
+        for (link, surface) in surfaces.links.iter().enumerate() {
+            near(surface.friction, if feet.contains(&link) { 0.3 } else { 0.8 });
+        }
+    }
+}
+
+#[test]
+fn a_heavier_character_weighs_more_in_all_its_parts() {
+    let model = example("quadruped.urdf");
+    let heavy = heavier(1.1, &model);
+    assert!((heavy.mass / model.mass - 1.1).abs() < 1e-12);
+    for (heavy, body) in heavy.bodies.iter().zip(&model.bodies) {
+        assert!((heavy.inertia - body.inertia * 1.1).norm() < 1e-12 * body.inertia.norm());
+        assert!((heavy.center - body.center).norm() < 1e-12);
+    }
+}
+
+#[test]
+fn each_disturbance_is_a_run_of_its_own() {
+    let subject = subject("quadruped.urdf");
+    let trot = named("trot", &subject.legs).unwrap();
+    let wanted = Wanted::at_froude(&subject.legs, trot, 0.4, subject.gravity());
+    let mut parameters = vec![0.0; PARAMETERS];
+    parameters[PERIOD] = -1.5;
+    let (ring, gains) = subject.ring(&wanted, &parameters);
+    let arena = subject.arena().unwrap();
+    let plain = arena.run(&ring, &gains, STRIDES);
+    assert_eq!(plain.upright, 1.0);
+    let disturbed = arena.run_disturbed(&plain, &ring, &gains, STRIDES);
+    let [weak, soft] = &disturbed[..] else { panic!("{} runs", disturbed.len()) };
+    // The peaks are taken from the forces by soft ground, and softer springs get elsewhere.
+    assert!(soft.peak < plain.peak, "{} of {}", soft.peak, plain.peak);
+    assert!((weak.speed / plain.speed - 1.0).abs() > 0.01, "{} of {} m/s", weak.speed, plain.speed);
+    assert_ne!(weak.peak, soft.peak);
+
+    // Where the scene is as soft already, that is no disturbance.
+    let scene = Scene { contact_time_constant: 0.1, ..Scene::default() };
+    let softer = Subject { scene, ..subject }.arena().unwrap();
+    let plain = softer.run(&ring, &gains, STRIDES);
+    assert_eq!(softer.run_disturbed(&plain, &ring, &gains, STRIDES).len(), 1);
+}
+
+#[test]
+fn a_run_that_is_called_off_ends_at_once() {
+    let subject = subject("quadruped.urdf");
+    let cancel = Cancel::default();
+    let stop = Stop::new(&cancel, None);
+    let arena = subject.arena().unwrap().until(&stop);
+    let trot = named("trot", &subject.legs).unwrap();
+    let wanted = Wanted::at_froude(&subject.legs, trot, 0.4, subject.gravity());
+    let (ring, gains) = subject.ring(&wanted, &[0.0; PARAMETERS]);
+    let run = || arena.run(&ring, &gains, STRIDES).seconds;
+    assert!(stop.whole(run).is_ok_and(|seconds| seconds > 0.0));
+    cancel.cancel();
+    assert_eq!(run(), 0.0);
+    assert!(stop.whole(run).is_err());
+}
