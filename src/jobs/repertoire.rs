@@ -78,8 +78,8 @@ impl From<&RepertoireEntry> for MotionSummary {
 }
 
 impl Repertoire {
-    /// Adds a motion. It becomes the job's motion if it is better than that: upright for longer, then natural, then for
-    /// a lower cost of transport. Returns its number, and whether it did.
+    /// Adds a motion. It becomes the job's motion if it is better than that: upright for longer, then natural, then valid, then for a
+    /// lower cost of transport. Returns its number, and whether it did.
     pub(super) fn add(
         &mut self,
         name: &str,
@@ -122,6 +122,7 @@ fn rank(metrics: &Metrics) -> Rank {
         // How long a check lasts depends on the motion, so that of those that stand none has stood for longer.
         fallen: if stands { f64::NEG_INFINITY } else { -metrics.upright_seconds },
         unnatural: !metrics.natural,
+        invalid: !metrics.validity.valid,
         cost: metrics.cost_of_transport.unwrap_or(f64::INFINITY),
     }
 }
@@ -132,5 +133,6 @@ struct Rank {
     /// -∞, or less how long it stood until it fell, s.
     fallen: f64,
     unnatural: bool,
+    invalid: bool,
     cost: f64,
 }

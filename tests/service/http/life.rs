@@ -221,11 +221,15 @@ fn a_job_keeps_to_its_time_whatever_it_is_about() {
 fn a_job_is_cancelled_within_a_second_whatever_it_is_about() {
     let service = Service::start();
     let chain = json!({ "accuracy": { "tolerance": 1e-4 } });
+    let file = |name: &str| std::fs::read_to_string(crate::common::example_path(name)).unwrap();
+    let snake: serde_json::Value = serde_json::from_str(&file("snake.json")).unwrap();
     for (character, learning, settings, stage) in [
-        (PADDLER.to_owned(), tireless(), json!({}), "learning"),
-        (chain_urdf(50), json!({}), chain, "standing"),
+        (json!({ "urdf": PADDLER }), tireless(), json!({}), "learning"),
+        (json!({ "urdf": chain_urdf(50) }), json!({}), chain, "standing"),
+        (json!({ "urdf": file("biped.urdf") }), json!({}), json!({}), "learning"),
+        (json!({ "json": snake }), json!({}), json!({}), "learning"),
     ] {
-        let mut document = json!({ "character": { "urdf": character }, "learning": learning });
+        let mut document = json!({ "character": character, "learning": learning });
         document.as_object_mut().unwrap().extend(settings.as_object().unwrap().clone());
         let answer = service.post_json("/v1/jobs", &document);
         assert_eq!(answer.status, 202, "{}", answer.text());

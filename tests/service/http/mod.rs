@@ -16,6 +16,7 @@ mod kills;
 mod life;
 mod page;
 mod refusals;
+mod repertoire;
 mod studies;
 mod survival;
 mod turns;
