@@ -61,6 +61,7 @@ export class Player {
   setMotion(motion, name) {
     this.motion = motion;
     this.title.textContent = name;
+    this.stage.setGravity(motion.scene.gravity);
     this.enable(true);
     this.use(loopOf(motion));
     if (this.shown.forces) this.simulate();

@@ -16,6 +16,8 @@ import { groundProgram, shadowProgram, surfaceProgram } from "./shaders.js";
 const FIELD = 32;
 /** A contact that carries the whole character has an arrow this many times its size. */
 const FORCE_LENGTH = 0.9;
+/** m/s². */
+const EARTH_GRAVITY = 9.81;
 
 export class Stage {
   /** `label` says to readers of the screen what is seen; `turned` is told the angle (rad) to which the direction is dragged. */
@@ -83,6 +85,7 @@ export class Stage {
   /** Shows a character in its standing pose: the bytes of its glTF file, and its mass, kg. */
   setCharacter(buffer, mass) {
     this.mass = mass;
+    this.setGravity([0, 0, 0]);
     if (!this.gl) return;
     const model = readModel(this.gl, buffer);
     const figure = (program, order) => {
@@ -107,6 +110,11 @@ export class Stage {
     this.look(this.body.standing.position);
   }
 
+  /** Forces are drawn in shares of the weight under this gravity, m/s²; under the Earth's where there is none. */
+  setGravity(gravity) {
+    this.gravity = Math.hypot(...gravity) || EARTH_GRAVITY;
+  }
+
   /** Puts the character where `moment` of a motion has it; `shown` tells whether with ghost and forces. */
   pose(moment, shown = {}) {
     if (!this.body) return;
@@ -127,7 +135,7 @@ export class Stage {
 
   arrow({ position, force }) {
     const size = Math.hypot(...force);
-    const length = (FORCE_LENGTH * this.size * size) / (this.mass * 9.81);
+    const length = (FORCE_LENGTH * this.size * size) / (this.mass * this.gravity);
     if (length < 0.01 * this.size) return null;
     return { from: position, along: force.map((part) => part / size), length, thickness: Math.min(this.size * 0.35, 2 * length) };
   }
