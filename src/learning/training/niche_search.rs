@@ -21,8 +21,9 @@ use crate::program::steer;
 /// Greatest share of the time for a niche that its end may take, and how many times its estimate is kept for it.
 const LONGEST_END: f64 = 0.4;
 const MARGIN: f64 = 1.2;
-/// About how many checks the trials take: as many as there are, one of them at a quarter of the step.
-const TRIALS: usize = 15;
+/// About how many checks the trials take: as many as there are, one of them at a quarter of the step, and one in an engine whose steps
+/// take as long as many of ours.
+const TRIALS: usize = 30;
 /// Strides over which the best of a niche are compared at its end.
 const LONG: usize = 40;
 /// Share of the wanted speed below which a motion goes nowhere.
