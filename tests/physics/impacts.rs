@@ -165,6 +165,30 @@ fn random_impacts_make_no_energy() {
     assert!(counted.iter().sum::<usize>() > 1500, "impacts: {counted:?}");
 }
 
+/// Impacts of trees of a hundred links on up to a hundred points.
+#[test]
+fn random_impacts_on_a_hundred_points_make_no_energy() {
+    let seeds: Vec<u64> = (0..16).collect();
+    let touching = common::in_parallel(&seeds, |seed| {
+        let mut rng = ChaCha8Rng::seed_from_u64(5000 + seed);
+        let (model, balls) = tree(&mut rng, 100, false);
+        let contacts = rng.random_range(60..=100);
+        let restitution = if rng.random_bool(0.2) { 1.0 } else { rng.random_range(0.0..1.0) };
+        let friction = if rng.random_bool(0.2) { 0.0 } else { rng.random_range(0.0..2.0) };
+        let accuracy = any_method(&mut rng);
+        let plan = common::plan(&model, &impacts_only(restitution, friction), &accuracy, None);
+        let start = over_ground(&mut rng, &model, &balls, contacts);
+        let ([before, after], simulator) = impact(&plan, &start);
+        assert!(
+            after <= before * (1.0 + 1e-9),
+            "seed {seed}, {contacts} contacts, e {restitution}, μ {friction}, {accuracy:?}: {before} J to {after} J"
+        );
+        simulator.contacts().count()
+    });
+    // Points that are on their way up do not count.
+    assert!(touching.iter().all(|&touching| touching >= 50), "{touching:?}");
+}
+
 /// A free body of this mass (kg) and moment of inertia (kg m²) about its centre, its origin, with a ball at its tip.
 const MASS: f64 = 1.3;
 const INERTIA: f64 = 0.04;

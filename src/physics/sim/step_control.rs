@@ -45,6 +45,10 @@ pub const SLOW_ROTATION: f64 = 1.0;
 /// and less at finer steps.
 pub const ENERGY_GROWTH: f64 = 0.04;
 
+/// Share of the kinetic energy of relative motion that a substep with a rebound may create: a hundredth is reached after five
+/// rebounds at least.
+pub const ENERGY_OF_REBOUND: f64 = 2e-3;
+
 /// Greatest depth by which a contact may penetrate farther in a substep, ℓ.
 pub const MAX_PENETRATION_GAIN: f64 = 1.5e-3;
 
@@ -54,7 +58,7 @@ pub const MAX_PENETRATION_GAIN: f64 = 1.5e-3;
 pub const MAX_RECOVERY_ERROR: f64 = 1e-3 * SHARE_PER_STEP * MAX_PENETRATION_GAIN;
 
 /// A substep as short as the whole step divided by this is accepted as it is, and counted as coarse where it creates energy
-/// or drives a contact in.
+/// or drives a contact in. With a rebound, which happens once, it may be [`MAX_SUBSTEPS`] times shorter than the step.
 pub const FINEST_DIVISION: f64 = 32.0;
 
 /// Least and greatest ratio of the next trial's length to that of the substep that was refused.

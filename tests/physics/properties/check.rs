@@ -60,7 +60,9 @@ pub fn run(drawing: &Drawing, plan: &Arc<StepPlan>) -> Result<State, Broken> {
     let mut fastest = pace(simulator.state());
     let mut left: f64 = 0.0;
     for index in 0..STEPS {
+        let before = simulator.substeps();
         step(drawing, plan, &mut simulator, index).map_err(Broken::Anything)?;
+        let whole = simulator.substeps() == before + 1;
         let state = simulator.state();
         let at = state.time;
         let energy = stored(drawing, plan, &simulator);
@@ -97,8 +99,29 @@ pub fn run(drawing: &Drawing, plan: &Arc<StepPlan>) -> Result<State, Broken> {
                 }
             }
         }
+        // The torques of a divided step are means, its velocity is that of its end.
+        if whole && plan.drive.as_ref().is_some_and(|drive| drive.max_speed.is_some()) {
+            motors(plan, &simulator).map_err(|reason| Broken::Anything(format!("{reason} at {at} s")))?;
+        }
     }
     Ok(simulator.state().clone())
+}
+
+/// No actuator gives more than it has at its new velocity, but for what the solver leaves of that.
+fn motors(plan: &StepPlan, simulator: &Simulator) -> Result<(), String> {
+    for (joint, (&torque, &rate)) in simulator.torques().iter().zip(&simulator.state().velocities).enumerate()
+    {
+        let limits = plan.actuator_limits(joint);
+        if !limits.falls_with_speed() {
+            continue;
+        }
+        let [least, most] = limits.available(rate);
+        let slack = limits.torque * (1e-6 + simulator.residual() / limits.speed);
+        if torque < least - slack || torque > most + slack {
+            return Err(format!("{torque} N m of [{least}, {most}] N m at {rate} of {} rad/s", limits.speed));
+        }
+    }
+    Ok(())
 }
 
 /// Whether the drive is made of springs to fixed points, which store what they take.

@@ -124,6 +124,34 @@ pub fn driven(rng: &mut ChaCha8Rng) -> Drawing {
     drawing(rng, scene, Some(&drive))
 }
 
+/// A character that falls on ground that throws it back. In joint coordinates, since bodies by themselves whip with more energy than they
+/// have, with and without rebounds; and by a solver that solves, since a budget of sweeps leaves the work of an impact to chance (see the
+/// guide's chapter on limits).
+pub fn bouncing(rng: &mut ChaCha8Rng) -> Drawing {
+    let restitution = if rng.random_bool(0.2) { 1.0 } else { rng.random_range(0.0..1.0) };
+    let mut scene = Scene { friction: friction(rng), restitution, ..Scene::default() };
+    toggle(rng, &mut scene);
+    let drawing = drawing(rng, scene, None);
+    let mut accuracy = Accuracy { coordinates: Coordinates::Reduced, ..drawing.accuracy };
+    if accuracy.solver.kind == SolverKind::Pgs {
+        accuracy.solver.kind = SolverKind::Newton;
+    }
+    Drawing { accuracy, ..drawing }
+}
+
+/// A character whose actuators have less torque the faster they turn.
+pub fn motorised(rng: &mut ChaCha8Rng) -> Drawing {
+    let mut drawing = driven(rng);
+    let mut model = Model::clone(&drawing.model);
+    model.speed =
+        (0..model.joint_count()).map(|_| rng.random_bool(0.8).then(|| decades(rng, -1.0, 2.0))).collect();
+    drawing.model = Arc::new(model);
+    drawing.scene.effects.remove(&Effect::TorqueLimits);
+    let torque = decades(rng, -1.0, 2.0);
+    drawing.gains.iter_mut().for_each(|gains| gains.max_torque.fill(Some(torque)));
+    drawing
+}
+
 fn decades(rng: &mut ChaCha8Rng, from: f64, to: f64) -> f64 {
     10.0_f64.powf(rng.random_range(from..to))
 }

@@ -77,6 +77,16 @@ fn characters_that_are_driven() {
     all_hold(3, draw::driven, bounds_hold_twice);
 }
 
+#[test]
+fn characters_that_bounce() {
+    all_hold(5, draw::bouncing, bounds_hold_twice);
+}
+
+#[test]
+fn characters_with_motors() {
+    all_hold(6, draw::motorised, bounds_hold_twice);
+}
+
 /// The drawing with everything idle in it: limits and torque limits far off, no damping, no dry friction.
 fn idle(mut drawing: Drawing) -> Drawing {
     let mut model = Model::clone(&drawing.model);

@@ -7,7 +7,8 @@
 //! which forces are taken belong to the old and to the new velocities (in Moreau and Jean's step they are the step's
 //! own ends). Between those two poses the kinetic energy may grow by the work of gravity and of the motors and by
 //! nothing else, because contacts, limits, friction and dampers only dissipate. Work is that of a force at the mean of
-//! old and new velocity, which is exact for forces that are solved for. Soft contacts are springs: they give back what they took,
+//! old and new velocity, which is exact for forces that are solved for. A rebound changes velocities all at once, and with them the
+//! velocity-dependent forces, of which a step has but one value: it errs by the first power of the step, a smooth one by the second. Soft contacts are springs: they give back what they took,
 //! and may sink in.
 
 use nalgebra::Vector3;
@@ -15,41 +16,47 @@ use nalgebra::Vector3;
 use super::ReducedCoordinates;
 use crate::sim::spatial::SpatialMotion;
 use crate::sim::step_control::{
-    BALANCE_SAFETY, ENERGY_GROWTH, FINEST_DIVISION, MAX_PENETRATION_GAIN, NEGLIGIBLE_ROTATION, SHORTENING,
+    BALANCE_SAFETY, ENERGY_GROWTH, ENERGY_OF_REBOUND, FINEST_DIVISION, MAX_PENETRATION_GAIN, MAX_SUBSTEPS,
+    NEGLIGIBLE_ROTATION, SHORTENING,
 };
 use crate::sim::step_data::StepData;
 
 impl ReducedCoordinates {
     /// The longest step that is likely to create no energy and to let no contact sink in, s, if this one does;
-    /// `angular_rate` is the greatest of a body, rad/s. Not used under error control, where the step's error alone
-    /// counts.
+    /// `angular_rate` is the greatest of a body, rad/s. Under error control only a rebound is judged so: otherwise the step's error
+    /// alone counts, but that of a position does not show the energy of a rebound.
     pub(super) fn shorter_step(&mut self, data: &mut StepData<'_>, angular_rate: f64) -> Option<f64> {
         let (whole, step) = (data.plan.step(), data.step);
         let greatest_gain = MAX_PENETRATION_GAIN * data.plan.units.length;
         let straight =
             angular_rate * whole <= NEGLIGIBLE_ROTATION && data.work.problem.residual * step <= greatest_gain;
         let exempt = data.plan.accuracy.step_tolerance.is_some();
+        let rebounds = data.work.problem.rows.has_rebounds();
         data.work.coarse = false;
-        if straight || exempt {
+        if (straight || exempt) && !rebounds {
             return None;
         }
-        let created = self.spurious_energy(data);
+        let (created, liveliest) = self.spurious_energy(data);
+        let allowed = if rebounds { ENERGY_OF_REBOUND } else { smooth_growth(data) } * liveliest;
+        let created = if created > 0.0 { created / allowed } else { 0.0 };
         let sunk = self.penetration_gain(data) / greatest_gain;
-        // Both grow with the square of the step, the energy against what is allowed in it.
+        // Both grow with the square of the step, the energy against what is allowed in it; that of a rebound in proportion to it.
         let excess = created.max(sunk);
         let [least, most] = SHORTENING;
+        let (finest, growth) =
+            if rebounds { (MAX_SUBSTEPS, excess) } else { (FINEST_DIVISION, excess.sqrt()) };
         let too_coarse = excess > 1.0;
-        data.work.coarse = too_coarse && step * FINEST_DIVISION <= whole;
-        (too_coarse && !data.work.coarse).then(|| step * (BALANCE_SAFETY / excess.sqrt()).clamp(least, most))
+        data.work.coarse = too_coarse && step * finest <= whole;
+        (too_coarse && !data.work.coarse).then(|| step * (BALANCE_SAFETY / growth).clamp(least, most))
     }
 
-    /// Energy that the step creates, as a multiple of what is allowed. Leaves `displaced` half a step along the new
-    /// velocities.
+    /// Energy that the step creates, J, and the greater of its kinetic energies before and after. Leaves `displaced` half a step along
+    /// the new velocities.
     ///
     /// The kinetic energy is that of the motion against the centre of mass and that of the centre of mass (König). The second
     /// grows by the work of the weight and of the contacts' sum of forces on it, so that of the weight only the latter is left
     /// to be counted; in flight nothing is, whatever the frame.
-    fn spurious_energy(&mut self, data: &StepData<'_>) -> f64 {
+    fn spurious_energy(&mut self, data: &StepData<'_>) -> (f64, f64) {
         let StepData { model, plan, state, work, step, .. } = data;
         let (half, new) = (0.5 * step, &work.new);
         let old = state.root.motion();
@@ -71,11 +78,8 @@ impl ReducedCoordinates {
             twice_power += work.power_of_contacts(plan);
         }
         let created = after.kinetic - before.kinetic - half * twice_power;
-        let time = plan.units.time;
-        let share = ENERGY_GROWTH * (plan.step() / time) * (*step / time);
-        let allowed = share * before.kinetic.max(after.kinetic);
         // A scene without velocity-dependent forces does not conserve energy.
-        if created > 0.0 && plan.velocity_forces { created / allowed } else { 0.0 }
+        (if plan.velocity_forces { created } else { 0.0 }, before.kinetic.max(after.kinetic))
     }
 
     /// Greatest depth by which a contact penetrates farther in the step, m, because its path curves away from its velocity
@@ -103,4 +107,10 @@ impl ReducedCoordinates {
         });
         gains.fold(0.0, f64::max)
     }
+}
+
+/// Share of the kinetic energy that a step without rebounds may create.
+fn smooth_growth(data: &StepData<'_>) -> f64 {
+    let time = data.plan.units.time;
+    ENERGY_GROWTH * (data.plan.step() / time) * (data.step / time)
 }
