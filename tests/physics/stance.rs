@@ -8,7 +8,7 @@ use std::sync::Arc;
 use gaitwright_physics::character::{self, Options, Source};
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Scene};
-use gaitwright_physics::sim::{Command, Simulator};
+use gaitwright_physics::sim::{Command, Simulator, link_poses};
 use gaitwright_physics::stance::{Stance, Upright};
 
 /// Holds the stance for ten seconds and gives how far the root moved, m, and whether it stayed up.
@@ -75,6 +75,35 @@ fn quadruped_robots_stand_on_their_four_feet() {
     ] {
         stands_on(&folder.join(format!("{robot}.urdf")), &feet);
     }
+}
+
+/// With all joints at zero its legs are straight, and nothing but their length says how far they should be bent.
+#[test]
+fn legs_whose_joints_turn_without_end_stand_bent() {
+    let text = std::fs::read_to_string(common::example_path("quadruped.urdf")).unwrap();
+    let mut endless = text.replace(r#"rpy="0 0.7 0""#, "").replace(r#"rpy="0 -1.4 0""#, "");
+    for joint in ["swing", "knee"] {
+        endless = endless
+            .replace(&format!(r#"_{joint}" type="revolute""#), &format!(r#"_{joint}" type="continuous""#));
+    }
+    let reading = character::read(endless.as_bytes(), Source::Urdf, Options::default()).unwrap();
+    let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
+    assert_eq!(model.limits.iter().filter(|limits| limits.is_none()).count(), 8);
+    let stance = Stance::find(&model, &Scene::default());
+    assert!(stance.stable);
+    let poses = link_poses(&model, &stance.state);
+    let at = |name: String| {
+        let link = model.character.links.iter().position(|link| link.name == name).unwrap();
+        poses[link].translation.vector
+    };
+    for leg in ["LF", "RF", "LH", "RH"] {
+        let length = (at(format!("{leg}_thigh")) - at(format!("{leg}_foot"))).norm();
+        let extension = length / 0.4;
+        // The pose is drawn at 0.7 of the length; soft springs give way by some of it.
+        assert!((0.6..0.8).contains(&extension), "{leg}: {extension} of its length");
+    }
+    let (moved, up) = hold(&model, &stance);
+    assert!(up && moved < 0.02 * stance.root_height, "it moved by {moved} m");
 }
 
 #[test]
