@@ -3,6 +3,7 @@
 //! The figures are upper estimates of what grows with a job; the program itself is not among them. A job that exceeds the
 //! budget is refused with them, before it can take the process down and every other job with it.
 
+use gaitwright_learning::check::{CHECKED, ROUNDS};
 use gaitwright_learning::learn::{Learning, SearchMethod};
 use gaitwright_physics::character::{Character, JointKind, Shape};
 use gaitwright_physics::fault::{Fault, InputError};
@@ -15,9 +16,6 @@ const LONGEST_CHOSEN: f64 = 0.4;
 
 /// Generations in a second of a character that learns as fast as any.
 const GENERATIONS_PER_SECOND: f64 = 50.0;
-
-/// How long a motion is checked at least, s, and how many times round its loop.
-const CHECKED: (f64, f64) = (20.0, 11.0);
 
 /// Longest time between two samples of a check, s; the shortest is an eighth of it.
 const SAMPLED: f64 = 0.005;
@@ -209,7 +207,7 @@ fn of_search(size: &Size, learning: &Learning, threads: f64) -> Vec<MemoryShare>
 fn of_check(size: &Size, learning: &Learning, accuracy: &AskedAccuracy) -> MemoryShare {
     let transition = learning.transition_time.unwrap_or(LONGEST_CHOSEN);
     let loop_seconds = learning.states as f64 * transition;
-    let seconds = CHECKED.0.max((1.0 + CHECKED.1) * loop_seconds);
+    let seconds = CHECKED.max((1.0 + ROUNDS) * loop_seconds);
     // A sample lies on a whole step.
     let interval = match accuracy {
         AskedAccuracy::Settings(accuracy) => accuracy.step.clamp(SAMPLED / 8.0, SAMPLED),
@@ -217,7 +215,7 @@ fn of_check(size: &Size, learning: &Learning, accuracy: &AskedAccuracy) -> Memor
     };
     MemoryShare {
         pointer: "/learning/transition_time",
-        what: format!("a check of {seconds:.0} s, {} times round {loop_seconds:.1} s", CHECKED.1),
+        what: format!("a check of {seconds:.0} s, {ROUNDS} times round {loop_seconds:.1} s"),
         bytes: 3.0 * seconds / interval * size.sample(),
     }
 }

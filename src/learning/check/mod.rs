@@ -17,10 +17,11 @@ use nalgebra::Isometry3;
 use crate::gait::{self, Detection, GaitContext, GaitReport, NaturalnessContext, validity};
 
 /// How long a motion is checked at least, s.
-pub(crate) const CHECKED: f64 = 20.0;
+pub const CHECKED: f64 = 20.0;
 
-/// How many rounds of its loop are checked at least.
-const ROUNDS: f64 = 11.0;
+/// How many rounds of its loop are checked at least: a foot that stands at both ends has one whole stride less than touch-downs, and
+/// those are one less than rounds.
+pub const ROUNDS: f64 = 12.0;
 
 /// Longest time between two samples of a check, s, and as a share of the loop: small characters step in less.
 const FINE: f64 = 0.005;
