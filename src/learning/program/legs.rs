@@ -111,6 +111,13 @@ impl LegChain {
         (placed.foot - placed.origin(self.first)).norm() / self.greatest
     }
 
+    /// Height of the hip above the ground with all of the character's joints at `angles`, m.
+    fn hip_height(&self, angles: &[f64]) -> f64 {
+        let own: Vec<f64> = self.joints.iter().map(|&joint| angles[joint]).collect();
+        let placed = self.place(&own);
+        placed.origin(self.first).z - placed.foot.z + self.radius
+    }
+
     /// The leg with its joints at `angles`.
     pub fn place(&self, angles: &[f64]) -> PlacedLeg {
         let (mut rotation, mut origin) = self.base;
@@ -243,7 +250,8 @@ pub struct Legs {
     pub inertia: Matrix3<f64>,
     /// kg.
     pub mass: f64,
-    /// Mean height of the hips above the ground in the standing pose, m; without legs what stands in for it ([`Spine::size`]).
+    /// Mean height of the hips above the ground when it stands at rest, its springs bent by its weight, m: the height by which its gaits
+    /// are judged. Without legs what stands in for it ([`Spine::size`]).
     pub hip_height: f64,
     /// Mean length of the legs, or of the body that has none, m.
     pub length: f64,
@@ -282,7 +290,7 @@ impl Legs {
 
         let (center, inertia) = whole(model, &frames);
         let count = legs.len() as f64;
-        let hip_height = legs.iter().map(|leg| leg.hip.z - leg.foot.z + leg.radius).sum::<f64>() / count;
+        let hip_height = legs.iter().map(|leg| leg.hip_height(&stance.state.angles)).sum::<f64>() / count;
         let length = legs.iter().map(|leg| leg.length).sum::<f64>() / count;
         let (mass, standing) = (model.mass, stance.angles.clone());
         let support = stance.support.clone();
