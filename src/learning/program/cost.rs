@@ -85,8 +85,10 @@ fn beyond(wanted: &Wanted, legs: &Legs, figures: &RolloutFigures) -> f64 {
         + excess(at_most(allowed.heave), figures.heave)
         + excess(at_most(allowed.rotation), figures.pitch)
         + excess(at_most(allowed.rotation), figures.roll);
+    // By no more than what is sure to be within the tolerance, or else by half of it.
+    let known = (wanted.gait.tolerance - figures.resolution).max(0.5 * wanted.gait.tolerance);
     let apart = phases_apart(&wanted.gait, figures);
-    sum += excess(at_most(wanted.gait.tolerance), apart.iter().map(|apart| apart.abs()).fold(0.0, f64::max));
+    sum += excess(at_most(known), apart.iter().map(|apart| apart.abs()).fold(0.0, f64::max));
     let worst = |limit: MeasureLimit, of: fn(&LegFigures) -> f64| {
         figures.legs.iter().map(|leg| excess(limit, of(leg))).fold(0.0, f64::max)
     };

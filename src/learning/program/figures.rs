@@ -56,6 +56,8 @@ pub struct RolloutFigures {
     pub speed_used: f64,
     /// How much the trunk's pose at the same moment of a stride differs from one to the next, in its own units.
     pub irregular: f64,
+    /// Share of a stride that a step of the simulation takes: phases are not known any better.
+    pub resolution: f64,
     /// s simulated.
     pub seconds: f64,
     /// One for each leg.
@@ -325,6 +327,7 @@ impl<'a> Watch<'a> {
             saturated: self.saturated as f64 / self.bounded.max(1) as f64,
             speed_used: self.speed_used,
             irregular: self.irregular(),
+            resolution: 1.0 / self.period,
             legs,
             ..fallen
         }
