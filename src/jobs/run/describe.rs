@@ -4,6 +4,8 @@ use super::prepared::PreparedRun;
 use super::report::TrainingReport;
 use crate::jobs::order::Order;
 use crate::jobs::repertoire::RepertoireEntry;
+use gaitwright_learning::gait::GaitReport;
+use gaitwright_learning::training::LearnedMotion;
 use gaitwright_physics::motion::{Metrics, Validity};
 
 /// What a job is about, and what came of it once there is a report, as Markdown.
@@ -59,6 +61,18 @@ fn verdict(metrics: &Metrics) -> String {
     let broken = metrics.naturalness.iter().filter(|(_, measure)| !measure.holds);
     let broken: Vec<String> = broken.map(|(name, measure)| format!("{name} {:.3}", measure.value)).collect();
     if broken.is_empty() { "not natural".to_owned() } else { format!("not natural: {}", broken.join(", ")) }
+}
+
+/// A motion that the search has come to by now, and what its check says of it, as Markdown.
+pub(super) fn describe_on_the_way(motion: &LearnedMotion, gait: &GaitReport) -> String {
+    format!(
+        "# {}\n\non the way, at generation {}: {}, {:.2} m/s, {}",
+        motion.name,
+        motion.behaviour.generation,
+        gait.gait.as_deref().unwrap_or("without a name"),
+        gait.speed,
+        if gait.natural { "natural" } else { "not natural" },
+    )
 }
 
 /// A motion in figures, as Markdown.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use super::describe::{describe, describe_motion};
+use super::describe::{describe, describe_motion, describe_on_the_way};
 use super::error::RunError;
 use super::limit::CancelLimit;
 use super::outcome::Unsuccessful;
@@ -105,13 +105,12 @@ impl<'a> Recorder<'a> {
     /// Records a motion on the way.
     fn play(&mut self, motion: &LearnedMotion) -> Result<(), RunError> {
         let player = motion.player(&self.prepared.setup.stance.angles);
-        let seconds = recorded_time(&player, SHOWN);
-        let stop = || self.limit.is_cancelled();
         let check = motion.check(&self.prepared.setup, &player);
-        let (trace, detection) =
-            (check.play(seconds, recorded_interval(&player), &stop)?, check.detection()?);
-        let text = format!("# {}\n\non the way, at generation {}", motion.name, motion.behaviour.generation);
-        Ok(self.recording.motion((motion.behaviour.generation, &text), (&trace, detection))?)
+        let checked = check.run(&|| self.limit.is_cancelled())?;
+        let text = describe_on_the_way(motion, &checked.gait);
+        let thinned = thinned(&checked.trace, recorded_time(&player, SHOWN), recorded_interval(&player));
+        let shown = (&thinned, check.detection()?);
+        Ok(self.recording.motion((motion.behaviour.generation, &text), shown)?)
     }
 
     /// Checks a finished motion, records it and puts it with the others.
