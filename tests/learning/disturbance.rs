@@ -10,6 +10,7 @@ use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, Wanted};
 use gaitwright_learning::program::rollout::STRIDES;
 use gaitwright_physics::character::Friction;
 use gaitwright_physics::model::{Base, Model};
+use gaitwright_physics::motion::Trial;
 use gaitwright_physics::scene::{Accuracy, Obstacle, Scene, StepPlan};
 use gaitwright_physics::stance::Stance;
 
@@ -59,6 +60,25 @@ fn a_heavier_character_weighs_more_in_all_its_parts() {
 }
 
 #[test]
+fn a_trial_is_kept_by_who_stays_up_and_goes_on_as_fast() {
+    let trial = |upright_seconds: f64, relative_speed: Option<f64>| Trial {
+        change: "friction times 0.6".into(),
+        upright_seconds,
+        speed: 1.0,
+        relative_speed,
+        of_seconds: 20.0,
+    };
+    for share in [0.81, 1.0, 1.19] {
+        assert!(trial(20.0, Some(share)).kept(), "{share} of the speed");
+    }
+    for share in [Some(0.79), Some(1.21), Some(-1.0), Some(f64::NAN), None] {
+        assert!(trial(20.0, share).stood() && !trial(20.0, share).kept(), "{share:?} of the speed");
+    }
+    // It fell, though fast until then.
+    assert!(!trial(19.0, Some(1.0)).kept());
+}
+
+#[test]
 fn each_disturbance_is_a_run_of_its_own() {
     let subject = subject("quadruped.urdf");
     let trot = named("trot", &subject.legs).unwrap();
@@ -76,11 +96,24 @@ fn each_disturbance_is_a_run_of_its_own() {
     assert!((weak.speed / plain.speed - 1.0).abs() > 0.01, "{} of {} m/s", weak.speed, plain.speed);
     assert_ne!(weak.peak, soft.peak);
 
+    // The ground is less soft where the gait leaps.
+    let [leaping, trotting] = ["bound", "trot"].map(|name| {
+        let arena = arena.clone().suited(&named(name, &subject.legs).unwrap());
+        arena.run_disturbed(&plain, &ring, &gains, STRIDES).swap_remove(1)
+    });
+    assert_eq!(&trotting, soft);
+    assert!(soft.peak < leaping.peak && leaping.peak < plain.peak, "{} of {}", leaping.peak, plain.peak);
+
     // Where the scene is as soft already, that is no disturbance.
-    let scene = Scene { contact_time_constant: 0.1, ..Scene::default() };
-    let softer = Subject { scene, ..subject }.arena().unwrap();
-    let plain = softer.run(&ring, &gains, STRIDES);
-    assert_eq!(softer.run_disturbed(&plain, &ring, &gains, STRIDES).len(), 1);
+    for (contact_time_constant, [trots, bounds]) in [(0.1, [1, 1]), (0.018, [2, 1]), (0.003, [2, 2])] {
+        let scene = Scene { contact_time_constant, ..Scene::default() };
+        let softer = Subject { scene, ..subject.clone() }.arena().unwrap();
+        let plain = softer.run(&ring, &gains, STRIDES);
+        for (name, runs) in [("trot", trots), ("bound", bounds)] {
+            let softer = softer.clone().suited(&named(name, &subject.legs).unwrap());
+            assert_eq!(softer.run_disturbed(&plain, &ring, &gains, STRIDES).len(), runs);
+        }
+    }
 }
 
 #[test]

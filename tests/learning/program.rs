@@ -516,12 +516,25 @@ fn judged(subject: &Subject, ring: &Ring, gains: &Gains) -> GaitReport {
 fn the_search_sees_the_torque_that_the_judge_sees() {
     let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
     let (ring, mut gains) = subject.ring(&trot(&subject.legs), &brisk());
-    gains.max_torque.fill(Some(8.0));
+    gains.max_torque.fill(Some(9.0));
     let figures = subject.arena().unwrap().run(&ring, &gains, 40);
     let judged = judged(&subject, &ring, &gains).naturalness["torque_saturation"].value;
     assert!(figures.upright >= 1.0 && judged > 0.1, "{judged} of the time at the limit");
     // The judge looks 48 times a loop, which tells how long a joint is at its limit in each to one of them.
     assert!((figures.saturated - judged).abs() < 1.0 / 48.0, "{} seen, {judged} judged", figures.saturated);
+}
+
+#[test]
+fn the_search_measures_the_hips_where_the_judge_does() {
+    for (name, gait) in [("quadruped.urdf", "trot"), ("hexapod.json", "tripod"), ("biped.urdf", "walk")] {
+        let subject = subject(name, [1.0, 0.0, 0.0]);
+        let gait = named(gait, &subject.legs).unwrap();
+        let wanted = Wanted::at_froude(&subject.legs, gait, 0.1, GRAVITY);
+        let (ring, gains) = subject.ring(&wanted, &[0.0; PARAMETERS]);
+        let judged = judged(&subject, &ring, &gains).hip_height.unwrap();
+        let searched = subject.legs.hip_height;
+        assert!((searched / judged - 1.0).abs() < 0.005, "{name}: {searched} and {judged} m");
+    }
 }
 
 #[test]

@@ -16,25 +16,26 @@ use gaitwright_physics::playback::{Playback, Trace};
 use gaitwright_physics::scene::{Accuracy, Scene, StepPlan, usual_step};
 use gaitwright_physics::sim::link_poses;
 use gaitwright_physics::stance::{Stance, Upright};
+use nalgebra::Vector3;
 
 const GRAVITY: f64 = 9.81;
 
 fn setup(name: &str, task: Task, learning: Learning, threads: usize) -> LearningSetup {
     let reading = read_file(&crate::common::example_path(name), Default::default()).unwrap();
     let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
-    setup_of(model, Accuracy::default(), task, learning, threads)
+    setup_of(model, (Scene::default(), Accuracy::default()), task, learning, threads)
 }
 
 fn setup_of(
     model: Arc<Model>,
-    accuracy: Accuracy,
+    (scene, accuracy): (Scene, Accuracy),
     task: Task,
     learning: Learning,
     threads: usize,
 ) -> LearningSetup {
-    let scene = Scene::default();
     let stance = Arc::new(Stance::find(&model, &scene));
-    let parameters = learning.resolve(&stance, GRAVITY, accuracy.step).unwrap();
+    let gravity = Vector3::from(scene.gravity).norm();
+    let parameters = learning.resolve(&stance, gravity, accuracy.step).unwrap();
     LearningSetup { model, stance, scene, accuracy, task, parameters, seed: 3, threads }
 }
 
@@ -272,8 +273,8 @@ fn two_legs_walk_and_six_legs_go_by_threes() {
 
 /// The bundled quadruped of 12 mg and of 300 t: both learn a trot that is natural by every measure.
 #[test]
-fn the_smallest_and_the_largest_learn_a_natural_trot() {
-    for mass in [12e-6, 3e5_f64] {
+fn the_smallest_and_the_largest_learn_a_natural_trot_and_so_does_who_is_on_the_moon() {
+    for (mass, gravity) in [(12e-6, GRAVITY), (3e5_f64, GRAVITY), (12.0, 1.62)] {
         let reading = read_file(&crate::common::example_path("quadruped.urdf"), Default::default()).unwrap();
         let scale = (mass / 12.0).cbrt();
         let learning = Learning { gait_generations: 40, ..Learning::default() };
@@ -281,14 +282,15 @@ fn the_smallest_and_the_largest_learn_a_natural_trot() {
         let character = crate::common::scaled(&reading.character, scale);
         let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
         let accuracy = Accuracy { step: usual_step(model.size), ..Accuracy::default() };
-        let setup = setup_of(model, accuracy, task, learning, 2);
+        let scene = Scene { gravity: [0.0, 0.0, -gravity], ..Scene::default() };
+        let setup = setup_of(model, (scene, accuracy), task, learning, 2);
         assert!((setup.model.mass / mass - 1.0).abs() < 1e-6);
         let trained = train(&setup, &mut Witness::default(), &Cancel::default(), None).unwrap();
         let motion = &trained.motions[0];
         let player = motion.player(&setup.stance.angles);
         let checked = motion.check(&setup, &player).run(&|| false).unwrap();
         let broken: Vec<_> = checked.gait.naturalness.iter().filter(|(_, measure)| !measure.holds).collect();
-        assert!(checked.gait.natural, "{mass} kg: {broken:?}");
+        assert!(checked.gait.natural, "{mass} kg at {gravity} m/s²: {broken:?}");
     }
 }
 

@@ -9,6 +9,7 @@ use nalgebra::{Point3, Vector3};
 use super::{CHECKED, MotionCheck};
 use crate::accuracy::Engine;
 use crate::accuracy::rapier::Rapier;
+use crate::gait::leaps;
 use crate::program::disturbance;
 use crate::program::legs::Legs;
 use gaitwright_physics::fault::InputError;
@@ -147,9 +148,9 @@ impl MotionCheck<'_> {
                 });
             }
         }
-        let soft = disturbance::soft_contact(self.size(), self.gravity());
+        let soft = disturbance::soft_contact(self.size(), self.gravity(), self.gait.is_some_and(leaps));
         if soft > self.scene.contact_time_constant {
-            let name = format!("soft contacts of {} ms", rounded(1000.0 * soft));
+            let name = format!("soft contacts of {:.2} ms", 1000.0 * soft);
             changes.push(Change { soft: Some(soft), ..Change::none(name) });
         }
         changes.push(Change { engine: Engine::Rapier, ..Change::none("engine rapier3d".to_owned()) });

@@ -81,6 +81,11 @@ const RUN: GaitLimits = GaitLimits {
 const LEAP: GaitLimits = GaitLimits { symmetrical: false, ..RUN };
 const GALLOP: GaitLimits = GaitLimits { froude: Some([Some(0.8), None]), rotation: ROCKING, ..LEAP };
 
+/// Whether legs push together in the gait called `name`: in canter, bound, gallop, pronk and hop.
+pub fn leaps(name: &str) -> bool {
+    GaitLimits::named(name).is_some_and(|limits| !limits.symmetrical)
+}
+
 impl GaitLimits {
     /// Those of the gait of `report`; where it has no name, of walking or running as the duty factor says, and of running
     /// for what has no feet.

@@ -22,6 +22,7 @@ mod validity;
 
 pub use footfall::{Detection, Footing};
 pub use legs::{Leg, Side};
+pub use limits::leaps;
 pub use measure::{GaitContext, measure};
 pub use name::{Classified, Template, classify, templates};
 pub use natural::{NaturalnessContext, judge, least_travel, travels};

@@ -13,8 +13,10 @@ use gaitwright_physics::stance::{Stance, Upright};
 
 use super::disturbance;
 use super::figures::{RolloutFigures, Watch};
+use super::gaits::NamedGait;
 use super::legs::Legs;
 use super::ring::Ring;
+use crate::gait::leaps;
 use crate::learn::Stop;
 
 /// Strides that are judged, after the entry, in the search.
@@ -36,8 +38,10 @@ pub struct Arena {
     /// Height of the ground where it stands, m.
     ground: f64,
     as_asked: Conditions,
-    /// Weak actuators on slippery ground, and soft ground.
-    disturbed: Vec<Conditions>,
+    /// Weak actuators on slippery ground.
+    weak: Conditions,
+    /// Soft ground, unless that of the scene is as soft.
+    soft: Option<Conditions>,
     /// What breaks off runs.
     stop: Stop,
 }
@@ -52,6 +56,14 @@ struct Conditions {
     gains: f64,
     /// Change of the velocity to one side and back in the middle of the run, m/s.
     push: f64,
+}
+
+impl Conditions {
+    /// The same on ground whose contacts have `contact_time_constant`, s; `None` where it is no softer.
+    fn softer(&self, contact_time_constant: f64) -> Option<Self> {
+        let softer = contact_time_constant > self.scene.contact_time_constant;
+        softer.then(|| Self { scene: Scene { contact_time_constant, ..self.scene.clone() }, ..self.clone() })
+    }
 }
 
 impl Arena {
@@ -83,12 +95,7 @@ impl Arena {
             push: disturbance::push(height, gravity),
             ..as_asked.clone()
         };
-        let mut disturbed = vec![weak];
-        let contact_time_constant = disturbance::soft_contact(height, gravity);
-        if contact_time_constant > scene.contact_time_constant {
-            let scene = Scene { contact_time_constant, ..scene.clone() };
-            disturbed.push(Conditions { scene, ..as_asked.clone() });
-        }
+        let soft = as_asked.softer(disturbance::soft_contact(height, gravity, false));
         Ok(Self {
             model: model.clone(),
             stance: stance.clone(),
@@ -98,7 +105,8 @@ impl Arena {
             gravity,
             ground: scene.ground.as_ref().map_or(0.0, |ground| Terrain::new(ground).height(0.0, 0.0)),
             as_asked,
-            disturbed,
+            weak,
+            soft,
             stop: Stop::default(),
         })
     }
@@ -113,10 +121,19 @@ impl Arena {
     /// The same place where disturbed runs are simulated with `accuracy`: a longer step is one more disturbance.
     #[must_use]
     pub fn disturbed_with(mut self, accuracy: &Accuracy) -> Self {
-        for conditions in &mut self.disturbed {
+        for conditions in std::iter::once(&mut self.weak).chain(&mut self.soft) {
             conditions.accuracy = *accuracy;
         }
         self
+    }
+
+    /// The same place with soft ground as it is for `gait`.
+    #[must_use]
+    pub fn suited(self, gait: &NamedGait) -> Self {
+        let time = disturbance::soft_contact(self.legs.hip_height, self.gravity, leaps(gait.gait));
+        let accuracy = self.weak.accuracy;
+        let soft = self.as_asked.softer(time).map(|soft| Conditions { accuracy, ..soft });
+        Self { soft, ..self }
     }
 
     /// Step of the undisturbed simulation, s.
@@ -139,11 +156,11 @@ impl Arena {
         gains: &Gains,
         strides: usize,
     ) -> Vec<RolloutFigures> {
-        if plain.upright < 1.0 {
-            return vec![RolloutFigures::default(); self.disturbed.len()];
-        }
-        let disturbed = self.disturbed.iter();
-        disturbed.map(|conditions| self.run_under(conditions, ring, gains, strides)).collect()
+        let run = |conditions| match plain.upright < 1.0 {
+            true => RolloutFigures::default(),
+            false => self.run_under(conditions, ring, gains, strides),
+        };
+        std::iter::once(&self.weak).chain(&self.soft).map(run).collect()
     }
 
     fn run_under(

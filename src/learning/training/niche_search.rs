@@ -11,6 +11,7 @@ use super::niche::{Niche, NichePace};
 use super::observer::TrainingObserver;
 use super::shared::{Progress, Shared};
 use crate::check::CHECKED;
+use crate::gait::leaps;
 use crate::learn::{Generation, Interrupted};
 use crate::program::cost::HOLDS;
 use crate::program::refine::{Candidate, Refinement, STRAIGHTENED, evaluate};
@@ -30,6 +31,8 @@ const LONG: usize = 40;
 const CRAWL: f64 = 0.1;
 /// Factor from one Froude number to the next where the greatest speed is looked for.
 const FASTER: f64 = 1.25;
+/// Froude number of a slow gallop. The search for a leap at a greater one begins at half of that, but no slower than this.
+const SLOW: f64 = 1.0;
 /// How many slower ones are tried where the fastest is not natural.
 const SLOWER: u32 = 3;
 /// A stage at another speed has this part of the generations of a gait.
@@ -63,6 +66,17 @@ pub(super) struct NicheSearch<'a> {
     greatest_froude: f64,
     /// The best so far at the speed that leads.
     found: Option<Found>,
+    /// Where its candidates are tried, at the step that was asked for.
+    fine: Arena,
+    /// The same at a longer one.
+    coarse: Arena,
+}
+
+/// At which step candidates are tried.
+#[derive(Debug, Clone, Copy)]
+enum Fidelity {
+    Coarse,
+    Fine,
 }
 
 /// A candidate and what it is to be.
@@ -156,6 +170,8 @@ impl<'a> NicheSearch<'a> {
             steered: false,
             greatest_froude: niches[index].gait.froude[2],
             found: None,
+            fine: shared.fine.clone().suited(&niches[index].gait),
+            coarse: shared.coarse.clone().suited(&niches[index].gait),
         }
     }
 
@@ -231,7 +247,7 @@ impl<'a> NicheSearch<'a> {
     /// Whether the time that is left is needed to compare the best of `stage`, to set them straight, and to look whether they are
     /// natural; not where that would take most of it from the start.
     fn is_late(&self, stage: &Stage) -> bool {
-        let searched = self.step_time / self.shared.fine.step();
+        let searched = self.step_time / self.fine.step();
         let checked = self.check_time.unwrap_or(searched);
         let needed = MARGIN
             * (searched * stage.refinement.seconds_of_finalists(LONG)
@@ -266,13 +282,20 @@ impl<'a> NicheSearch<'a> {
             self.progress.show(motion, false, self.observer);
         }
         let trial = all / STAGE;
-        self.refine(&mut leading, &self.shared.coarse, trial, Rank::Leading)?;
+        let slower = (0.5 * first).max(SLOW);
+        let mut done = 0;
+        if leaps(self.niche.gait.gait) && slower < first && !self.steered {
+            leading = self.from_slower(&leading, [slower, first], &starts, all / 4)?;
+            done = all / 4;
+        }
+        let next = trial.max(done);
+        self.refine(&mut leading, Fidelity::Coarse, next - done, Rank::Leading)?;
         let fallen = leading.best().figures.upright < 1.0;
         if all > 0 && fallen && !self.steered && self.shared.used_up(self.progress).is_none() {
             // Whoever does not learn to stay up at first does not learn it at all.
             return Ok(());
         }
-        self.refine(&mut leading, &self.shared.coarse, all / 2 - trial, Rank::Leading)?;
+        self.refine(&mut leading, Fidelity::Coarse, all / 2 - next, Rank::Leading)?;
         let leading = match &self.niche.pace {
             NichePace::Cheapest { others, .. } => self.cheapest(leading, others, all / STAGE)?,
             NichePace::Fastest { .. } => self.fastest(leading, all / STAGE)?,
@@ -280,18 +303,35 @@ impl<'a> NicheSearch<'a> {
         self.finish(leading, all - all / 2)
     }
 
+    /// A stage at the second of two Froude numbers, from the best of `leading` and of as many generations at the first, slower one: at
+    /// high speeds most of what could become a gallop falls or has no name.
+    fn from_slower(
+        &mut self,
+        leading: &Stage,
+        [slower, froude]: [f64; 2],
+        starts: &[Vec<f64>],
+        generations: u32,
+    ) -> Result<Stage, Interrupted> {
+        let mut slow = self.stage(slower, starts)?;
+        self.refine(&mut slow, Fidelity::Coarse, generations, Rank::Rival)?;
+        let starts = [slow.best().parameters.clone(), leading.best().parameters.clone()];
+        let leading = self.stage(froude, &starts)?;
+        self.found = Some(leading.found());
+        Ok(leading)
+    }
+
     /// The best of searches from parts of the `starts`, up to the first that stays up: what falls soon costs little time, and whether it
     /// learns not to depends on where it began.
     fn balanced(&mut self, froude: f64, starts: &[Vec<f64>], generations: u32) -> Result<Stage, Interrupted> {
         let mut best = self.stage(froude, starts)?;
-        self.refine(&mut best, &self.shared.coarse, generations, Rank::Rival)?;
+        self.refine(&mut best, Fidelity::Coarse, generations, Rank::Rival)?;
         for part in 0..PARTS.min(starts.len()) {
             if best.best().figures.upright >= 1.0 || self.shared.used_up(self.progress).is_some() {
                 break;
             }
             let own: Vec<Vec<f64>> = starts.iter().skip(part).step_by(PARTS).cloned().collect();
             let mut stage = self.stage(froude, &own)?;
-            self.refine(&mut stage, &self.shared.coarse, generations, Rank::Rival)?;
+            self.refine(&mut stage, Fidelity::Coarse, generations, Rank::Rival)?;
             if stage.best().cost < best.best().cost {
                 best = stage;
             }
@@ -347,12 +387,15 @@ impl<'a> NicheSearch<'a> {
         if natural.iter().all(Option::is_none) {
             leading.wanted = leading.wanted.strictly();
             leading.refinement.revalue(self.shared.subject, &leading.wanted);
+        } else {
+            let motion = self.motion(&leading.wanted, leading.best());
+            self.progress.show(motion, false, self.observer);
         }
-        self.refine(&mut leading, &self.shared.fine, generations, Rank::Leading)?;
+        self.refine(&mut leading, Fidelity::Fine, generations, Rank::Leading)?;
         let Stage { wanted, mut refinement } = leading;
-        let Shared { pool, stop, subject, fine, .. } = self.shared;
+        let Shared { pool, stop, subject, .. } = self.shared;
         let before = refinement.seconds;
-        let finalists = refinement.finalists((pool, stop), subject, fine, &wanted, LONG)?;
+        let finalists = refinement.finalists((pool, stop), subject, &self.fine, &wanted, LONG)?;
         self.progress.simulated += refinement.seconds - before;
         let proven = self.proven(&wanted, &finalists);
         let natural = proven.is_some();
@@ -411,7 +454,8 @@ impl<'a> NicheSearch<'a> {
     /// The same gait with feedback that keeps its heading, where that makes it natural, or lets it hold constraints that it does not
     /// hold without.
     fn steered_by_heading(&mut self, found: &Found) -> Result<Option<Found>, Interrupted> {
-        let Shared { pool, stop, subject, fine, .. } = self.shared;
+        let Shared { pool, stop, subject, .. } = self.shared;
+        let fine = &self.fine;
         if self.steered || !subject.can_steer() || self.generations() == 0 {
             return Ok(None);
         }
@@ -444,13 +488,14 @@ impl<'a> NicheSearch<'a> {
     /// A refinement at another Froude number, on from the best of `leading`.
     fn from(&mut self, leading: &Stage, froude: f64, generations: u32) -> Result<Stage, Interrupted> {
         let mut other = self.stage(froude, &[leading.best().parameters.clone()])?;
-        self.refine(&mut other, &self.shared.coarse, generations, Rank::Rival)?;
+        self.refine(&mut other, Fidelity::Coarse, generations, Rank::Rival)?;
         Ok(other)
     }
 
     /// Begins a refinement at a Froude number.
     fn stage(&mut self, froude: f64, starts: &[Vec<f64>]) -> Result<Stage, Interrupted> {
-        let Shared { setup, subject, coarse, pool, stop, .. } = self.shared;
+        let Shared { setup, subject, pool, stop, .. } = self.shared;
+        let coarse = &self.coarse;
         stop.check()?;
         let usual = Wanted::at_froude(&subject.legs, self.niche.gait, froude, subject.gravity());
         let wanted = Wanted { weights: setup.task.weights, ..usual };
@@ -468,7 +513,7 @@ impl<'a> NicheSearch<'a> {
     fn refine(
         &mut self,
         stage: &mut Stage,
-        arena: &Arena,
+        fidelity: Fidelity,
         generations: u32,
         rank: Rank,
     ) -> Result<(), Interrupted> {
@@ -478,6 +523,10 @@ impl<'a> NicheSearch<'a> {
             if self.shared.used_up(self.progress).is_some() {
                 break;
             }
+            let arena = match fidelity {
+                Fidelity::Coarse => &self.coarse,
+                Fidelity::Fine => &self.fine,
+            };
             let Stage { wanted, refinement } = &mut *stage;
             let (before, begun) = (refinement.seconds, Instant::now());
             refinement.generation((pool, stop), subject, arena, wanted)?;
