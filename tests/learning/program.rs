@@ -322,6 +322,11 @@ fn the_evolution_strategy_solves_the_published_test_functions() {
         let [a, b] = &mut searches;
         let (asked, same) = (a.ask(), b.ask());
         assert_eq!(asked, same);
+        // Each has its counterpart on the other side of the mean.
+        for pair in asked.chunks(2) {
+            let off = pair[0].iter().zip(&pair[1]).zip(a.mean()).map(|((x, y), mean)| x + y - 2.0 * mean);
+            assert!(off.fold(0.0, |most, off| f64::max(most, off.abs())) < 1e-12);
+        }
         let mut costs: Vec<f64> = asked.iter().map(|x| sphere(x)).collect();
         let squashed: Vec<f64> = costs.iter().map(|cost| cost.ln()).collect();
         b.tell(&same, &squashed);

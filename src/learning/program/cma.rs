@@ -1,7 +1,8 @@
 //! Covariance matrix adaptation: an evolution strategy for some dozens of continuous parameters.
 //!
 //! The strategy of Hansen 2016, "The CMA Evolution Strategy: A Tutorial" (arXiv 1604.00772), with its default
-//! parameters. It asks for candidates and is told their costs; who evaluates
+//! parameters, but that candidates come in pairs on opposite sides of the mean (Brockhoff et al. 2010, "Mirrored Sampling and
+//! Sequential Selection for Evolution Strategies"): one of the two goes the right way. It asks for candidates and is told their costs; who evaluates
 //! them, and on how many threads, is not its affair, so its result depends on seed and costs alone.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -57,13 +58,16 @@ impl Cma {
 
     /// The candidates of the next generation.
     pub fn ask(&mut self) -> Vec<Vec<f64>> {
-        (0..self.candidates)
-            .map(|_| {
-                let normal = DVector::from_fn(self.mean.len(), |_, _| gaussian(&mut self.rng));
-                let step = &self.axes * self.scales.component_mul(&normal);
-                (&self.mean + step * self.sigma).as_slice().to_vec()
-            })
-            .collect()
+        let mut asked = Vec::with_capacity(self.candidates);
+        while asked.len() < self.candidates {
+            let normal = DVector::from_fn(self.mean.len(), |_, _| gaussian(&mut self.rng));
+            let step = &self.axes * self.scales.component_mul(&normal) * self.sigma;
+            for step in [step.clone(), -step] {
+                asked.push((&self.mean + step).as_slice().to_vec());
+            }
+        }
+        asked.truncate(self.candidates);
+        asked
     }
 
     /// Takes in the costs of the candidates of the last [`Cma::ask`], in their order. A cost that is not a

@@ -36,9 +36,15 @@ pub fn cost(
 
 /// What is known before a gait is disturbed: the least that [`cost`] can be.
 pub fn undisturbed(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) -> f64 {
-    let natural = effort(wanted, period, legs, figures) + wanted.strictness * beyond(wanted, legs, figures);
+    let natural =
+        effort(wanted, period, legs, figures) + wanted.strictness * beyond(wanted, legs, figures, MARGIN);
     // What holds the constraints costs less than this; both parts keep their slope.
     natural.min(0.9 * HOLDS) + broken(violation(wanted, figures))
+}
+
+/// Whether a gait holds all constraints and keeps the limits of natural motion, undisturbed, over the strides of `figures`.
+pub fn within_limits(wanted: &Wanted, legs: &Legs, figures: &RolloutFigures) -> bool {
+    violation(wanted, figures) <= 0.0 && beyond(wanted, legs, figures, 0.0) <= 0.0
 }
 
 /// How much disturbances take from a gait on average, from 0.
@@ -69,8 +75,9 @@ fn violation(wanted: &Wanted, figures: &RolloutFigures) -> f64 {
     3.0 * (1.0 - figures.upright) + (off - 0.1).max(0.0) + sideways.clamp(0.0, 1.0) + yaw.clamp(0.0, 1.0)
 }
 
-/// Sum of what the measures of natural motion are beyond their limits, each as a share of its limit.
-fn beyond(wanted: &Wanted, legs: &Legs, figures: &RolloutFigures) -> f64 {
+/// Sum of what the measures of natural motion are beyond their limits, or nearer to them than `margin`, each as a share of its limit.
+fn beyond(wanted: &Wanted, legs: &Legs, figures: &RolloutFigures, margin: f64) -> f64 {
+    let excess = |limit, value| excess(limit, value, margin);
     let allowed = GaitLimits::of_gait(wanted.gait.gait);
     let at_most = MeasureLimit::AtMost;
     let mut sum = excess(at_most(allowed.cost_of_transport), figures.cost_of_transport)
@@ -109,15 +116,15 @@ fn beyond(wanted: &Wanted, legs: &Legs, figures: &RolloutFigures) -> f64 {
     sum
 }
 
-/// How far `value` is beyond a limit, or nearer to it than the margin, as a share of the limit; far beyond it grows ever
+/// How far `value` is beyond a limit, or nearer to it than `margin`, as a share of the limit; far beyond it grows ever
 /// less, up to 1.
-fn excess(limit: MeasureLimit, value: f64) -> f64 {
+fn excess(limit: MeasureLimit, value: f64, margin: f64) -> f64 {
     let (least, greatest) = match limit {
         MeasureLimit::AtMost(greatest) => (None, Some(greatest)),
         MeasureLimit::Between([least, greatest]) => (least, greatest),
     };
-    let under = least.map_or(0.0, |least| 1.0 + MARGIN - value / least);
-    let over = greatest.map_or(0.0, |greatest| value / greatest - 1.0 + MARGIN);
+    let under = least.map_or(0.0, |least| 1.0 + margin - value / least);
+    let over = greatest.map_or(0.0, |greatest| value / greatest - 1.0 + margin);
     let excess = under.max(over).max(0.0);
     excess / (1.0 + excess)
 }

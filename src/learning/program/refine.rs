@@ -13,7 +13,7 @@ use gaitwright_physics::scene::{Accuracy, Gains, Scene};
 use gaitwright_physics::stance::Stance;
 
 use super::cma::Cma;
-use super::cost::{undisturbed, when_disturbed};
+use super::cost::{HOLDS, undisturbed, when_disturbed};
 use super::figures::RolloutFigures;
 use super::gains::gains;
 use super::gaits::NamedGait;
@@ -213,6 +213,12 @@ pub fn evaluate(
     Candidate::undisturbed(subject, arena, wanted, parameters, strides).disturbed(arena, strides)
 }
 
+/// What speaks against a start: its cost, but what hardly breaks a constraint is not behind all that hold them, since the search soon
+/// mends that.
+fn promise(start: &Candidate) -> f64 {
+    if start.cost >= HOLDS { start.cost - HOLDS } else { start.cost }
+}
+
 /// How far a refinement has come.
 #[derive(Debug, Clone)]
 pub struct Refinement {
@@ -252,7 +258,7 @@ impl Refinement {
         let seconds = tried.iter().map(Candidate::seconds).sum();
         let evaluations = tried.len();
         let costs = tried.iter().map(|candidate| candidate.cost).collect();
-        tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        tried.sort_by(|a, b| promise(a).total_cmp(&promise(b)));
         tried.truncate(1);
         let search = Cma::new(&tried[0].parameters, SIGMA, CANDIDATES, seed);
         Ok(Self { kept: tried, costs, evaluations, seconds, search, strides })
