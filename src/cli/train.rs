@@ -8,8 +8,10 @@ use anyhow::Context;
 use gaitwright::jobs::{
     Artefact, JobTerms, Order, PreparedRun, RepertoireEntry, RunError, RunWatcher, Settings, Stage, run,
 };
+use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::learn::{Budget, Cancel, Generation};
-use gaitwright_learning::training::TrainingCheckpoint;
+use gaitwright_learning::training::{LearnedMotion, TrainingCheckpoint};
+use gaitwright_physics::motion::Metrics;
 use indicatif::{ProgressBar, ProgressStyle};
 use tokio::signal::unix::{SignalKind, signal};
 
@@ -140,6 +142,8 @@ struct Progress {
     budget: Option<Budget>,
     /// When the last plain line was printed.
     printed: Option<Instant>,
+    /// s since the start of the learning, as of the last generation.
+    elapsed: f64,
 }
 
 impl Progress {
@@ -149,7 +153,15 @@ impl Progress {
             let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed}  {msg}");
             style.map_or(bar.clone(), |style| bar.with_style(style))
         });
-        Self { bar, budget: None, printed: None }
+        Self { bar, budget: None, printed: None, elapsed: 0.0 }
+    }
+
+    /// A line that stays.
+    fn print(&self, line: String) {
+        match &self.bar {
+            Some(bar) => bar.println(line),
+            None => tell(format_args!("{line}")),
+        }
     }
 
     fn show(&self, line: String) {
@@ -175,6 +187,7 @@ impl RunWatcher for Progress {
     }
 
     fn generation(&mut self, figures: &Generation) {
+        self.elapsed = figures.elapsed;
         if let Some(bar) = &self.bar {
             let share = |budget: Budget| budget.fraction(figures.generation + 1, figures.elapsed);
             bar.set_position((1000.0 * self.budget.map_or(0.0, share)) as u64);
@@ -189,20 +202,29 @@ impl RunWatcher for Progress {
         ));
     }
 
+    fn improved(&mut self, motion: &LearnedMotion, gait: &GaitReport) {
+        // One that stands for nothing yet but a start is shown in the recording alone.
+        if gait.natural {
+            let figures = outcome(gait.speed, gait.cost_of_transport, gait.gait.as_deref(), true);
+            self.print(format!("{} after {:.0} s: {figures}", motion.name, self.elapsed));
+        }
+    }
+
     fn learned(&mut self, entry: &RepertoireEntry) {
         let RepertoireEntry { number, name, metrics, .. } = entry;
-        let cost =
-            metrics.cost_of_transport.map_or(String::new(), |cost| format!(", cost of transport {cost:.2}"));
-        let natural = if metrics.natural { "natural" } else { "not natural" };
-        let gait = metrics.gait.as_deref().unwrap_or("no name");
-        let line = format!("motion {number}, {name}: {:.2} m/s{cost}, {gait}, {natural}", metrics.speed);
-        match &self.bar {
-            Some(bar) => bar.println(line),
-            None => tell(format_args!("{line}")),
-        }
+        let Metrics { speed, cost_of_transport, gait, natural, .. } = metrics;
+        let figures = outcome(*speed, *cost_of_transport, gait.as_deref(), *natural);
+        self.print(format!("motion {number}, {name}: {figures}"));
     }
 
     fn checkpoint(&mut self, _: &TrainingCheckpoint) {
         // A run of this command is not resumed.
     }
+}
+
+/// Speed (m/s), cost of transport, gait and verdict in words.
+fn outcome(speed: f64, cost: Option<f64>, gait: Option<&str>, natural: bool) -> String {
+    let cost = cost.map_or(String::new(), |cost| format!(", cost of transport {cost:.2}"));
+    let natural = if natural { "natural" } else { "not natural" };
+    format!("{speed:.2} m/s{cost}, {}, {natural}", gait.unwrap_or("no name"))
 }

@@ -107,6 +107,7 @@ impl<'a> Recorder<'a> {
         let player = motion.player(&self.prepared.setup.stance.angles);
         let check = motion.check(&self.prepared.setup, &player);
         let checked = check.run(&|| self.limit.is_cancelled())?;
+        self.watcher.improved(motion, &checked.gait);
         let text = describe_on_the_way(motion, &checked.gait);
         let thinned = thinned(&checked.trace, recorded_time(&player, SHOWN), recorded_interval(&player));
         let shown = (&thinned, check.detection()?);

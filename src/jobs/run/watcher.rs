@@ -3,8 +3,9 @@
 use super::prepared::PreparedRun;
 use crate::jobs::job::Stage;
 use crate::jobs::repertoire::RepertoireEntry;
+use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::learn::Generation;
-use gaitwright_learning::training::TrainingCheckpoint;
+use gaitwright_learning::training::{LearnedMotion, TrainingCheckpoint};
 
 /// Watches a run.
 pub trait RunWatcher {
@@ -14,6 +15,8 @@ pub trait RunWatcher {
     fn prepared(&mut self, prepared: &PreparedRun);
     /// A generation has been evaluated.
     fn generation(&mut self, figures: &Generation);
+    /// There is a motion better than those before it, with this gait, on the way to the one that is wanted; the recording shows it.
+    fn improved(&mut self, _motion: &LearnedMotion, _gait: &GaitReport) {}
     /// A motion has been finished and checked.
     fn learned(&mut self, entry: &RepertoireEntry);
     /// The run can be resumed from here.

@@ -13,7 +13,7 @@ use super::shared::{Progress, Shared};
 use crate::check::CHECKED;
 use crate::gait::leaps;
 use crate::learn::{Generation, Interrupted};
-use crate::program::cost::HOLDS;
+use crate::program::cost::{HOLDS, within_limits};
 use crate::program::refine::{Candidate, Refinement, STRAIGHTENED, evaluate};
 use crate::program::ring::Wanted;
 use crate::program::rollout::{Arena, STEERED_STRIDES, STRIDES};
@@ -27,6 +27,8 @@ const MARGIN: f64 = 1.2;
 const TRIALS: usize = 30;
 /// Strides over which the best of a niche are compared at its end.
 const LONG: usize = 40;
+/// Generations after which it is looked whether the best is natural already.
+const LOOK: usize = 5;
 /// Share of the wanted speed below which a motion goes nowhere.
 const CRAWL: f64 = 0.1;
 /// Factor from one Froude number to the next where the greatest speed is looked for.
@@ -66,6 +68,8 @@ pub(super) struct NicheSearch<'a> {
     greatest_froude: f64,
     /// The best so far at the speed that leads.
     found: Option<Found>,
+    /// Whether a natural motion has been shown.
+    shown_natural: bool,
     /// Where its candidates are tried, at the step that was asked for.
     fine: Arena,
     /// The same at a longer one.
@@ -170,6 +174,7 @@ impl<'a> NicheSearch<'a> {
             steered: false,
             greatest_froude: niches[index].gait.froude[2],
             found: None,
+            shown_natural: false,
             fine: shared.fine.clone().suited(&niches[index].gait),
             coarse: shared.coarse.clone().suited(&niches[index].gait),
         }
@@ -387,9 +392,6 @@ impl<'a> NicheSearch<'a> {
         if natural.iter().all(Option::is_none) {
             leading.wanted = leading.wanted.strictly();
             leading.refinement.revalue(self.shared.subject, &leading.wanted);
-        } else {
-            let motion = self.motion(&leading.wanted, leading.best());
-            self.progress.show(motion, false, self.observer);
         }
         self.refine(&mut leading, Fidelity::Fine, generations, Rank::Leading)?;
         let Stage { wanted, mut refinement } = leading;
@@ -539,8 +541,25 @@ impl<'a> NicheSearch<'a> {
             let figures = self.figures(&stage.refinement);
             self.observer.generation(&figures);
             self.progress.curve.push(figures);
+            if rank == Rank::Leading && self.progress.curve.len().is_multiple_of(LOOK) {
+                self.show_first_natural(stage);
+            }
         }
         Ok(())
+    }
+
+    /// Shows the best of `stage` if it is natural and none has been so far: whoever waits has something to look at while it gets better.
+    fn show_first_natural(&mut self, stage: &Stage) {
+        let Stage { wanted, refinement } = stage;
+        let best = refinement.best();
+        if self.shown_natural || !within_limits(wanted, &self.shared.subject.legs, &best.figures) {
+            return;
+        }
+        if self.natural(wanted, std::slice::from_ref(best)).iter().any(Option::is_some) {
+            let motion = self.motion(wanted, best);
+            self.progress.show(motion, false, self.observer);
+            self.shown_natural = true;
+        }
     }
 
     fn figures(&self, refinement: &Refinement) -> Generation {
