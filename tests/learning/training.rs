@@ -39,6 +39,11 @@ fn setup_of(
     LearningSetup { model, stance, scene, accuracy, task, parameters, seed: 3, threads }
 }
 
+/// So many generations for a gait, looked for once only, however busy the machine is.
+fn once(gait_generations: u32) -> Learning {
+    Learning { generations: Some(2 * gait_generations - 1), gait_generations, ..Learning::default() }
+}
+
 /// Keeps what it is told, and cancels at the first checkpoint if asked to.
 #[derive(Default)]
 struct Witness {
@@ -189,7 +194,7 @@ fn a_search_that_runs_out_of_time_is_ended_properly() {
 
 #[test]
 fn a_few_generations_teach_a_walk_that_is_a_walk() {
-    let learning = Learning { gait_generations: 40, ..Learning::default() };
+    let learning = once(40);
     let task = Task { froude: Some(0.1), ..gait("walk") };
     let setup = setup("quadruped.urdf", task, learning, 2);
     let trained = train(&setup, &mut Witness::default(), &Cancel::default(), None).unwrap();
@@ -256,7 +261,7 @@ fn a_few_generations_teach_a_walk_that_is_a_walk() {
 #[test]
 fn two_legs_walk_and_six_legs_go_by_threes() {
     for (name, asked, froude) in [("biped.urdf", "walk", 0.03), ("hexapod.json", "tripod", 0.08)] {
-        let learning = Learning { gait_generations: 20, ..Learning::default() };
+        let learning = once(20);
         let task = Task { froude: Some(froude), ..gait(asked) };
         let setup = setup(name, task, learning, 2);
         let trained = train(&setup, &mut Witness::default(), &Cancel::default(), None).unwrap();
@@ -277,7 +282,7 @@ fn the_smallest_and_the_largest_learn_a_natural_trot_and_so_does_who_is_on_the_m
     for (mass, gravity) in [(12e-6, GRAVITY), (3e5_f64, GRAVITY), (12.0, 1.62)] {
         let reading = read_file(&crate::common::example_path("quadruped.urdf"), Default::default()).unwrap();
         let scale = (mass / 12.0).cbrt();
-        let learning = Learning { gait_generations: 40, ..Learning::default() };
+        let learning = once(40);
         let task = Task { froude: Some(0.4), ..gait("trot") };
         let character = crate::common::scaled(&reading.character, scale);
         let model = Arc::new(Model::new(Arc::new(character), Base::Floating));

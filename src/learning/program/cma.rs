@@ -1,7 +1,7 @@
 //! Covariance matrix adaptation: an evolution strategy for some dozens of continuous parameters.
 //!
 //! The strategy of Hansen 2016, "The CMA Evolution Strategy: A Tutorial" (arXiv 1604.00772), with its default
-//! parameters, but that candidates come in pairs on opposite sides of the mean (Brockhoff et al. 2010, "Mirrored Sampling and
+//! parameters. At first candidates may come in pairs on opposite sides of the mean (Brockhoff et al. 2010, "Mirrored Sampling and
 //! Sequential Selection for Evolution Strategies"): one of the two goes the right way. It asks for candidates and is told their costs; who evaluates
 //! them, and on how many threads, is not its affair, so its result depends on seed and costs alone.
 
@@ -24,6 +24,8 @@ pub struct Cma {
     weights: Vec<f64>,
     candidates: usize,
     generation: u32,
+    /// Generations in which candidates come in pairs.
+    paired: u32,
     rng: ChaCha8Rng,
 }
 
@@ -42,8 +44,17 @@ impl Cma {
             weights: weights(candidates, n as f64),
             candidates,
             generation: 0,
+            paired: 0,
             rng: ChaCha8Rng::seed_from_u64(seed),
         }
+    }
+
+    /// The same with candidates in pairs in the first so many generations, where it may not have asked yet. That gets on sooner, but both
+    /// of a pair may become parents, whose steps cancel out: the reach shrinks faster than it should, which ends a long search too
+    /// soon.
+    #[must_use]
+    pub fn paired(self, generations: u32) -> Self {
+        Self { paired: generations, ..self }
     }
 
     /// The middle of the search.
@@ -58,12 +69,13 @@ impl Cma {
 
     /// The candidates of the next generation.
     pub fn ask(&mut self) -> Vec<Vec<f64>> {
-        let mut asked = Vec::with_capacity(self.candidates);
+        let mut asked = Vec::with_capacity(self.candidates + 1);
         while asked.len() < self.candidates {
             let normal = DVector::from_fn(self.mean.len(), |_, _| gaussian(&mut self.rng));
             let step = &self.axes * self.scales.component_mul(&normal) * self.sigma;
-            for step in [step.clone(), -step] {
-                asked.push((&self.mean + step).as_slice().to_vec());
+            asked.push((&self.mean + &step).as_slice().to_vec());
+            if self.generation < self.paired {
+                asked.push((&self.mean - &step).as_slice().to_vec());
             }
         }
         asked.truncate(self.candidates);

@@ -6,7 +6,7 @@ use rayon::ThreadPoolBuilder;
 use super::arena::StudyArena;
 use super::trail::{Found, Trail};
 use crate::learn::{Cancel, LearnError, Stop, Trunk};
-use crate::program::refine::Refinement;
+use crate::program::refine::{PAIRED, Refinement};
 use crate::program::rollout::STRIDES;
 
 /// Searches until `seconds` have been simulated; the generation in which they are is the last.
@@ -24,7 +24,8 @@ pub(super) fn run(arena: &StudyArena, seed: u64, seconds: f64) -> Result<Trail, 
     let stop = Stop::new(&Cancel::default(), None);
     let subject = &arena.subject;
     let starts = subject.seeds(&wanted.gait);
-    let begun = Refinement::new((&pool, &stop), subject, &trials, &wanted, &starts, (STRIDES, seed));
+    let chances = (STRIDES, PAIRED, seed);
+    let begun = Refinement::new((&pool, &stop), subject, &trials, &wanted, &starts, chances);
     // Nothing stops it.
     let Ok(mut search) = begun else { return Ok(Trail::default()) };
     let mut trail = Trail::default();

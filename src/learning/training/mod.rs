@@ -8,7 +8,7 @@
 //! | in the order of use | |
 //! |---|---|
 //! | [`niche`] | the gaits and speeds that a task calls for |
-//! | `repertoire`, `niche_search` | one niche after the other: seeds, the speed that costs least, refinement, a longer comparison |
+//! | `repertoire`, `niche_search` | one niche after the other: seeds, the speed that costs least, refinement, a longer comparison, proof |
 //! | `qdsega` | the search without legs |
 //! | [`LearnedMotion`], [`Trained`] | what comes out |
 //! | [`TrainingObserver`], [`TrainingCheckpoint`] | who is informed, how to resume |

@@ -1,10 +1,12 @@
 //! The search in one niche: seeds, the speed that costs least or the greatest, refinement, a longer comparison.
 
+mod proof;
+mod stage;
+
 use std::time::Instant;
 
-use gaitwright_physics::motion::Trial;
-use gaitwright_physics::playback::Trace;
-use rayon::prelude::*;
+use proof::Found;
+use stage::{Fidelity, Rank, Stage};
 
 use super::motion::LearnedMotion;
 use super::niche::{Niche, NichePace};
@@ -12,11 +14,9 @@ use super::observer::TrainingObserver;
 use super::shared::{Progress, Shared};
 use crate::check::CHECKED;
 use crate::gait::leaps;
-use crate::learn::{Generation, Interrupted};
-use crate::program::cost::{HOLDS, within_limits};
-use crate::program::refine::{Candidate, Refinement, STRAIGHTENED, evaluate};
-use crate::program::ring::Wanted;
-use crate::program::rollout::{Arena, STEERED_STRIDES, STRIDES};
+use crate::learn::Interrupted;
+use crate::program::refine::STRAIGHTENED;
+use crate::program::rollout::Arena;
 use crate::program::steer;
 
 /// Greatest share of the time for a niche that its end may take, and how many times its estimate is kept for it.
@@ -27,8 +27,6 @@ const MARGIN: f64 = 1.2;
 const TRIALS: usize = 30;
 /// Strides over which the best of a niche are compared at its end.
 const LONG: usize = 40;
-/// Generations after which it is looked whether the best is natural already.
-const LOOK: usize = 5;
 /// Share of the wanted speed below which a motion goes nowhere.
 const CRAWL: f64 = 0.1;
 /// Factor from one Froude number to the next where the greatest speed is looked for.
@@ -74,81 +72,6 @@ pub(super) struct NicheSearch<'a> {
     fine: Arena,
     /// The same at a longer one.
     coarse: Arena,
-}
-
-/// At which step candidates are tried.
-#[derive(Debug, Clone, Copy)]
-enum Fidelity {
-    Coarse,
-    Fine,
-}
-
-/// A candidate and what it is to be.
-#[derive(Clone)]
-struct Found {
-    wanted: Wanted,
-    candidate: Candidate,
-    /// Whether it was found natural in a continuous simulation.
-    natural: bool,
-    /// What was left of it in the trials, where it is natural and there was time for all of them.
-    trials: Vec<Trial>,
-}
-
-impl Found {
-    /// Whether it is natural, and how many trials it kept.
-    fn proof(&self) -> (bool, usize) {
-        (self.natural, kept(&self.trials))
-    }
-
-    /// Whether it is natural and kept every trial.
-    fn is_proven(&self) -> bool {
-        self.natural && kept(&self.trials) == self.trials.len()
-    }
-
-    /// Whether it is worth more than `other`, which was found in the same way.
-    fn beats(&self, other: &Self) -> bool {
-        let (own, others) = (self.proof(), other.proof());
-        own > others || (own == others && self.candidate.cost < other.candidate.cost)
-    }
-}
-
-/// In how many trials a motion stayed up and went on.
-fn kept(trials: &[Trial]) -> usize {
-    trials.iter().filter(|trial| trial.kept()).count()
-}
-
-/// A refinement at one speed.
-struct Stage {
-    wanted: Wanted,
-    refinement: Refinement,
-}
-
-impl Stage {
-    fn best(&self) -> &Candidate {
-        self.refinement.best()
-    }
-
-    fn holds(&self) -> bool {
-        self.best().cost < HOLDS
-    }
-
-    fn found(&self) -> Found {
-        let (wanted, candidate) = (self.wanted.clone(), self.best().clone());
-        Found { wanted, candidate, natural: false, trials: Vec::new() }
-    }
-
-    /// Whether it does what is wanted for less than `other`.
-    fn beats(&self, other: &Self) -> bool {
-        let cost = |stage: &Self| stage.best().figures.cost_of_transport;
-        self.holds() && (!other.holds() || cost(self) < cost(other))
-    }
-}
-
-/// Whether what a refinement finds is the niche's best.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Rank {
-    Leading,
-    Rival,
 }
 
 impl<'a> NicheSearch<'a> {
@@ -399,215 +322,12 @@ impl<'a> NicheSearch<'a> {
         let before = refinement.seconds;
         let finalists = refinement.finalists((pool, stop), subject, &self.fine, &wanted, LONG)?;
         self.progress.simulated += refinement.seconds - before;
-        let proven = self.proven(&wanted, &finalists);
-        let natural = proven.is_some();
-        let (index, trials) = proven.unwrap_or_default();
-        let Some(candidate) = finalists.into_iter().nth(index) else { return Ok(()) };
-        let found = Found { wanted, candidate, natural, trials };
+        let Some(found) = self.first_proven(&wanted, finalists) else { return Ok(()) };
         // Kept before the clock is looked at: what was straightened and proven is not lost where time ends in the proof.
         self.found = Some(found.clone());
         stop.check()?;
-        let steered = if found.natural { None } else { self.steered_by_heading(&found)? };
+        let steered = if found.is_proven() { None } else { self.steered_by_heading(&found)? };
         self.found = Some(steered.unwrap_or(found));
         Ok(())
     }
-
-    /// The first of `candidates` that is natural and keeps every trial; where none keeps all, the natural one that keeps most.
-    /// With its trials, or with none where there was no time for all of them.
-    fn proven(&mut self, wanted: &Wanted, candidates: &[Candidate]) -> Option<(usize, Vec<Trial>)> {
-        let Shared { setup, stop, .. } = self.shared;
-        let mut best: Option<(usize, Vec<Trial>)> = None;
-        for (index, (candidate, trace)) in candidates.iter().zip(self.natural(wanted, candidates)).enumerate()
-        {
-            let Some(trace) = &trace else { continue };
-            let motion = self.motion(wanted, candidate);
-            let player = motion.player(&setup.stance.angles);
-            let stopped = || stop.check().is_err();
-            let begun = Instant::now();
-            let tried = motion.check(setup, &player).trials(trace, setup.threads, &stopped);
-            let mut trials = tried.unwrap_or_default();
-            self.progress.simulated += trials.iter().map(|trial| trial.upright_seconds).sum::<f64>();
-            if stopped() {
-                trials.clear();
-            }
-            let all = kept(&trials) == trials.len();
-            if best.as_ref().is_none_or(|(_, others)| kept(&trials) > kept(others)) {
-                best = Some((index, trials));
-            }
-            let short = stop.left().is_some_and(|left| left < begun.elapsed().as_secs_f64());
-            self.progress.by_the_clock |= short && !all;
-            if all || short {
-                break;
-            }
-        }
-        best
-    }
-
-    /// What those of `candidates` that are natural did when that was checked.
-    fn natural(&mut self, wanted: &Wanted, candidates: &[Candidate]) -> Vec<Option<Trace>> {
-        let shared = self.shared;
-        let motions: Vec<_> = candidates.iter().map(|candidate| self.motion(wanted, candidate)).collect();
-        let judged = || motions.par_iter().with_max_len(1).map(|motion| natural(shared, motion)).collect();
-        let checked: Vec<(f64, Option<Trace>)> = shared.pool.install(judged);
-        self.progress.simulated += checked.iter().map(|(seconds, _)| seconds).sum::<f64>();
-        checked.into_iter().map(|(_, trace)| trace).collect()
-    }
-
-    /// The same gait with feedback that keeps its heading, where that makes it natural, or lets it hold constraints that it does not
-    /// hold without.
-    fn steered_by_heading(&mut self, found: &Found) -> Result<Option<Found>, Interrupted> {
-        let Shared { pool, stop, subject, .. } = self.shared;
-        let fine = &self.fine;
-        if self.steered || !subject.can_steer() || self.generations() == 0 {
-            return Ok(None);
-        }
-        let wanted = &found.wanted;
-        let tried: Vec<Candidate> = pool.install(|| {
-            let one =
-                |parameters: Vec<f64>| stop.whole(|| evaluate(subject, fine, wanted, &parameters, LONG));
-            let strengths = steer::by_heading(&found.candidate.parameters).into_par_iter();
-            strengths.with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
-        })?;
-        self.progress.simulated += tried.iter().map(Candidate::seconds).sum::<f64>();
-        let natural = self.natural(wanted, &tried);
-        stop.check()?;
-        let steered = tried.into_iter().zip(natural);
-        let best = steered
-            .map(|(candidate, natural)| Found {
-                wanted: wanted.clone(),
-                candidate,
-                natural: natural.is_some(),
-                trials: Vec::new(),
-            })
-            .reduce(|best, other| {
-                let better = (other.natural, -other.candidate.cost) > (best.natural, -best.candidate.cost);
-                if better { other } else { best }
-            });
-        let holds = |found: &Found| found.candidate.cost < HOLDS;
-        Ok(best.filter(|steered| steered.natural || (holds(steered) && !holds(found))))
-    }
-
-    /// A refinement at another Froude number, on from the best of `leading`.
-    fn from(&mut self, leading: &Stage, froude: f64, generations: u32) -> Result<Stage, Interrupted> {
-        let mut other = self.stage(froude, &[leading.best().parameters.clone()])?;
-        self.refine(&mut other, Fidelity::Coarse, generations, Rank::Rival)?;
-        Ok(other)
-    }
-
-    /// Begins a refinement at a Froude number.
-    fn stage(&mut self, froude: f64, starts: &[Vec<f64>]) -> Result<Stage, Interrupted> {
-        let Shared { setup, subject, pool, stop, .. } = self.shared;
-        let coarse = &self.coarse;
-        stop.check()?;
-        let usual = Wanted::at_froude(&subject.legs, self.niche.gait, froude, subject.gravity());
-        let wanted = Wanted { weights: setup.task.weights, ..usual };
-        // Steps of the golden ratio keep the seeds of all stages apart (Steele, Lea & Flood 2014).
-        let strides = if self.steered { STEERED_STRIDES } else { STRIDES };
-        let number = STREAMS * self.index as u64 + self.stages + 1;
-        let seed = setup.seed.wrapping_add(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(number));
-        self.stages += 1;
-        let refinement = Refinement::new((pool, stop), subject, coarse, &wanted, starts, (strides, seed))?;
-        self.progress.simulated += refinement.seconds;
-        Ok(Stage { wanted, refinement })
-    }
-
-    /// So many generations, or as many as the budget has.
-    fn refine(
-        &mut self,
-        stage: &mut Stage,
-        fidelity: Fidelity,
-        generations: u32,
-        rank: Rank,
-    ) -> Result<(), Interrupted> {
-        let Shared { pool, stop, subject, .. } = self.shared;
-        for _ in 0..generations {
-            self.progress.hurried |= self.is_late(stage);
-            if self.shared.used_up(self.progress).is_some() {
-                break;
-            }
-            let arena = match fidelity {
-                Fidelity::Coarse => &self.coarse,
-                Fidelity::Fine => &self.fine,
-            };
-            let Stage { wanted, refinement } = &mut *stage;
-            let (before, begun) = (refinement.seconds, Instant::now());
-            refinement.generation((pool, stop), subject, arena, wanted)?;
-            let simulated = refinement.seconds - before;
-            self.step_time = begun.elapsed().as_secs_f64() * arena.step() / simulated;
-            self.progress.simulated += simulated;
-            if rank == Rank::Leading {
-                self.found = Some(stage.found());
-            }
-            let figures = self.figures(&stage.refinement);
-            self.observer.generation(&figures);
-            self.progress.curve.push(figures);
-            if rank == Rank::Leading && self.progress.curve.len().is_multiple_of(LOOK) {
-                self.show_first_natural(stage);
-            }
-        }
-        Ok(())
-    }
-
-    /// Shows the best of `stage` if it is natural and none has been so far: whoever waits has something to look at while it gets better.
-    fn show_first_natural(&mut self, stage: &Stage) {
-        let Stage { wanted, refinement } = stage;
-        let best = refinement.best();
-        if self.shown_natural || !within_limits(wanted, &self.shared.subject.legs, &best.figures) {
-            return;
-        }
-        if self.natural(wanted, std::slice::from_ref(best)).iter().any(Option::is_some) {
-            let motion = self.motion(wanted, best);
-            self.progress.show(motion, false, self.observer);
-            self.shown_natural = true;
-        }
-    }
-
-    fn figures(&self, refinement: &Refinement) -> Generation {
-        let values: Vec<f64> = refinement.costs.iter().map(|&cost| fitness(cost)).collect();
-        let count = values.len().max(1) as f64;
-        let mean = values.iter().sum::<f64>() / count;
-        let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count;
-        Generation {
-            generation: self.progress.curve.len() as u32,
-            gait: Some(self.niche.name.clone()),
-            best: fitness(refinement.best().cost),
-            mean,
-            spread: variance.sqrt(),
-            cache_hit_rate: 0.0,
-            simulated_seconds: self.progress.simulated,
-            saved_seconds: 0.0,
-            elapsed: self.progress.elapsed(),
-        }
-    }
-
-    fn motion(&self, wanted: &Wanted, candidate: &Candidate) -> LearnedMotion {
-        let Candidate { ring, gains, parameters, cost, .. } = candidate;
-        LearnedMotion {
-            name: self.niche.name.clone(),
-            gait: Some(self.niche.gait.gait.to_owned()),
-            speed: Some(wanted.speed),
-            behaviour: ring.behaviour(fitness(*cost), self.progress.curve.len() as u32),
-            gains: gains.clone(),
-            parameters: parameters.clone(),
-            trials: Vec::new(),
-        }
-    }
-}
-
-/// How many seconds of a motion were simulated in one piece to judge it, and that simulation if the motion is natural there, goes by the
-/// gait that was looked for, and nothing broke it off.
-fn natural(shared: &Shared<'_>, motion: &LearnedMotion) -> (f64, Option<Trace>) {
-    let player = motion.player(&shared.setup.stance.angles);
-    let check = motion.check(shared.setup, &player);
-    let stopped = || shared.stop.check().is_err();
-    let Ok(checked) = check.run(&stopped) else { return (0.0, None) };
-    let named = checked.gait.gait.as_deref();
-    let as_wanted = named.is_none() || named == motion.gait.as_deref();
-    let seconds = checked.trace.samples.last().map_or(0.0, |sample| sample.time);
-    (seconds, (checked.gait.natural && as_wanted && !stopped()).then_some(checked.trace))
-}
-
-/// From 0 to 1, the more the less a gait costs.
-fn fitness(cost: f64) -> f64 {
-    if cost.is_finite() { 1.0 / (1.0 + cost.max(0.0)) } else { 0.0 }
 }
