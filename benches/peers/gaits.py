@@ -12,6 +12,7 @@ that ask for nothing, and prints a row a motion.
 import argparse
 import json
 import pathlib
+import re
 import statistics
 import subprocess
 import tempfile
@@ -43,6 +44,12 @@ def train(options, robot, case, seed):
     seconds = time.monotonic() - begun
     (folder / "seconds").write_text(str(seconds))
     return folder, seconds
+
+
+def first_natural(folder):
+    """How long it took from the start of the learning to the first natural motion on the way, s; `None` where none came before the end."""
+    found = re.search(r"^.* after (\d+) s: .*, natural$", (folder / "log").read_text(), re.MULTILINE)
+    return float(found[1]) if found else None
 
 
 def played(options, robot, motion, path):
@@ -81,8 +88,9 @@ def spread(values, form):
     return texts[0] if texts[1] == texts[2] else f"{texts[0]} ({texts[1]} to {texts[2]})"
 
 
-def row(found, seconds):
-    """A column of the table: the figures of one case over its seeds. `found` are pairs of a motion and its outcomes in MuJoCo."""
+def row(found, seconds, firsts):
+    """A column of the table: the figures of one case over its seeds. `found` are pairs of a motion and its outcomes in MuJoCo,
+    `seconds` the times of the trainings, `firsts` those to the first natural motion."""
     metrics = [motion["metrics"] for motion, _ in found]
     natural = [one for one in metrics if one["natural"]]
     trials = [one["validity"]["trials"] for one in metrics]
@@ -103,6 +111,7 @@ def row(found, seconds):
         "all trials kept": f"{held} of {len(metrics)}",
         "change of speed at ¼ and twice the step, at most": f"{100 * max(at('step of'), default=0):.1f} %",
         "training, s": spread(seconds, "{:.1f}"),
+        "of these to the first natural motion": spread(firsts, "{:.0f}"),
     }
     for index, contact in enumerate(CONTACTS):
         outcomes = [outcome[index] for _, outcome in found]
@@ -169,17 +178,18 @@ def main():
             continue
         columns = {}
         for case in options.gaits:
-            found, times = [], []
+            found, times, firsts = [], [], []
             for seed in seeds:
                 folder, seconds = train(options, robot, case, seed)
                 times.append(seconds)
+                firsts.append(first_natural(folder))
                 path = folder / "motion.json"
                 if path.exists():
                     motion = json.loads(path.read_text())
                     found.append((motion, played(options, robot, motion, path)))
             if found:
                 gait, froude = case.split(":")
-                columns[f"{gait}, Fr {froude}"] = row(found, times)
+                columns[f"{gait}, Fr {froude}"] = row(found, times, firsts)
         print(f"\n{pathlib.Path(robot).stem}", end="\n\n")
         if columns:
             table(columns)

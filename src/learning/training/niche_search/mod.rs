@@ -1,32 +1,27 @@
 //! The search in one niche: seeds, the speed that costs least or the greatest, refinement, a longer comparison.
 
+mod found;
 mod proof;
+mod search;
 mod stage;
 
 use std::time::Instant;
 
-use proof::Found;
+use found::Found;
+use search::LONG;
 use stage::{Fidelity, Rank, Stage};
 
 use super::motion::LearnedMotion;
-use super::niche::{Niche, NichePace};
-use super::observer::TrainingObserver;
-use super::shared::{Progress, Shared};
+use super::niche::NichePace;
+use super::shared::Shared;
+
+pub(super) use search::NicheSearch;
+
 use crate::check::CHECKED;
 use crate::gait::leaps;
 use crate::learn::Interrupted;
-use crate::program::refine::STRAIGHTENED;
-use crate::program::rollout::Arena;
 use crate::program::steer;
 
-/// Greatest share of the time for a niche that its end may take, and how many times its estimate is kept for it.
-const LONGEST_END: f64 = 0.4;
-const MARGIN: f64 = 1.2;
-/// About how many checks the trials take: as many as there are, one of them at a quarter of the step, and one in an engine whose steps
-/// take as long as many of ours.
-const TRIALS: usize = 30;
-/// Strides over which the best of a niche are compared at its end.
-const LONG: usize = 40;
 /// Share of the wanted speed below which a motion goes nowhere.
 const CRAWL: f64 = 0.1;
 /// Factor from one Froude number to the next where the greatest speed is looked for.
@@ -37,72 +32,10 @@ const SLOW: f64 = 1.0;
 const SLOWER: u32 = 3;
 /// A stage at another speed has this part of the generations of a gait.
 const STAGE: u32 = 6;
-/// How many times the generations of a gait it takes to balance it by feedback.
-const STEERED_TIMES: u32 = 4;
 /// Into how many parts the starts are divided where balance is looked for.
 const PARTS: usize = 4;
-/// Numbers of random streams kept for one niche: more than it has stages.
-const STREAMS: u64 = 64;
 
-/// A search in one niche.
-pub(super) struct NicheSearch<'a> {
-    shared: &'a Shared<'a>,
-    index: usize,
-    niche: &'a Niche,
-    progress: &'a mut Progress,
-    observer: &'a mut dyn TrainingObserver,
-    /// Generations that the niches after this one need.
-    later: u32,
-    /// s of the wall clock that one simulated step takes, as in the last generation.
-    step_time: f64,
-    /// s of the wall clock that one simulated second of a continuous check takes, once there was one: its forces may be more exact.
-    check_time: Option<f64>,
-    begun: Instant,
-    /// Refinements begun so far.
-    stages: u64,
-    /// Whether gaits have feedback.
-    steered: bool,
-    /// Greatest Froude number that is tried where the greatest speed is looked for.
-    greatest_froude: f64,
-    /// The best so far at the speed that leads.
-    found: Option<Found>,
-    /// Whether a natural motion has been shown.
-    shown_natural: bool,
-    /// Where its candidates are tried, at the step that was asked for.
-    fine: Arena,
-    /// The same at a longer one.
-    coarse: Arena,
-}
-
-impl<'a> NicheSearch<'a> {
-    pub(super) fn new(
-        shared: &'a Shared<'a>,
-        (index, niches): (usize, &'a [Niche]),
-        progress: &'a mut Progress,
-        observer: &'a mut dyn TrainingObserver,
-    ) -> Self {
-        let share: u32 = niches[index + 1..].iter().map(|niche| niche.gait.share()).sum();
-        let later = share.saturating_mul(shared.setup.parameters.gait_generations);
-        Self {
-            shared,
-            index,
-            niche: &niches[index],
-            later,
-            step_time: 0.0,
-            check_time: None,
-            begun: Instant::now(),
-            progress,
-            observer,
-            stages: 0,
-            steered: false,
-            greatest_froude: niches[index].gait.froude[2],
-            found: None,
-            shown_natural: false,
-            fine: shared.fine.clone().suited(&niches[index].gait),
-            coarse: shared.coarse.clone().suited(&niches[index].gait),
-        }
-    }
-
+impl NicheSearch<'_> {
     /// Searches, and gives what was found also where the search was broken off: a motion that stays up and gets on.
     pub(super) fn run(mut self) -> (Option<LearnedMotion>, Result<(), Interrupted>) {
         let outcome = self.search();
@@ -152,39 +85,6 @@ impl<'a> NicheSearch<'a> {
         Ok(())
     }
 
-    /// Generations of one attempt.
-    fn generations(&self) -> u32 {
-        let parameters = &self.shared.setup.parameters;
-        let times = if self.steered { STEERED_TIMES } else { 1 };
-        if parameters.refine { parameters.gait_generations * self.niche.gait.share() * times } else { 0 }
-    }
-
-    /// Whether so many more generations take nothing of the budget from the gaits that are still to come.
-    fn can_spare(&mut self, generations: u32) -> bool {
-        let most = self.shared.setup.parameters.budget.generations();
-        let (done, needed) = (self.progress.curve.len(), generations.saturating_add(self.later));
-        let each = self.progress.elapsed() / done.max(1) as f64;
-        if most.is_some_and(|most| done + needed as usize > most as usize) {
-            return false;
-        }
-        let in_time = self.shared.stop.left().is_none_or(|left| f64::from(needed) * each <= left);
-        self.progress.by_the_clock |= !in_time;
-        in_time
-    }
-
-    /// Whether the time that is left is needed to compare the best of `stage`, to set them straight, and to look whether they are
-    /// natural; not where that would take most of it from the start.
-    fn is_late(&self, stage: &Stage) -> bool {
-        let searched = self.step_time / self.fine.step();
-        let checked = self.check_time.unwrap_or(searched);
-        let needed = MARGIN
-            * (searched * stage.refinement.seconds_of_finalists(LONG)
-                + checked * CHECKED * (STRAIGHTENED + TRIALS) as f64);
-        self.shared.stop.left().is_some_and(|left| {
-            left < needed && needed < LONGEST_END * (left + self.begun.elapsed().as_secs_f64())
-        })
-    }
-
     fn attempt(&mut self) -> Result<(), Interrupted> {
         let all = self.generations();
         // What other gaits have found is often a better start than the template.
@@ -213,7 +113,7 @@ impl<'a> NicheSearch<'a> {
         let slower = (0.5 * first).max(SLOW);
         let mut done = 0;
         if leaps(self.niche.gait.gait) && slower < first && !self.steered {
-            leading = self.from_slower(&leading, [slower, first], &starts, all / 4)?;
+            leading = self.begun_slower(&leading, [slower, first], &starts, all / 4)?;
             done = all / 4;
         }
         let next = trial.max(done);
@@ -233,7 +133,7 @@ impl<'a> NicheSearch<'a> {
 
     /// A stage at the second of two Froude numbers, from the best of `leading` and of as many generations at the first, slower one: at
     /// high speeds most of what could become a gallop falls or has no name.
-    fn from_slower(
+    fn begun_slower(
         &mut self,
         leading: &Stage,
         [slower, froude]: [f64; 2],

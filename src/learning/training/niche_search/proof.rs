@@ -1,71 +1,20 @@
-//! Whether what was found is natural in one piece, and what the trials leave of it.
+//! What the trials leave of what was found, and whether feedback of the heading helps.
 
-use std::cmp::Reverse;
 use std::time::Instant;
 
 use gaitwright_physics::motion::Trial;
-use gaitwright_physics::playback::Trace;
 use rayon::prelude::*;
 
-use super::stage::Stage;
-use super::{LONG, NicheSearch};
+use super::found::{Found, kept};
+use super::search::{LONG, NicheSearch};
 use crate::learn::Interrupted;
-use crate::program::cost::{HOLDS, within_limits};
+use crate::program::cost::HOLDS;
 use crate::program::refine::{Candidate, evaluate};
 use crate::program::ring::Wanted;
 use crate::program::steer;
-use crate::training::motion::LearnedMotion;
 use crate::training::shared::Shared;
 
-/// A candidate and what it is to be.
-#[derive(Clone)]
-pub(super) struct Found {
-    pub(super) wanted: Wanted,
-    pub(super) candidate: Candidate,
-    /// Whether it was found natural in a continuous simulation.
-    pub(super) natural: bool,
-    /// What was left of it in the trials, where it is natural and there was time for all of them.
-    pub(super) trials: Vec<Trial>,
-}
-
-impl Found {
-    /// Whether it is natural, and how few trials it failed: the more, the better.
-    fn proof(&self) -> (bool, Reverse<usize>) {
-        (self.natural, Reverse(self.trials.len() - kept(&self.trials)))
-    }
-
-    /// Whether it is natural and kept every trial.
-    pub(super) fn is_proven(&self) -> bool {
-        self.proof() == (true, Reverse(0))
-    }
-
-    /// Whether it is worth more than `other`, which was found in the same way.
-    pub(super) fn beats(&self, other: &Self) -> bool {
-        let (own, others) = (self.proof(), other.proof());
-        own > others || (own == others && self.candidate.cost < other.candidate.cost)
-    }
-}
-
-/// In how many trials a motion stayed up and went on.
-fn kept(trials: &[Trial]) -> usize {
-    trials.iter().filter(|trial| trial.kept()).count()
-}
-
 impl NicheSearch<'_> {
-    /// Shows the best of `stage` if it is natural and none has been so far: whoever waits has something to look at while it gets better.
-    pub(super) fn show_first_natural(&mut self, stage: &Stage) {
-        let Stage { wanted, refinement } = stage;
-        let best = refinement.best();
-        if self.shown_natural || !within_limits(wanted, &self.shared.subject.legs, &best.figures) {
-            return;
-        }
-        if self.natural(wanted, std::slice::from_ref(best)).iter().any(Option::is_some) {
-            let motion = self.motion(wanted, best);
-            self.progress.show(motion, false, self.observer);
-            self.shown_natural = true;
-        }
-    }
-
     /// The first of `candidates` that is natural and keeps every trial; where none keeps all, the natural one that keeps most.
     /// With its trials, or with none where there was no time for all of them.
     fn proven(&mut self, wanted: &Wanted, candidates: &[Candidate]) -> Option<(usize, Vec<Trial>)> {
@@ -95,16 +44,6 @@ impl NicheSearch<'_> {
             }
         }
         best
-    }
-
-    /// What those of `candidates` that are natural did when that was checked.
-    pub(super) fn natural(&mut self, wanted: &Wanted, candidates: &[Candidate]) -> Vec<Option<Trace>> {
-        let shared = self.shared;
-        let motions: Vec<_> = candidates.iter().map(|candidate| self.motion(wanted, candidate)).collect();
-        let judged = || motions.par_iter().with_max_len(1).map(|motion| natural(shared, motion)).collect();
-        let checked: Vec<(f64, Option<Trace>)> = shared.pool.install(judged);
-        self.progress.simulated += checked.iter().map(|(seconds, _)| seconds).sum::<f64>();
-        checked.into_iter().map(|(_, trace)| trace).collect()
     }
 
     /// The one of `candidates`, in the order of their cost, that is [proven](Self::proven), or else the first; `None` of none.
@@ -139,17 +78,4 @@ impl NicheSearch<'_> {
         let helps = |steered: &Found| steered.proof() > found.proof() || (holds(steered) && !holds(found));
         Ok(steered.filter(helps))
     }
-}
-
-/// How many seconds of a motion were simulated in one piece to judge it, and that simulation if the motion is natural there, goes by the
-/// gait that was looked for, and nothing broke it off.
-fn natural(shared: &Shared<'_>, motion: &LearnedMotion) -> (f64, Option<Trace>) {
-    let player = motion.player(&shared.setup.stance.angles);
-    let check = motion.check(shared.setup, &player);
-    let stopped = || shared.stop.check().is_err();
-    let Ok(checked) = check.run(&stopped) else { return (0.0, None) };
-    let named = checked.gait.gait.as_deref();
-    let as_wanted = named.is_none() || named == motion.gait.as_deref();
-    let seconds = checked.trace.samples.last().map_or(0.0, |sample| sample.time);
-    (seconds, (checked.gait.natural && as_wanted && !stopped()).then_some(checked.trace))
 }

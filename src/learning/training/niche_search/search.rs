@@ -1,0 +1,269 @@
+//! What the search of a niche is made of: refinements at one speed, their budget, and whether what they find is natural.
+
+use std::time::Instant;
+
+use gaitwright_physics::playback::Trace;
+use rayon::prelude::*;
+
+use super::found::Found;
+use super::stage::{Fidelity, Rank, Stage};
+use crate::check::CHECKED;
+use crate::gait::leaps;
+use crate::learn::{Generation, Interrupted};
+use crate::program::cost::within_limits;
+use crate::program::refine::{Candidate, PAIRED, Refinement, STRAIGHTENED};
+use crate::program::ring::Wanted;
+use crate::program::rollout::{Arena, STEERED_STRIDES, STRIDES};
+use crate::training::motion::LearnedMotion;
+use crate::training::niche::Niche;
+use crate::training::observer::TrainingObserver;
+use crate::training::shared::{Progress, Shared};
+
+/// Greatest share of the time for a niche that its end may take, and how many times its estimate is kept for it.
+const LONGEST_END: f64 = 0.4;
+const MARGIN: f64 = 1.2;
+/// About how many checks the trials take: as many as there are, one of them at a quarter of the step, and one in an engine whose steps
+/// take as long as many of ours.
+const TRIALS: usize = 30;
+/// Strides over which the best of a niche are compared at its end.
+pub(super) const LONG: usize = 40;
+/// How many times the generations of a gait it takes to balance it by feedback.
+const STEERED_TIMES: u32 = 4;
+/// Numbers of random streams kept for one niche: more than it has stages.
+const STREAMS: u64 = 64;
+/// Generations after which it is looked whether the best is natural already.
+const LOOK: usize = 5;
+
+/// A search in one niche.
+pub(in crate::training) struct NicheSearch<'a> {
+    pub(super) shared: &'a Shared<'a>,
+    pub(super) index: usize,
+    pub(super) niche: &'a Niche,
+    pub(super) progress: &'a mut Progress,
+    pub(super) observer: &'a mut dyn TrainingObserver,
+    /// Generations that the niches after this one need.
+    pub(super) later: u32,
+    /// s of the wall clock that one simulated step takes, as in the last generation.
+    pub(super) step_time: f64,
+    /// s of the wall clock that one simulated second of a continuous check takes, once there was one: its forces may be more exact.
+    pub(super) check_time: Option<f64>,
+    pub(super) begun: Instant,
+    /// Refinements begun so far.
+    pub(super) stages: u64,
+    /// Whether gaits have feedback.
+    pub(super) steered: bool,
+    /// Greatest Froude number that is tried where the greatest speed is looked for.
+    pub(super) greatest_froude: f64,
+    /// The best so far at the speed that leads.
+    pub(super) found: Option<Found>,
+    /// Whether a natural motion has been shown.
+    pub(super) shown_natural: bool,
+    /// Where its candidates are tried, at the step that was asked for.
+    pub(super) fine: Arena,
+    /// The same at a longer one.
+    pub(super) coarse: Arena,
+}
+
+impl<'a> NicheSearch<'a> {
+    pub(in crate::training) fn new(
+        shared: &'a Shared<'a>,
+        (index, niches): (usize, &'a [Niche]),
+        progress: &'a mut Progress,
+        observer: &'a mut dyn TrainingObserver,
+    ) -> Self {
+        let share: u32 = niches[index + 1..].iter().map(|niche| niche.gait.share()).sum();
+        let later = share.saturating_mul(shared.setup.parameters.gait_generations);
+        Self {
+            shared,
+            index,
+            niche: &niches[index],
+            later,
+            step_time: 0.0,
+            check_time: None,
+            begun: Instant::now(),
+            progress,
+            observer,
+            stages: 0,
+            steered: false,
+            greatest_froude: niches[index].gait.froude[2],
+            found: None,
+            shown_natural: false,
+            fine: shared.fine.clone().suited(&niches[index].gait),
+            coarse: shared.coarse.clone().suited(&niches[index].gait),
+        }
+    }
+
+    /// Generations of one attempt.
+    pub(super) fn generations(&self) -> u32 {
+        let parameters = &self.shared.setup.parameters;
+        let times = if self.steered { STEERED_TIMES } else { 1 };
+        if parameters.refine { parameters.gait_generations * self.niche.gait.share() * times } else { 0 }
+    }
+
+    /// Whether so many more generations take nothing of the budget from the gaits that are still to come.
+    pub(super) fn can_spare(&mut self, generations: u32) -> bool {
+        let most = self.shared.setup.parameters.budget.generations();
+        let (done, needed) = (self.progress.curve.len(), generations.saturating_add(self.later));
+        let each = self.progress.elapsed() / done.max(1) as f64;
+        if most.is_some_and(|most| done + needed as usize > most as usize) {
+            return false;
+        }
+        let in_time = self.shared.stop.left().is_none_or(|left| f64::from(needed) * each <= left);
+        self.progress.by_the_clock |= !in_time;
+        in_time
+    }
+
+    /// Whether the time that is left is needed to compare the best of `stage`, to set them straight, and to look whether they are
+    /// natural; not where that would take most of it from the start.
+    pub(super) fn is_late(&self, stage: &Stage) -> bool {
+        let searched = self.step_time / self.fine.step();
+        let checked = self.check_time.unwrap_or(searched);
+        let needed = MARGIN
+            * (searched * stage.refinement.seconds_of_finalists(LONG)
+                + checked * CHECKED * (STRAIGHTENED + TRIALS) as f64);
+        self.shared.stop.left().is_some_and(|left| {
+            left < needed && needed < LONGEST_END * (left + self.begun.elapsed().as_secs_f64())
+        })
+    }
+
+    /// A refinement at another Froude number, on from the best of `leading`.
+    pub(super) fn from(
+        &mut self,
+        leading: &Stage,
+        froude: f64,
+        generations: u32,
+    ) -> Result<Stage, Interrupted> {
+        let mut other = self.stage(froude, &[leading.best().parameters.clone()])?;
+        self.refine(&mut other, Fidelity::Coarse, generations, Rank::Rival)?;
+        Ok(other)
+    }
+
+    /// Begins a refinement at a Froude number.
+    pub(super) fn stage(&mut self, froude: f64, starts: &[Vec<f64>]) -> Result<Stage, Interrupted> {
+        let Shared { setup, subject, pool, stop, .. } = self.shared;
+        let coarse = &self.coarse;
+        stop.check()?;
+        let usual = Wanted::at_froude(&subject.legs, self.niche.gait, froude, subject.gravity());
+        let wanted = Wanted { weights: setup.task.weights, ..usual };
+        // Steps of the golden ratio keep the seeds of all stages apart (Steele, Lea & Flood 2014).
+        let strides = if self.steered { STEERED_STRIDES } else { STRIDES };
+        let number = STREAMS * self.index as u64 + self.stages + 1;
+        let seed = setup.seed.wrapping_add(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(number));
+        self.stages += 1;
+        let paired = if self.steered || leaps(self.niche.gait.gait) { 0 } else { PAIRED };
+        let chances = (strides, paired, seed);
+        let refinement = Refinement::new((pool, stop), subject, coarse, &wanted, starts, chances)?;
+        self.progress.simulated += refinement.seconds;
+        Ok(Stage { wanted, refinement })
+    }
+
+    /// So many generations, or as many as the budget has.
+    pub(super) fn refine(
+        &mut self,
+        stage: &mut Stage,
+        fidelity: Fidelity,
+        generations: u32,
+        rank: Rank,
+    ) -> Result<(), Interrupted> {
+        let Shared { pool, stop, subject, .. } = self.shared;
+        for _ in 0..generations {
+            self.progress.hurried |= self.is_late(stage);
+            if self.shared.used_up(self.progress).is_some() {
+                break;
+            }
+            let arena = match fidelity {
+                Fidelity::Coarse => &self.coarse,
+                Fidelity::Fine => &self.fine,
+            };
+            let Stage { wanted, refinement } = &mut *stage;
+            let (before, begun) = (refinement.seconds, Instant::now());
+            refinement.generation((pool, stop), subject, arena, wanted)?;
+            let simulated = refinement.seconds - before;
+            self.step_time = begun.elapsed().as_secs_f64() * arena.step() / simulated;
+            self.progress.simulated += simulated;
+            if rank == Rank::Leading {
+                self.found = Some(stage.found());
+            }
+            let figures = self.figures(&stage.refinement);
+            self.observer.generation(&figures);
+            self.progress.curve.push(figures);
+            if rank == Rank::Leading && self.progress.curve.len().is_multiple_of(LOOK) {
+                self.show_first_natural(stage);
+            }
+        }
+        Ok(())
+    }
+
+    fn figures(&self, refinement: &Refinement) -> Generation {
+        let values: Vec<f64> = refinement.costs.iter().map(|&cost| fitness(cost)).collect();
+        let count = values.len().max(1) as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count;
+        Generation {
+            generation: self.progress.curve.len() as u32,
+            gait: Some(self.niche.name.clone()),
+            best: fitness(refinement.best().cost),
+            mean,
+            spread: variance.sqrt(),
+            cache_hit_rate: 0.0,
+            simulated_seconds: self.progress.simulated,
+            saved_seconds: 0.0,
+            elapsed: self.progress.elapsed(),
+        }
+    }
+
+    pub(super) fn motion(&self, wanted: &Wanted, candidate: &Candidate) -> LearnedMotion {
+        let Candidate { ring, gains, parameters, cost, .. } = candidate;
+        LearnedMotion {
+            name: self.niche.name.clone(),
+            gait: Some(self.niche.gait.gait.to_owned()),
+            speed: Some(wanted.speed),
+            behaviour: ring.behaviour(fitness(*cost), self.progress.curve.len() as u32),
+            gains: gains.clone(),
+            parameters: parameters.clone(),
+            trials: Vec::new(),
+        }
+    }
+
+    /// Shows the best of `stage` if it is natural and none has been so far: whoever waits has something to look at while it gets better.
+    pub(super) fn show_first_natural(&mut self, stage: &Stage) {
+        let Stage { wanted, refinement } = stage;
+        let best = refinement.best();
+        if self.shown_natural || !within_limits(wanted, &self.shared.subject.legs, &best.figures) {
+            return;
+        }
+        if self.natural(wanted, std::slice::from_ref(best)).iter().any(Option::is_some) {
+            let motion = self.motion(wanted, best);
+            self.progress.show(motion, false, self.observer);
+            self.shown_natural = true;
+        }
+    }
+
+    /// What those of `candidates` that are natural did when that was checked.
+    pub(super) fn natural(&mut self, wanted: &Wanted, candidates: &[Candidate]) -> Vec<Option<Trace>> {
+        let shared = self.shared;
+        let motions: Vec<_> = candidates.iter().map(|candidate| self.motion(wanted, candidate)).collect();
+        let judged = || motions.par_iter().with_max_len(1).map(|motion| natural(shared, motion)).collect();
+        let checked: Vec<(f64, Option<Trace>)> = shared.pool.install(judged);
+        self.progress.simulated += checked.iter().map(|(seconds, _)| seconds).sum::<f64>();
+        checked.into_iter().map(|(_, trace)| trace).collect()
+    }
+}
+
+/// How many seconds of a motion were simulated in one piece to judge it, and that simulation if the motion is natural there, goes by the
+/// gait that was looked for, and nothing broke it off.
+fn natural(shared: &Shared<'_>, motion: &LearnedMotion) -> (f64, Option<Trace>) {
+    let player = motion.player(&shared.setup.stance.angles);
+    let check = motion.check(shared.setup, &player);
+    let stopped = || shared.stop.check().is_err();
+    let Ok(checked) = check.run(&stopped) else { return (0.0, None) };
+    let named = checked.gait.gait.as_deref();
+    let as_wanted = named.is_none() || named == motion.gait.as_deref();
+    let seconds = checked.trace.samples.last().map_or(0.0, |sample| sample.time);
+    (seconds, (checked.gait.natural && as_wanted && !stopped()).then_some(checked.trace))
+}
+
+/// From 0 to 1, the more the less a gait costs.
+fn fitness(cost: f64) -> f64 {
+    if cost.is_finite() { 1.0 / (1.0 + cost.max(0.0)) } else { 0.0 }
+}
