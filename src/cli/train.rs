@@ -203,7 +203,7 @@ impl RunWatcher for Progress {
     }
 
     fn improved(&mut self, motion: &LearnedMotion, gait: &GaitReport) {
-        // One that stands for nothing yet but a start is shown in the recording alone.
+        // What is not natural yet is shown in the recording alone.
         if gait.natural {
             let figures = outcome(gait.speed, gait.cost_of_transport, gait.gait.as_deref(), true);
             self.print(format!("{} after {:.0} s: {figures}", motion.name, self.elapsed));

@@ -276,7 +276,7 @@ fn two_legs_walk_and_six_legs_go_by_threes() {
     }
 }
 
-/// The bundled quadruped of 12 mg and of 300 t: both learn a trot that is natural by every measure.
+/// The bundled quadruped of 12 mg, of 300 t, and on the Moon: all learn a trot that is natural by every measure.
 #[test]
 fn the_smallest_and_the_largest_learn_a_natural_trot_and_so_does_who_is_on_the_moon() {
     for (mass, gravity) in [(12e-6, GRAVITY), (3e5_f64, GRAVITY), (12.0, 1.62)] {

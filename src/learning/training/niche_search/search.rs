@@ -226,7 +226,7 @@ impl<'a> NicheSearch<'a> {
     }
 
     /// Shows the best of `stage` if it is natural and none has been so far: whoever waits has something to look at while it gets better.
-    pub(super) fn show_first_natural(&mut self, stage: &Stage) {
+    fn show_first_natural(&mut self, stage: &Stage) {
         let Stage { wanted, refinement } = stage;
         let best = refinement.best();
         if self.shown_natural || !within_limits(wanted, &self.shared.subject.legs, &best.figures) {
