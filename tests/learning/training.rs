@@ -282,7 +282,7 @@ fn the_smallest_and_the_largest_learn_a_natural_trot_and_so_does_who_is_on_the_m
     for (mass, gravity) in [(12e-6, GRAVITY), (3e5_f64, GRAVITY), (12.0, 1.62)] {
         let reading = read_file(&crate::common::example_path("quadruped.urdf"), Default::default()).unwrap();
         let scale = (mass / 12.0).cbrt();
-        let learning = once(40);
+        let learning = once(30);
         let task = Task { froude: Some(0.4), ..gait("trot") };
         let character = crate::common::scaled(&reading.character, scale);
         let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
