@@ -109,21 +109,20 @@ impl NicheSearch<'_> {
             let motion = self.motion(&leading.wanted, leading.best());
             self.progress.show(motion, false, self.observer);
         }
-        let trial = all / STAGE;
         let slower = (0.5 * first).max(SLOW);
-        let mut done = 0;
-        if leaps(self.niche.gait.gait) && slower < first && !self.steered {
+        let spent = if leaps(self.niche.gait.gait) && slower < first && !self.steered {
             leading = self.begun_slower(&leading, [slower, first], &starts, all / 4)?;
-            done = all / 4;
-        }
-        let next = trial.max(done);
-        self.refine(&mut leading, Fidelity::Coarse, next - done, Rank::Leading)?;
+            all / 4
+        } else {
+            self.refine(&mut leading, Fidelity::Coarse, all / STAGE, Rank::Leading)?;
+            all / STAGE
+        };
         let fallen = leading.best().figures.upright < 1.0;
         if all > 0 && fallen && !self.steered && self.shared.used_up(self.progress).is_none() {
             // Whoever does not learn to stay up at first does not learn it at all.
             return Ok(());
         }
-        self.refine(&mut leading, Fidelity::Coarse, all / 2 - next, Rank::Leading)?;
+        self.refine(&mut leading, Fidelity::Coarse, all / 2 - spent, Rank::Leading)?;
         let leading = match &self.niche.pace {
             NichePace::Cheapest { others, .. } => self.cheapest(leading, others, all / STAGE)?,
             NichePace::Fastest { .. } => self.fastest(leading, all / STAGE)?,
