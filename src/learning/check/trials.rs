@@ -21,7 +21,7 @@ use gaitwright_physics::stance::Upright;
 
 /// How many rounds of the loop a trial lasts at least and at most; in between, as long as the check. A stride of the smallest takes
 /// some hundredths of a second, and a step of theirs in another engine is no cheaper than anybody's.
-const ROUNDS: [f64; 2] = [10.0, 80.0];
+const ROUNDS: [f64; 2] = [10.0, 120.0];
 
 /// Time between two samples of a trial, s.
 const SAMPLED: f64 = 0.02;
