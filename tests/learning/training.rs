@@ -293,6 +293,11 @@ fn the_smallest_and_the_largest_learn_a_natural_trot_and_so_does_who_is_on_the_m
         let trained = train(&setup, &mut Witness::default(), &Cancel::default(), None).unwrap();
         let motion = &trained.motions[0];
         let player = motion.player(&setup.stance.angles);
+        assert!(!motion.trials.is_empty());
+        for trial in &motion.trials {
+            let rounds = (trial.of_seconds - player.lead()) / player.period();
+            assert!(rounds > 9.99 && rounds < 120.01, "{mass} kg at {gravity} m/s²: {rounds} rounds");
+        }
         let checked = motion.check(&setup, &player).run(&|| false).unwrap();
         let broken: Vec<_> = checked.gait.naturalness.iter().filter(|(_, measure)| !measure.holds).collect();
         assert!(checked.gait.natural, "{mass} kg at {gravity} m/s²: {broken:?}");

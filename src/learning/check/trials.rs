@@ -19,8 +19,8 @@ use gaitwright_physics::scene::{Accuracy, Effect, StepPlan, Switch};
 use gaitwright_physics::sim::{Command, center_of_mass};
 use gaitwright_physics::stance::Upright;
 
-/// How many rounds of the loop a trial lasts at least and at most; in between, as long as the check. A stride of the smallest takes
-/// some hundredths of a second, and a step of theirs in another engine is no cheaper than anybody's.
+/// How many rounds of the loop a trial lasts at least and at most; in between, as long as the check. A small character takes many short
+/// strides of many short steps, so that the usual 20 s would take minutes to simulate.
 const ROUNDS: [f64; 2] = [10.0, 120.0];
 
 /// Time between two samples of a trial, s.
