@@ -6,7 +6,7 @@ use std::num::NonZeroU32;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
-use gaitwright::http::{self, AccessPolicy, HttpOptions, Tokens, Unprotected};
+use gaitwright::http::{self, AccessPolicy, Figures, HttpOptions, Tokens, Unprotected};
 use gaitwright::jobs::{Jobs, ServiceOptions, start};
 use gaitwright_physics::fault::InputError;
 use tokio::net::TcpListener;
@@ -66,6 +66,11 @@ pub fn start_log(settings: &ServiceSettings) -> Result<(), CommandError> {
     log::start(&settings.log, settings.log_format).map_err(|error| {
         CommandError::input("the settings")(InputError::impossible("log", error.to_string()))
     })
+}
+
+/// Counts from here on what the process does; called before there are jobs.
+pub fn collect_figures() -> anyhow::Result<Figures> {
+    Figures::collect().context("the figures of the process cannot be collected")
 }
 
 /// Opens the jobs.
@@ -160,12 +165,13 @@ impl Service {
         options: ServiceOptions,
         offer: HttpOptions,
     ) -> anyhow::Result<Self> {
+        let figures = collect_figures()?;
         let jobs = open(options).await?;
         let listener =
             TcpListener::bind(listen).await.with_context(|| format!("cannot listen on {listen}"))?;
         let address = listener.local_addr()?;
         start(&jobs, &Handle::current()).context("the workers cannot be started")?;
-        let server = tokio::spawn(http::serve(listener, jobs.clone(), offer));
+        let server = tokio::spawn(http::serve(listener, jobs.clone(), figures, offer));
         Ok(Self { address, jobs, server })
     }
 

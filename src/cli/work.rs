@@ -12,7 +12,7 @@ use tokio::net::TcpListener;
 use tokio::runtime::{Handle, Runtime};
 
 use super::failure::CommandError;
-use super::serve::{afforded, close, interrupted, offer, open, say_listening, start_log};
+use super::serve::{afforded, close, collect_figures, interrupted, offer, open, say_listening, start_log};
 use super::settings::{STATUS, ServiceSettings, SettingsArguments};
 
 /// Works at the jobs of a store that others share, until it is interrupted.
@@ -46,11 +46,12 @@ impl WorkCommand {
         start_log(&settings)?;
         let runtime = Runtime::new().context("the runtime cannot be started")?;
         let worked = runtime.block_on(async {
+            let status = status.map(|status| Ok::<_, anyhow::Error>((status, collect_figures()?))).transpose()?;
             let jobs = open(settings.options()).await?;
-            if let Some((at, offer)) = status {
+            if let Some(((at, offer), figures)) = status {
                 let listener = TcpListener::bind(at).await.with_context(|| format!("cannot listen on {at}"))?;
                 say_listening(settings.log_format, listener.local_addr()?);
-                let answering = http::serve_status(listener, jobs.clone(), afforded(offer));
+                let answering = http::serve_status(listener, jobs.clone(), figures, afforded(offer));
                 tokio::spawn(async move {
                     // The work goes on all the same.
                     if let Err(error) = answering.await {

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::sync::Semaphore;
 
 use super::caller::Caller;
+use super::figures::Figures;
 use super::limits::{NoPlace, Place, Places};
 use super::problem::ProblemDetails;
 use crate::jobs::Jobs;
@@ -18,7 +18,7 @@ pub(super) struct App {
     pub(super) simulations: Arc<Semaphore>,
     /// Places of those who follow events and growing recordings.
     pub(super) streams: Arc<Places>,
-    pub(super) figures: PrometheusHandle,
+    pub(super) figures: Figures,
     /// The description of the interface.
     pub(super) openapi: Arc<serde_json::Value>,
 }

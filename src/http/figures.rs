@@ -19,35 +19,53 @@ const REQUEST_SECONDS: &str = "http_request_duration_seconds";
 const REQUEST_BUCKETS: [f64; 14] =
     [0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 15.0, 60.0];
 
-/// Collects figures from here on.
-///
-/// # Errors
-///
-/// When something else in the process collects them already.
-pub(super) fn collect() -> Result<PrometheusHandle, BuildError> {
-    let mut builder = PrometheusBuilder::new()
-        .set_buckets_for_metric(Matcher::Full(REQUEST_SECONDS.to_owned()), &REQUEST_BUCKETS)?;
-    for histogram in HISTOGRAMS {
-        builder =
-            builder.set_buckets_for_metric(Matcher::Full(histogram.name.to_owned()), histogram.buckets)?;
+/// What this process has counted so far.
+#[derive(Clone)]
+pub struct Figures(PrometheusHandle);
+
+impl Figures {
+    /// Collects the figures of this process from here on: to be called before its workers start, since what happens earlier
+    /// is not counted.
+    ///
+    /// # Errors
+    ///
+    /// When something else in the process collects them already.
+    pub fn collect() -> Result<Self, BuildError> {
+        let mut builder = PrometheusBuilder::new()
+            .set_buckets_for_metric(Matcher::Full(REQUEST_SECONDS.to_owned()), &REQUEST_BUCKETS)?;
+        for histogram in HISTOGRAMS {
+            builder = builder
+                .set_buckets_for_metric(Matcher::Full(histogram.name.to_owned()), histogram.buckets)?;
+        }
+        let handle = builder.install_recorder()?;
+        for histogram in HISTOGRAMS {
+            metrics::describe_histogram!(histogram.name, metrics::Unit::Seconds, histogram.about);
+        }
+        for (name, about) in COUNTERS {
+            metrics::describe_counter!(name, about);
+        }
+        metrics::describe_gauge!("gaitwright_jobs", "Jobs by state");
+        metrics::describe_counter!(
+            "gaitwright_connections_ended_total",
+            "Silent connections ended since the start because others needed their place"
+        );
+        metrics::describe_counter!("http_requests_total", "Requests answered since the start");
+        metrics::describe_histogram!(REQUEST_SECONDS, metrics::Unit::Seconds, "Time to an answer's head");
+        metrics::describe_gauge!("gaitwright_build_info", "The program that runs; always 1");
+        metrics::gauge!("gaitwright_build_info", "version" => env!("CARGO_PKG_VERSION")).set(1.0);
+        Ok(Self(handle))
     }
-    let handle = builder.install_recorder()?;
-    for histogram in HISTOGRAMS {
-        metrics::describe_histogram!(histogram.name, metrics::Unit::Seconds, histogram.about);
+
+    /// All of it, as text that Prometheus reads.
+    pub(super) fn text(&self) -> String {
+        self.keep_up();
+        self.0.render()
     }
-    for (name, about) in COUNTERS {
-        metrics::describe_counter!(name, about);
+
+    /// Keeps it from growing without end where nobody asks for it.
+    pub(super) fn keep_up(&self) {
+        self.0.run_upkeep();
     }
-    metrics::describe_gauge!("gaitwright_jobs", "Jobs by state");
-    metrics::describe_counter!(
-        "gaitwright_connections_ended_total",
-        "Silent connections ended since the start because others needed their place"
-    );
-    metrics::describe_counter!("http_requests_total", "Requests answered since the start");
-    metrics::describe_histogram!(REQUEST_SECONDS, metrics::Unit::Seconds, "Time to an answer's head");
-    metrics::describe_gauge!("gaitwright_build_info", "The program that runs; always 1");
-    metrics::gauge!("gaitwright_build_info", "version" => env!("CARGO_PKG_VERSION")).set(1.0);
-    Ok(handle)
 }
 
 /// Counts a request, times its answer and logs it.

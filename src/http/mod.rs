@@ -39,7 +39,6 @@ use axum::http::StatusCode;
 use axum::http::header::{CACHE_CONTROL, HeaderName, HeaderValue, X_CONTENT_TYPE_OPTIONS};
 use axum::middleware::{from_fn, from_fn_with_state, map_request, map_response};
 use axum::response::Response;
-use metrics_exporter_prometheus::PrometheusHandle;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 use tokio_util::task::AbortOnDropHandle;
@@ -56,6 +55,7 @@ use crate::jobs::Jobs;
 use access::Gate;
 pub use access::{AccessPolicy, AccessPolicyError, Unprotected};
 use app::App;
+pub use figures::Figures;
 use limits::{Places, RequestRate};
 pub use token::{TokenDigest, TokenError, Tokens};
 
@@ -92,16 +92,21 @@ pub struct HttpOptions {
     pub caller_streams: usize,
 }
 
-/// Serves `jobs` on `listener` until they shut down; then waits for open connections, but not for
+/// Serves `jobs` and the figures of the process on `listener` until they shut down; then waits for open connections, but not for
 /// long.
 ///
 /// # Errors
 ///
 /// When the service cannot be set up, or the listener fails.
-pub async fn serve(listener: TcpListener, jobs: Jobs, options: HttpOptions) -> io::Result<()> {
+pub async fn serve(
+    listener: TcpListener,
+    jobs: Jobs,
+    figures: Figures,
+    options: HttpOptions,
+) -> io::Result<()> {
     let (routes, description) = routes().split_for_parts();
     let openapi = openapi::complete(description, options.access.asks_for_token())?;
-    offer(listener, jobs, options, (routes.merge(page::router()), openapi)).await
+    offer(listener, jobs, figures, options, (routes.merge(page::router()), openapi)).await
 }
 
 /// Serves no more of a process than how it is: whether it lives, whether it is ready, and its figures.
@@ -109,24 +114,29 @@ pub async fn serve(listener: TcpListener, jobs: Jobs, options: HttpOptions) -> i
 /// # Errors
 ///
 /// As [`serve`].
-pub async fn serve_status(listener: TcpListener, jobs: Jobs, options: HttpOptions) -> io::Result<()> {
+pub async fn serve_status(
+    listener: TcpListener,
+    jobs: Jobs,
+    figures: Figures,
+    options: HttpOptions,
+) -> io::Result<()> {
     let routes = OpenApiRouter::new()
         .routes(routes!(status::alive))
         .routes(routes!(status::ready))
         .routes(routes!(status::metrics));
     let (routes, _) = routes.split_for_parts();
-    offer(listener, jobs, options, (routes, serde_json::Value::Null)).await
+    offer(listener, jobs, figures, options, (routes, serde_json::Value::Null)).await
 }
 
 /// Serves these routes, with their description.
 async fn offer(
     listener: TcpListener,
     jobs: Jobs,
+    figures: Figures,
     options: HttpOptions,
     (routes, openapi): (Router<App>, serde_json::Value),
 ) -> io::Result<()> {
     let shutdown = jobs.shutdown().clone();
-    let figures = figures::collect().map_err(io::Error::other)?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let simulations = Arc::new(Semaphore::new(cores));
     let streams = Arc::new(Places::new(options.streams, options.caller_streams));
@@ -143,10 +153,10 @@ async fn offer(
 }
 
 /// Keeps what is counted from growing without end: figures that nobody fetches, and callers that have left.
-async fn keep_up(figures: PrometheusHandle, gate: Arc<Gate>) {
+async fn keep_up(figures: Figures, gate: Arc<Gate>) {
     loop {
         tokio::time::sleep(UPKEEP).await;
-        figures.run_upkeep();
+        figures.keep_up();
         if let Some(rate) = &gate.rate {
             rate.forget_silent();
         }

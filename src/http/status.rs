@@ -47,8 +47,7 @@ pub(super) async fn metrics(State(app): State<App>) -> Result<Response, ProblemD
         let jobs = app.jobs.count(state).await?;
         metrics::gauge!("gaitwright_jobs", "state" => state.name()).set(jobs as f64);
     }
-    app.figures.run_upkeep();
-    Ok(([(CONTENT_TYPE, "text/plain; version=0.0.4")], app.figures.render()).into_response())
+    Ok(([(CONTENT_TYPE, "text/plain; version=0.0.4")], app.figures.text()).into_response())
 }
 
 /// The description of this interface.

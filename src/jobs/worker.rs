@@ -228,10 +228,10 @@ impl Worker {
         if live.is_lost() {
             tracing::warn!("the job has passed to another worker");
         } else {
-            tracing::info!(state = job.state.name(), error = job.error, "left");
             if job.state.is_final() {
                 figures::ended(&job, cause);
             }
+            tracing::info!(state = job.state.name(), error = job.error, "left");
         }
         live.finish();
         self.shared.changed(job.id);

@@ -79,10 +79,14 @@ fn figure(metrics: &str, name: &str) -> f64 {
 #[ignore = "needs PostgreSQL"]
 async fn every_process_has_its_own_figures() {
     let cluster = Cluster::new(Database::new().await);
-    let (one, other, worker) = (cluster.server(), cluster.server(), cluster.worker_with_status());
+    let (one, other) = (cluster.server(), cluster.server());
     let path = post(&one, &tiny_job(2));
+    // The first thing that it does is to take this job up, and that counts as well.
+    let worker = cluster.worker_with_status();
     let job = other.wait_for_end(&path);
     assert_eq!(job["state"], "succeeded", "{job}");
+    // It is counted once that is recorded, and logged then.
+    worker.logged("that the job has ended", |line| line.contains("left"));
     let asked = |path: &str| curl(&worker.url(path), &[], None);
     assert_eq!((asked("/healthz").status, asked("/readyz").status), (200, 200));
     // Nothing else is to be had there.
