@@ -18,6 +18,12 @@ fn samples(service: &Service) -> BTreeMap<String, f64> {
         .collect()
 }
 
+/// The same once the only job has ended: it is counted after that is recorded, and logged then.
+fn samples_in_the_end(service: &Service) -> BTreeMap<String, f64> {
+    service.logged("that the job has ended", |line| line.contains(" left "));
+    samples(service)
+}
+
 /// Checks that the buckets of a histogram without labels are cumulative and end with its count, and gives the count.
 fn count(samples: &BTreeMap<String, f64>, name: &str) -> f64 {
     let of = |line: &str| {
@@ -40,7 +46,7 @@ fn a_job_shows_in_the_figures() {
         service.post_gaits(&json!({ "speed": 0.9 }), &json!({ "generations": 12, "gait_generations": 12 }));
     let job = service.wait_for_end(&path);
     assert_eq!(job["state"], "succeeded", "{job}");
-    let samples = samples(&service);
+    let samples = samples_in_the_end(&service);
     let get = |name: &str| samples.get(name).copied().unwrap_or_default();
     assert_eq!(get("gaitwright_jobs_posted_total"), 1.0);
     assert_eq!(get("gaitwright_jobs_ended_total{state=\"succeeded\"}"), 1.0);
@@ -66,7 +72,7 @@ fn hits_of_the_cache_and_failures_are_counted() {
     let service = Service::start();
     let learning = json!({ "generations": 8, "search": "paper", "population": 4, "elite": 1 });
     let job = service.wait_for_end(&service.post_job(&learning));
-    let samples = samples(&service);
+    let samples = samples_in_the_end(&service);
     let learned = |name: &str| job["progress"][name].as_f64().unwrap();
     let hits = learned("saved_seconds") / job["learning"]["transition_time"].as_f64().unwrap();
     assert!(hits > 0.0, "{job}");
