@@ -12,8 +12,8 @@ use gaitwright_learning::program::figures::RolloutFigures;
 use gaitwright_learning::program::gaits::{gaits, named};
 use gaitwright_learning::program::leg_watch::LegFigures;
 use gaitwright_learning::program::legs::Legs;
-use gaitwright_learning::program::refine::{Refinement, Subject};
-use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, Ring, SWAY, TURN, Wanted, program};
+use gaitwright_learning::program::refine::{Refinement, Subject, evaluate, evaluate_straightened};
+use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, Ring, SIDEWAYS, SWAY, TURN, Wanted, program};
 use gaitwright_learning::program::rollout::STRIDES;
 use gaitwright_learning::program::steer;
 use gaitwright_learning::program::template::{SAMPLES, shares, stride};
@@ -439,6 +439,47 @@ fn the_template_walks_before_any_search() {
         2 * swaying > subject.seeds(&wanted.gait).len() && swaying > stiff,
         "{swaying} with the sway, {stiff} without"
     );
+}
+
+#[test]
+fn leaps_hold_their_constraints_before_any_search() {
+    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
+    let arena = subject.arena().unwrap();
+    for (gait, froude) in [("bound", 1.0), ("transverse gallop", 2.0)] {
+        let wanted = Wanted::at_froude(&subject.legs, named(gait, &subject.legs).unwrap(), froude, GRAVITY);
+        let cost = |seed: &Vec<f64>| {
+            let (ring, gains) = subject.ring(&wanted, seed);
+            undisturbed(&wanted, ring.period, &subject.legs, &arena.run(&ring, &gains, STRIDES))
+        };
+        let least = subject.seeds(&wanted.gait).iter().map(cost).fold(f64::INFINITY, f64::min);
+        assert!(least < HOLDS, "{gait}: {least}");
+    }
+}
+
+#[test]
+fn a_way_is_set_straight_though_feedback_holds_the_heading() {
+    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
+    let wanted = trot(&subject.legs);
+    let arena = subject.arena().unwrap();
+    // Sent aside by 18 % of its way.
+    let mut parameters = brisk();
+    parameters[SIDEWAYS] = 6.0;
+    let straightened = |parameters: &[f64]| {
+        let crooked = evaluate(&subject, &arena, &wanted, parameters, 40);
+        let (straight, seconds) =
+            evaluate_straightened(&Stop::default(), &subject, &arena, &wanted, parameters, 40).unwrap();
+        assert!(seconds > straight.seconds() && straight.parameters.len() == parameters.len());
+        assert!(straight.cost < crooked.cost, "{} after {}", straight.cost, crooked.cost);
+        [&crooked, &straight].map(|tried| tried.figures.sideways.abs())
+    };
+    // A twentieth is what a constraint allows.
+    let [before, after] = straightened(&parameters);
+    assert!(before > 0.05 && after < 0.05, "{before} before, {after} after");
+    // Three corrections by a unit each take back half of six units, less what is lost as they are found.
+    for parameters in steer::by_heading(&parameters) {
+        let [before, after] = straightened(&parameters);
+        assert!(before > 0.05 && after < 0.55 * before, "{before} before, {after} after");
+    }
 }
 
 #[test]

@@ -31,7 +31,7 @@ impl NamedGait {
     /// How many times the generations of a gait it takes. Gaits that are not symmetrical pitch, most of them turn, and their legs have
     /// times of their own.
     pub fn share(&self) -> u32 {
-        if self.symmetrical() { 1 } else { 4 }
+        if self.symmetrical() { 1 } else { 3 }
     }
 
     /// `froude` kept within those at which the gait is used.

@@ -34,6 +34,7 @@ pub mod legs;
 pub mod refine;
 pub mod ring;
 pub mod rollout;
+mod seeds;
 pub mod spine;
 pub mod steer;
 pub mod template;

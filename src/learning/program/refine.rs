@@ -18,11 +18,10 @@ use super::figures::RolloutFigures;
 use super::gains::gains;
 use super::gaits::NamedGait;
 use super::legs::Legs;
-use super::ring::{
-    AIM, EXTENSION, HEAVE, LIFT, PARAMETERS, PERIOD, Ring, SIDEWAYS, TURN, Wanted, program, ring,
-};
+use super::ring::{PARAMETERS, Ring, SIDEWAYS, TURN, Wanted, program, ring};
 use super::rollout::Arena;
-use super::steer::steering;
+use super::seeds::seeds;
+use super::steer::{self, steering};
 use super::wave::{self, WAVE_SIDEWAYS, WAVE_TURN, softness};
 use crate::learn::{Interrupted, Stop};
 
@@ -42,9 +41,8 @@ pub const STRAIGHTENED: usize = 4;
 const TRIMS: u32 = 3;
 const TRIM: f64 = 0.3;
 const STRAIGHT: f64 = 0.001;
-/// Parameters of a trunk without heave, and of feet that are lifted half as high as usual.
-const LEVEL: f64 = -2.5;
-const LOW: f64 = -2.0;
+/// Share of what trims can do that is rounding.
+const IDLE: f64 = 1e-9;
 
 /// Who is to move, and where.
 #[derive(Debug, Clone)]
@@ -214,6 +212,25 @@ pub fn evaluate(
     strides: usize,
 ) -> Candidate {
     Candidate::undisturbed(subject, arena, wanted, parameters, strides).disturbed(arena, strides)
+}
+
+/// The same with its way set straight, and s simulated for that.
+///
+/// # Errors
+/// The reason of `stop` to break off.
+pub fn evaluate_straightened(
+    stop: &Stop,
+    subject: &Subject,
+    arena: &Arena,
+    wanted: &Wanted,
+    parameters: &[f64],
+    strides: usize,
+) -> Result<(Candidate, f64), Interrupted> {
+    let trial = Trial { subject, arena, wanted, strides, stop };
+    let start = trial.run(parameters)?;
+    let seconds = start.seconds();
+    let (straight, tried) = trial.straightened(start)?;
+    Ok((straight, seconds + tried.iter().map(Candidate::seconds).sum::<f64>()))
 }
 
 /// What speaks against a start: its cost, but what hardly breaks a constraint is not behind all that hold them, since the search soon
@@ -386,6 +403,13 @@ impl Refinement {
     }
 }
 
+/// The inverse of what the trims do; where one direction does nothing, the least change that does the rest.
+fn inverse(matrix: &Matrix2<f64>) -> Option<Matrix2<f64>> {
+    let parts = matrix.iter().all(|entry| entry.is_finite()).then(|| matrix.svd(true, true))?;
+    let least = IDLE * parts.singular_values.max();
+    parts.pseudo_inverse(least).ok()
+}
+
 /// Where and for how long candidates are tried.
 struct Trial<'a> {
     subject: &'a Subject,
@@ -404,7 +428,12 @@ impl Trial<'_> {
     /// tried for it: Newton's method on the change of heading in a stride and the way aside, its matrix mended by every
     /// try (Broyden 1965).
     fn straightened(&self, start: Candidate) -> Result<(Candidate, Vec<Candidate>), Interrupted> {
-        let off = |candidate: &Candidate| Vector2::new(candidate.figures.yaw, candidate.figures.sideways);
+        // Feedback holds the heading against the trims: what they change of it is the heading that it holds, and with that the way.
+        let held = steer::holds_heading(&start.parameters);
+        let off = |candidate: &Candidate| {
+            let RolloutFigures { yaw, sideways, .. } = candidate.figures;
+            Vector2::new(if held { 0.0 } else { yaw }, sideways)
+        };
         let moved = |change: Vector2<f64>, from: &Candidate| {
             let mut parameters = from.parameters.clone();
             let [turn, sideways] = self.subject.trims();
@@ -429,7 +458,7 @@ impl Trial<'_> {
         let mut matrix = Matrix2::from_columns(&slopes);
         let mut now = start.clone();
         for _ in 0..TRIMS {
-            let Some(inverse) = matrix.try_inverse() else { break };
+            let Some(inverse) = inverse(&matrix) else { break };
             let change = (-inverse * off(&now)).map(|change| change.clamp(-1.0, 1.0));
             let next = moved(change, &now)?;
             let missed = off(&next) - off(&now) - matrix * change;
@@ -440,31 +469,4 @@ impl Trial<'_> {
         let best = tried.iter().fold(&start, |best, tried| if tried.cost < best.cost { tried } else { best });
         Ok((best.clone(), tried))
     }
-}
-
-/// Where a search for `gait` on legs may start: the gait as the template has it, with stride times from the usual down to half of it, with
-/// legs as long as usual and shorter. Small characters tip over within the usual time.
-///
-/// Where fore or hind legs push together, the forces may spare the trunk pitching, and the legs are as long as usual or longer: they
-/// carry the more while they stand, and give way by more. Legs that walk may carry the trunk level as well, on feet that are
-/// lifted little: the template's forces heave the trunk as running does, the more the longer a stride takes.
-fn seeds(gait: &NamedGait) -> Vec<Vec<f64>> {
-    let level: &[[f64; 2]] = &[[0.0, 0.0], [LEVEL, LOW]];
-    let courses = if gait.symmetrical() && gait.duty_factor > 0.5 { level } else { &level[..1] };
-    let (aims, extensions): (&[f64], _) =
-        if gait.symmetrical() { (&[0.0], [0.0, -1.0]) } else { (&[0.0, 2.0], [0.0, 1.0]) };
-    let mut seeds = Vec::new();
-    for &aim in aims {
-        for &[heave, lift] in courses {
-            for period in [0.0, -1.0, -2.0, -3.0] {
-                for extension in extensions {
-                    let mut parameters = vec![0.0; PARAMETERS];
-                    (parameters[PERIOD], parameters[EXTENSION]) = (period, extension);
-                    (parameters[AIM], parameters[HEAVE], parameters[LIFT]) = (aim, heave, lift);
-                    seeds.push(parameters);
-                }
-            }
-        }
-    }
-    seeds
 }

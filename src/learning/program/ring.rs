@@ -39,6 +39,14 @@ pub const HEAVE: usize = 15;
 pub const SWAY: usize = 24;
 /// Index of the parameter of the aim: a fifth of the way to the centre of mass a unit.
 pub const AIM: usize = 25;
+/// Index of the parameter of how much longer fore legs stand than hind legs: 0.04 of the stride each way a unit.
+pub const FORE_DUTY: usize = 2;
+/// Index of the parameter of how much later fore legs touch down than hind legs.
+pub const APART: usize = 17;
+/// Indices of the parameters of how much later left legs touch down than right ones: all, and fore legs more than hind legs.
+pub const ASIDE_LAGS: [usize; 2] = [18, 19];
+/// Index of the parameter of how late the feet are lifted.
+pub const SKEW: usize = 21;
 /// Index of the parameter of the legs' extension.
 pub const EXTENSION: usize = 12;
 /// Extension of the legs in mid-stance as a share of their length: at least, as a seed, and at most.
@@ -118,9 +126,10 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         let fore = if rows > 1 { 1.0 - 2.0 * leg.row as f64 / (rows - 1) as f64 } else { 0.0 };
         let side = if leg.left { 1.0 } else { -1.0 };
         let shift = |index: usize| PHASE_SHIFT * p(index).clamp(-1.0, 1.0);
-        let aside = if mirrored { 0.0 } else { shift(18) * side + shift(19) * side * fore };
+        let aside =
+            if mirrored { 0.0 } else { shift(ASIDE_LAGS[0]) * side + shift(ASIDE_LAGS[1]) * side * fore };
         let farthest = if wanted.gait.symmetrical() { PHASE_SHIFT } else { PAIR_SHIFT };
-        let apart = (PHASE_SHIFT * p(17)).clamp(-farthest, farthest);
+        let apart = (PHASE_SHIFT * p(APART)).clamp(-farthest, farthest);
         let phase = wanted.gait.phases[index] + apart * fore + aside;
         // A single row of legs has to stand below the centre of mass.
         let below = if rows > 1 { leg.hip.x } else { legs.center.x };
@@ -130,7 +139,7 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         );
         Step {
             phase,
-            duty: (wanted.gait.duty_factor + 0.04 * (p(1) + p(2) * fore)).clamp(0.15, 0.92),
+            duty: (wanted.gait.duty_factor + 0.04 * (p(1) + p(FORE_DUTY) * fore)).clamp(0.15, 0.92),
             neutral,
             lift: size * (0.15 * (0.3 * (p(LIFT) + p(9) * fore)).exp()).clamp(LIFTS[0], LIFTS[1]),
             push: 1.0 + 0.2 * (p(10) + p(11) * fore),
@@ -150,7 +159,7 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         aim: 0.2 * p(AIM),
         sway: 1.0 + 0.4 * p(SWAY),
         retraction: 1.0 + 0.4 * p(20),
-        skew: (0.2 * p(21)).exp(),
+        skew: (0.2 * p(SKEW)).exp(),
         stiffness: (0.2 * p(22)).exp(),
         damping: (0.3 * p(23)).exp(),
         steps: steps.collect(),

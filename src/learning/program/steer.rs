@@ -59,6 +59,11 @@ pub fn by_heading(parameters: &[f64]) -> Vec<Vec<f64>> {
     BY_HEADING.iter().map(with).collect()
 }
 
+/// Whether the gait of `parameters` has feedback that keeps its heading.
+pub fn holds_heading(parameters: &[f64]) -> bool {
+    parameters.get(PARAMETERS + 1 + HEADING).is_some_and(|strength| *strength > 0.0)
+}
+
 /// The feedback that `parameters` ask for, with strengths beyond those of the program itself: `ring_of` gives the ring for
 /// others, `base` is that of these. Targets keep to their `limits` in every cell.
 pub(super) fn steering(

@@ -18,7 +18,6 @@ use super::shared::Shared;
 pub(super) use search::NicheSearch;
 
 use crate::check::CHECKED;
-use crate::gait::leaps;
 use crate::learn::Interrupted;
 use crate::program::steer;
 
@@ -26,12 +25,12 @@ use crate::program::steer;
 const CRAWL: f64 = 0.1;
 /// Factor from one Froude number to the next where the greatest speed is looked for.
 const FASTER: f64 = 1.25;
-/// Froude number of a slow gallop. The search for a leap at a greater one begins at half of that, but no slower than this.
-const SLOW: f64 = 1.0;
 /// How many slower ones are tried where the fastest is not natural.
 const SLOWER: u32 = 3;
 /// A stage at another speed has this part of the generations of a gait.
 const STAGE: u32 = 6;
+/// Each of the two beginnings of a search for a leap has this part of the generations of a gait.
+const BEGINNING: u32 = 8;
 /// Into how many parts the starts are divided where balance is looked for.
 const PARTS: usize = 4;
 
@@ -109,13 +108,12 @@ impl NicheSearch<'_> {
             let motion = self.motion(&leading.wanted, leading.best());
             self.progress.show(motion, false, self.observer);
         }
-        let slower = (0.5 * first).max(SLOW);
-        let spent = if leaps(self.niche.gait.gait) && slower < first && !self.steered {
-            leading = self.begun_slower(&leading, [slower, first], &starts, all / 4)?;
-            all / 4
-        } else {
+        let spent = if self.steered || self.niche.gait.symmetrical() {
             self.refine(&mut leading, Fidelity::Coarse, all / STAGE, Rank::Leading)?;
             all / STAGE
+        } else {
+            leading = self.begun_twice(leading, &starts, all / BEGINNING)?;
+            2 * (all / BEGINNING)
         };
         let fallen = leading.best().figures.upright < 1.0;
         if all > 0 && fallen && !self.steered && self.shared.used_up(self.progress).is_none() {
@@ -130,20 +128,22 @@ impl NicheSearch<'_> {
         self.finish(leading, all - all / 2)
     }
 
-    /// A stage at the second of two Froude numbers, from the best of `leading` and of as many generations at the first, slower one: at
-    /// high speeds most of what could become a gallop falls or has no name.
-    fn begun_slower(
+    /// The better of `leading` and of another search from the same `starts`, after so many generations each: where legs push together, what a
+    /// search comes to in many more is decided by then, by chance.
+    fn begun_twice(
         &mut self,
-        leading: &Stage,
-        [slower, froude]: [f64; 2],
+        mut leading: Stage,
         starts: &[Vec<f64>],
         generations: u32,
     ) -> Result<Stage, Interrupted> {
-        let mut slow = self.stage(slower, starts)?;
-        self.refine(&mut slow, Fidelity::Coarse, generations, Rank::Rival)?;
-        let starts = [slow.best().parameters.clone(), leading.best().parameters.clone()];
-        let leading = self.stage(froude, &starts)?;
-        self.found = Some(leading.found());
+        self.refine(&mut leading, Fidelity::Coarse, generations, Rank::Leading)?;
+        let froude = leading.wanted.froude(&self.shared.subject.legs);
+        let mut other = self.stage(froude, starts)?;
+        self.refine(&mut other, Fidelity::Coarse, generations, Rank::Rival)?;
+        if other.best().cost < leading.best().cost {
+            leading = other;
+            self.found = Some(leading.found());
+        }
         Ok(leading)
     }
 

@@ -9,7 +9,7 @@ use super::found::{Found, kept};
 use super::search::{LONG, NicheSearch};
 use crate::learn::Interrupted;
 use crate::program::cost::HOLDS;
-use crate::program::refine::{Candidate, evaluate};
+use crate::program::refine::{Candidate, evaluate_straightened};
 use crate::program::ring::Wanted;
 use crate::program::steer;
 use crate::training::shared::Shared;
@@ -55,7 +55,7 @@ impl NicheSearch<'_> {
         Some(Found { wanted: wanted.clone(), candidate, natural, trials })
     }
 
-    /// The same gait with feedback that keeps its heading, where that makes it natural, keeps more trials, or lets it hold
+    /// The same gait with feedback that keeps its heading, set straight again, where that makes it natural, keeps more trials, or lets it hold
     /// constraints that it does not hold without.
     pub(super) fn steered_by_heading(&mut self, found: &Found) -> Result<Option<Found>, Interrupted> {
         let Shared { pool, stop, subject, .. } = self.shared;
@@ -64,13 +64,14 @@ impl NicheSearch<'_> {
             return Ok(None);
         }
         let wanted = &found.wanted;
-        let mut tried: Vec<Candidate> = pool.install(|| {
+        let tried: Vec<(Candidate, f64)> = pool.install(|| {
             let one =
-                |parameters: Vec<f64>| stop.whole(|| evaluate(subject, fine, wanted, &parameters, LONG));
+                |parameters: Vec<f64>| evaluate_straightened(stop, subject, fine, wanted, &parameters, LONG);
             let strengths = steer::by_heading(&found.candidate.parameters).into_par_iter();
             strengths.with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
         })?;
-        self.progress.simulated += tried.iter().map(Candidate::seconds).sum::<f64>();
+        self.progress.simulated += tried.iter().map(|(_, seconds)| seconds).sum::<f64>();
+        let mut tried: Vec<Candidate> = tried.into_iter().map(|(straight, _)| straight).collect();
         tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         let steered = self.first_proven(wanted, tried);
         stop.check()?;
