@@ -6,7 +6,7 @@ use std::num::NonZeroU32;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
-use gaitwright::http::{self, AccessPolicy, Figures, HttpOptions, Tokens, Unprotected};
+use gaitwright::http::{self, AccessPolicy, HttpOptions, ProcessFigures, Tokens, Unprotected};
 use gaitwright::jobs::{Jobs, ServiceOptions, start};
 use gaitwright_physics::fault::InputError;
 use tokio::net::TcpListener;
@@ -69,8 +69,8 @@ pub fn start_log(settings: &ServiceSettings) -> Result<(), CommandError> {
 }
 
 /// Counts from here on what the process does; called before there are jobs.
-pub fn collect_figures() -> anyhow::Result<Figures> {
-    Figures::collect().context("the figures of the process cannot be collected")
+pub fn collect_figures() -> anyhow::Result<ProcessFigures> {
+    ProcessFigures::collect().context("the figures of the process cannot be collected")
 }
 
 /// Opens the jobs.

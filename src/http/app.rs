@@ -5,7 +5,7 @@ use std::sync::Arc;
 use tokio::sync::Semaphore;
 
 use super::caller::Caller;
-use super::figures::Figures;
+use super::figures::ProcessFigures;
 use super::limits::{NoPlace, Place, Places};
 use super::problem::ProblemDetails;
 use crate::jobs::Jobs;
@@ -18,7 +18,7 @@ pub(super) struct App {
     pub(super) simulations: Arc<Semaphore>,
     /// Places of those who follow events and growing recordings.
     pub(super) streams: Arc<Places>,
-    pub(super) figures: Figures,
+    pub(super) figures: ProcessFigures,
     /// The description of the interface.
     pub(super) openapi: Arc<serde_json::Value>,
 }

@@ -1,4 +1,4 @@
-//! Figures of the service, for Prometheus: what is collected, and what every request adds to them.
+//! ProcessFigures of the service, for Prometheus: what is collected, and what every request adds to them.
 //!
 //! What jobs add stands in [`crate::jobs`].
 
@@ -21,9 +21,9 @@ const REQUEST_BUCKETS: [f64; 14] =
 
 /// What this process has counted so far.
 #[derive(Clone)]
-pub struct Figures(PrometheusHandle);
+pub struct ProcessFigures(PrometheusHandle);
 
-impl Figures {
+impl ProcessFigures {
     /// Collects the figures of this process from here on: to be called before its workers start, since what happens earlier
     /// is not counted.
     ///

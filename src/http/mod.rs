@@ -55,7 +55,7 @@ use crate::jobs::Jobs;
 use access::Gate;
 pub use access::{AccessPolicy, AccessPolicyError, Unprotected};
 use app::App;
-pub use figures::Figures;
+pub use figures::ProcessFigures;
 use limits::{Places, RequestRate};
 pub use token::{TokenDigest, TokenError, Tokens};
 
@@ -101,7 +101,7 @@ pub struct HttpOptions {
 pub async fn serve(
     listener: TcpListener,
     jobs: Jobs,
-    figures: Figures,
+    figures: ProcessFigures,
     options: HttpOptions,
 ) -> io::Result<()> {
     let (routes, description) = routes().split_for_parts();
@@ -117,7 +117,7 @@ pub async fn serve(
 pub async fn serve_status(
     listener: TcpListener,
     jobs: Jobs,
-    figures: Figures,
+    figures: ProcessFigures,
     options: HttpOptions,
 ) -> io::Result<()> {
     let routes = OpenApiRouter::new()
@@ -132,7 +132,7 @@ pub async fn serve_status(
 async fn offer(
     listener: TcpListener,
     jobs: Jobs,
-    figures: Figures,
+    figures: ProcessFigures,
     options: HttpOptions,
     (routes, openapi): (Router<App>, serde_json::Value),
 ) -> io::Result<()> {
@@ -153,7 +153,7 @@ async fn offer(
 }
 
 /// Keeps what is counted from growing without end: figures that nobody fetches, and callers that have left.
-async fn keep_up(figures: Figures, gate: Arc<Gate>) {
+async fn keep_up(figures: ProcessFigures, gate: Arc<Gate>) {
     loop {
         tokio::time::sleep(UPKEEP).await;
         figures.keep_up();
