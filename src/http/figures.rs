@@ -1,4 +1,4 @@
-//! ProcessFigures of the service, for Prometheus: what is collected, and what every request adds to them.
+//! Figures of the service, for Prometheus: what is collected, and what every request adds to them.
 //!
 //! What jobs add stands in [`crate::jobs`].
 

@@ -38,7 +38,7 @@ pub(super) async fn ready(State(app): State<App>) -> Result<&'static str, Proble
     }
 }
 
-/// ProcessFigures for Prometheus.
+/// Figures for Prometheus.
 #[utoipa::path(
     get, path = "/metrics", tag = "service",
     responses((status = 200, description = "Prometheus text format", content_type = "text/plain", body = String)))]

@@ -14,6 +14,7 @@ mod loops;
 mod program;
 mod rapier;
 mod scenarios;
+mod starts;
 mod study;
 #[path = "../common/synthetic.rs"]
 mod synthetic;

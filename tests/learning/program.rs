@@ -12,8 +12,8 @@ use gaitwright_learning::program::figures::RolloutFigures;
 use gaitwright_learning::program::gaits::{gaits, named};
 use gaitwright_learning::program::leg_watch::LegFigures;
 use gaitwright_learning::program::legs::Legs;
-use gaitwright_learning::program::refine::{Refinement, Subject, evaluate, evaluate_straightened};
-use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, Ring, SIDEWAYS, SWAY, TURN, Wanted, program};
+use gaitwright_learning::program::refine::{Refinement, Subject};
+use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, Ring, TURN, Wanted, program};
 use gaitwright_learning::program::rollout::STRIDES;
 use gaitwright_learning::program::steer;
 use gaitwright_learning::program::template::{SAMPLES, shares, stride};
@@ -23,9 +23,9 @@ use gaitwright_physics::sim::{State, link_poses};
 use gaitwright_physics::stance::Stance;
 use nalgebra::{Vector2, Vector3};
 
-const GRAVITY: f64 = 9.81;
+pub const GRAVITY: f64 = 9.81;
 
-fn subject(name: &str, direction: [f64; 3]) -> Subject {
+pub fn subject(name: &str, direction: [f64; 3]) -> Subject {
     let path = crate::common::example_path(name);
     let reading = gaitwright_physics::character::read_file(&path, Default::default()).unwrap();
     let model = Arc::new(gaitwright_physics::model::Model::new(
@@ -37,12 +37,12 @@ fn subject(name: &str, direction: [f64; 3]) -> Subject {
     Subject::new(&model, &stance, &scene, &Accuracy::default(), direction).unwrap()
 }
 
-fn trot(legs: &Legs) -> Wanted {
+pub fn trot(legs: &Legs) -> Wanted {
     Wanted::at_froude(legs, named("trot", legs).unwrap(), 0.4, GRAVITY)
 }
 
 /// The stride time of the trot that stays up on the bundled quadruped.
-fn brisk() -> Vec<f64> {
+pub fn brisk() -> Vec<f64> {
     let mut parameters = vec![0.0; PARAMETERS];
     parameters[PERIOD] = -2.0;
     parameters
@@ -414,94 +414,6 @@ fn what_breaks_a_constraint_costs_more_than_all_that_holds_and_limits_come_befor
     ] {
         assert!(cost(&broken) > HOLDS, "{broken:?}");
     }
-}
-
-#[test]
-fn the_template_walks_before_any_search() {
-    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
-    let wanted = Wanted::at_froude(&subject.legs, named("walk", &subject.legs).unwrap(), 0.1, GRAVITY);
-    let arena = subject.arena().unwrap();
-    // More than half of the seeds stay up over twenty strides, and more than without the sway.
-    let upright = |sway: f64| {
-        subject
-            .seeds(&wanted.gait)
-            .iter()
-            .filter(|seed| {
-                let mut parameters = (*seed).clone();
-                parameters[SWAY] = sway;
-                let (ring, gains) = subject.ring(&wanted, &parameters);
-                arena.run(&ring, &gains, 4 * STRIDES).upright >= 1.0
-            })
-            .count()
-    };
-    let (swaying, stiff) = (upright(0.0), upright(-2.5));
-    assert!(
-        2 * swaying > subject.seeds(&wanted.gait).len() && swaying > stiff,
-        "{swaying} with the sway, {stiff} without"
-    );
-}
-
-#[test]
-fn leaps_hold_their_constraints_before_any_search() {
-    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
-    let arena = subject.arena().unwrap();
-    for (gait, froude) in [("bound", 1.0), ("transverse gallop", 2.0)] {
-        let wanted = Wanted::at_froude(&subject.legs, named(gait, &subject.legs).unwrap(), froude, GRAVITY);
-        let cost = |seed: &Vec<f64>| {
-            let (ring, gains) = subject.ring(&wanted, seed);
-            undisturbed(&wanted, ring.period, &subject.legs, &arena.run(&ring, &gains, STRIDES))
-        };
-        let least = subject.seeds(&wanted.gait).iter().map(cost).fold(f64::INFINITY, f64::min);
-        assert!(least < HOLDS, "{gait}: {least}");
-    }
-}
-
-#[test]
-fn a_way_is_set_straight_though_feedback_holds_the_heading() {
-    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
-    let wanted = trot(&subject.legs);
-    let arena = subject.arena().unwrap();
-    // Sent aside by 18 % of its way.
-    let mut parameters = brisk();
-    parameters[SIDEWAYS] = 6.0;
-    let straightened = |parameters: &[f64]| {
-        let crooked = evaluate(&subject, &arena, &wanted, parameters, 40);
-        let (straight, seconds) =
-            evaluate_straightened(&Stop::default(), &subject, &arena, &wanted, parameters, 40).unwrap();
-        assert!(seconds > straight.seconds() && straight.parameters.len() == parameters.len());
-        assert!(straight.cost < crooked.cost, "{} after {}", straight.cost, crooked.cost);
-        [&crooked, &straight].map(|tried| tried.figures.sideways.abs())
-    };
-    // A twentieth is what a constraint allows.
-    let [before, after] = straightened(&parameters);
-    assert!(before > 0.05 && after < 0.05, "{before} before, {after} after");
-    // Three corrections by a unit each take back half of six units, less what is lost as they are found.
-    for parameters in steer::by_heading(&parameters) {
-        let [before, after] = straightened(&parameters);
-        assert!(before > 0.05 && after < 0.55 * before, "{before} before, {after} after");
-    }
-}
-
-#[test]
-fn the_template_trots_before_any_search() {
-    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
-    let wanted = trot(&subject.legs);
-    let arena = subject.arena().unwrap();
-    let (ring, gains) = subject.ring(&wanted, &brisk());
-    let figures = arena.run(&ring, &gains, 4 * STRIDES);
-    assert_eq!(figures.upright, 1.0);
-    assert!((figures.speed / wanted.speed - 1.0).abs() < 0.2, "{} m/s", figures.speed);
-    // Diagonal legs push together, half a stride after the others.
-    let apart = |a: usize, b: usize| {
-        let apart = figures.legs[a].phase - figures.legs[b].phase;
-        (apart - apart.round()).abs()
-    };
-    assert!(apart(0, 3) < 0.08 && apart(1, 2) < 0.08, "{:?}", figures.legs);
-    assert!(apart(0, 1) > 0.4 && apart(0, 2) > 0.4, "{:?}", figures.legs);
-    // The same motion at half the step.
-    let finer = Subject { accuracy: Accuracy { step: 0.001, ..subject.accuracy }, ..subject.clone() };
-    let again = finer.arena().unwrap().run(&ring, &gains, 4 * STRIDES);
-    assert!((again.speed / figures.speed - 1.0).abs() < 0.05, "{} and {} m/s", figures.speed, again.speed);
 }
 
 /// A trot with its feet sent to the left of where the trunk goes, which turns it, goes straight on when its heading is answered to.

@@ -1,7 +1,7 @@
 //! Named gaits: when each leg touches down, for how much of the stride it stands, and at which speeds it is used.
 
 use super::legs::Legs;
-use crate::gait::limits::GaitLimits;
+use crate::gait::limits::{GaitLimits, leaps};
 use crate::gait::templates;
 
 /// A way of going with a name.
@@ -28,10 +28,14 @@ impl NamedGait {
         GaitLimits::of_gait(self.gait).symmetrical
     }
 
-    /// How many times the generations of a gait it takes. Gaits that are not symmetrical pitch, most of them turn, and their legs have
-    /// times of their own.
+    /// How many times the generations of a gait it takes. Leaps pitch, most of them turn, and their legs have times of their own; waves
+    /// of a body have no template.
     pub fn share(&self) -> u32 {
-        if self.symmetrical() { 1 } else { 3 }
+        match leaps(self.gait) {
+            true => 3,
+            false if self.symmetrical() => 1,
+            false => 4,
+        }
     }
 
     /// `froude` kept within those at which the gait is used.

@@ -41,8 +41,8 @@ pub const STRAIGHTENED: usize = 4;
 const TRIMS: u32 = 3;
 const TRIM: f64 = 0.3;
 const STRAIGHT: f64 = 0.001;
-/// Share of what trims can do that is rounding.
-const IDLE: f64 = 1e-9;
+/// What a trim changes counts as rounding where it is less than this share of what it changes most.
+const ROUNDING: f64 = 1e-9;
 
 /// Who is to move, and where.
 #[derive(Debug, Clone)]
@@ -406,7 +406,7 @@ impl Refinement {
 /// The inverse of what the trims do; where one direction does nothing, the least change that does the rest.
 fn inverse(matrix: &Matrix2<f64>) -> Option<Matrix2<f64>> {
     let parts = matrix.iter().all(|entry| entry.is_finite()).then(|| matrix.svd(true, true))?;
-    let least = IDLE * parts.singular_values.max();
+    let least = ROUNDING * parts.singular_values.max();
     parts.pseudo_inverse(least).ok()
 }
 

@@ -21,7 +21,7 @@ const LAG: f64 = 0.05;
 pub fn seeds(gait: &NamedGait) -> Vec<Vec<f64>> {
     let mut seeds = templates(gait);
     if !gait.symmetrical() {
-        seeds.extend(leaps(gait));
+        seeds.extend(leaping(gait));
     }
     seeds
 }
@@ -67,7 +67,7 @@ fn templates(gait: &NamedGait) -> Vec<Vec<f64>> {
 /// The gait as [`LEAP`] has it, with short stride times, legs as long as usual and longer, feet lifted as usual and less. Fore and hind
 /// legs are sent as the gait says or farther from each other, those of a pair as it says or as many times later as it takes them
 /// to touch down one after the other.
-fn leaps(gait: &NamedGait) -> Vec<Vec<f64>> {
+fn leaping(gait: &NamedGait) -> Vec<Vec<f64>> {
     let rows = gait.phases.len() / 2;
     let lag = |row: usize| {
         let apart = gait.phases[row] - gait.phases[row + rows];

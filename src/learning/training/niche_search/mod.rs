@@ -18,6 +18,7 @@ use super::shared::Shared;
 pub(super) use search::NicheSearch;
 
 use crate::check::CHECKED;
+use crate::gait::leaps;
 use crate::learn::Interrupted;
 use crate::program::steer;
 
@@ -108,12 +109,12 @@ impl NicheSearch<'_> {
             let motion = self.motion(&leading.wanted, leading.best());
             self.progress.show(motion, false, self.observer);
         }
-        let spent = if self.steered || self.niche.gait.symmetrical() {
-            self.refine(&mut leading, Fidelity::Coarse, all / STAGE, Rank::Leading)?;
-            all / STAGE
-        } else {
+        let spent = if leaps(self.niche.gait.gait) && !self.steered {
             leading = self.begun_twice(leading, &starts, all / BEGINNING)?;
             2 * (all / BEGINNING)
+        } else {
+            self.refine(&mut leading, Fidelity::Coarse, all / STAGE, Rank::Leading)?;
+            all / STAGE
         };
         let fallen = leading.best().figures.upright < 1.0;
         if all > 0 && fallen && !self.steered && self.shared.used_up(self.progress).is_none() {
@@ -128,8 +129,8 @@ impl NicheSearch<'_> {
         self.finish(leading, all - all / 2)
     }
 
-    /// The better of `leading` and of another search from the same `starts`, after so many generations each: where legs push together, what a
-    /// search comes to in many more is decided by then, by chance.
+    /// The better of `leading` and of another search from the same `starts`, after so many generations each: in which of several ways to
+    /// leap a search ends is soon decided, by chance.
     fn begun_twice(
         &mut self,
         mut leading: Stage,

@@ -55,8 +55,8 @@ impl NicheSearch<'_> {
         Some(Found { wanted: wanted.clone(), candidate, natural, trials })
     }
 
-    /// The same gait with feedback that keeps its heading, set straight again, where that makes it natural, keeps more trials, or lets it hold
-    /// constraints that it does not hold without.
+    /// The same gait with feedback that keeps its heading, set straight again, where that makes it natural, keeps more trials, or
+    /// lets it hold constraints that it does not hold without.
     pub(super) fn steered_by_heading(&mut self, found: &Found) -> Result<Option<Found>, Interrupted> {
         let Shared { pool, stop, subject, .. } = self.shared;
         let fine = &self.fine;
