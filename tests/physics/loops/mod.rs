@@ -130,18 +130,30 @@ fn a_loop_stays_closed_for_ten_seconds() {
     }
 }
 
-/// Joint and root velocities after one step in either coordinates.
-fn one_step(model: &Arc<Model>, scene: &Scene, gains: &Gains, state: &State, targets: &[f64]) -> [State; 2] {
+/// The state after one step in either coordinates, and in how many substeps.
+fn one_step(
+    model: &Arc<Model>,
+    scene: &Scene,
+    gains: &Gains,
+    state: &State,
+    targets: &[f64],
+) -> [(State, u64); 2] {
     BOTH.map(|coordinates| {
         let plan = common::plan(model, scene, &accuracy(coordinates), Some(gains));
         let mut simulator = Simulator::new(plan, state.clone());
         simulator.step(Command::Track { now: targets, next: targets }).unwrap();
-        simulator.state().clone()
+        (simulator.state().clone(), simulator.record().greatest_substeps)
     })
 }
 
-fn assert_same(states: &[State; 2], name: &str) {
-    let [ours, theirs] = states;
+/// A step that is divided in one of them is divided in both. Then only the first substep is of the same state, for bodies by
+/// themselves have left their circles after it.
+fn assert_same(steps: &[(State, u64); 2], name: &str) {
+    let [(ours, ours_in), (theirs, theirs_in)] = steps;
+    assert_eq!(*ours_in > 1, *theirs_in > 1, "{name}");
+    if *ours_in > 1 {
+        return;
+    }
     let scale = theirs.velocities.iter().fold(1.0_f64, |greatest, it| greatest.max(it.abs()));
     let root = (ours.root.linear_velocity - theirs.root.linear_velocity)
         .amax()
@@ -199,8 +211,8 @@ proptest! {
                 state.root.position.z = 1.0;
                 state.root.angular_velocity = Vector3::new(0.3, -0.4, 1.0);
             }
-            let states = one_step(&model, &in_the_air(), &gains, &state, &targets);
-            assert_same(&states, &format!("{kind:?}, bolted {bolted}, driven {driven:?}, {feedforward:?}"));
+            let steps = one_step(&model, &in_the_air(), &gains, &state, &targets);
+            assert_same(&steps, &format!("{kind:?}, bolted {bolted}, driven {driven:?}, {feedforward:?}"));
         }
     }
 }
@@ -223,6 +235,32 @@ fn a_loop_of_every_kind_holds_what_it_says() {
             let rigid = matches!(kind, LoopKind::Prismatic | LoopKind::Fixed);
             assert!(if rigid { moved < 1e-6 } else { moved > 0.05 }, "{coordinates:?}, {kind:?}: {moved}");
         }
+    }
+}
+
+/// The cranks of 0.3 m and 0.25 m at the same angle leave the loop open by 7 mm. Closed by a fifth in every substep of this step,
+/// which is divided, it would be closed with its end, and the cranks one or two rad/s faster.
+#[test]
+fn an_open_loop_closes_no_faster_in_a_divided_step() {
+    let model = control::driven_at(&uneven(LoopKind::Ball, false), &["left_shoulder", "left_elbow"]);
+    let gains = Gains {
+        stiffness: vec![20.0; 3],
+        damping: vec![0.5; 3],
+        max_torque: vec![Some(3.0), None, Some(1.0)],
+        ..Gains::default()
+    };
+    let mut state = swung(&model, -0.1448, -4.758);
+    state.root.position.z = 1.0;
+    state.root.angular_velocity = Vector3::new(0.3, -0.4, 1.0);
+    for coordinates in BOTH {
+        let plan = common::plan(&model, &in_the_air(), &accuracy(coordinates), Some(&gains));
+        let mut simulator = Simulator::new(plan, state.clone());
+        let open = simulator.joint_separation();
+        simulator.step(Command::Track { now: &[-0.8, 0.95, 0.0], next: &[-0.8, 0.95, 0.0] }).unwrap();
+        assert!(simulator.record().greatest_substeps > 1, "{coordinates:?}");
+        // A fifth of it in the step, by a little more or less for the way that is not straight.
+        let closed = 1.0 - simulator.joint_separation() / open;
+        assert!((closed - 0.2).abs() < 0.05, "{coordinates:?}: {closed} of {open}");
     }
 }
 

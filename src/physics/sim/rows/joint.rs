@@ -184,7 +184,7 @@ impl Coupling {
 /// Adds the rows of `coupling`, which belong to `owner`.
 ///
 /// `free` gives each body's velocity if no row acted, `wanted` the child's velocity against the parent's after
-/// the step; what is apart is taken back no faster than at `recovery`. `half_solve` half-solves
+/// the step; a fifth of what is apart is taken back in every `period`, s, no faster than at `recovery`. `half_solve` half-solves
 /// the row of a wrench on the child and its opposite on the parent (see [`Rows::push`]).
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
@@ -193,7 +193,7 @@ pub fn add(
     coupling: &Coupling,
     free: &Motions,
     wanted: SpatialMotion,
-    step: f64,
+    period: f64,
     recovery: Recovery,
     mut half_solve: impl FnMut(SpatialForce, &mut Vec<Lanes>) -> Range<usize>,
 ) {
@@ -202,7 +202,7 @@ pub fn add(
     coupling.each(|wrench, error| {
         let fastest = if translations > 0 { recovery.translation } else { recovery.rotation };
         translations = translations.saturating_sub(1);
-        let back = (SHARE_PER_STEP * error / step).max(-fastest).min(fastest);
+        let back = (SHARE_PER_STEP * error / period).max(-fastest).min(fastest);
         let offset = velocity.dot(wrench) + back;
         let row = Row::new(owner, Bound::Free, offset);
         rows.push([row], |numbers| half_solve(wrench, numbers));

@@ -34,7 +34,7 @@ const WEAK: f64 = 1e-6;
 /// Adds the rows of all loops of `model`.
 ///
 /// `bodies` are as they move at `rates` before the step, `free` gives each body's velocity if no row acted;
-/// `joint_bias` adds the bias. Which rows are left out is decided in joint coordinates, where the tree's joints hold
+/// `joint_bias` adds the bias. A fifth of what loops are open by is taken back in every `period`, s. Which rows are left out is decided in joint coordinates, where the tree's joints hold
 /// exactly: in maximal coordinates `reduced` are the rows of joint coordinates. `half_solve` half-solves the row of a
 /// wrench on the first body and its opposite on the second (see [`Rows::push`]).
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
@@ -46,6 +46,7 @@ pub fn add(
     free: &Motions,
     step: f64,
     joint_bias: bool,
+    period: f64,
     recovery: Recovery,
     reduced: Option<&Rows>,
     mut half_solve: impl FnMut([usize; 2], SpatialForce, &mut Vec<Lanes>) -> Range<usize>,
@@ -69,7 +70,7 @@ pub fn add(
             &coupling,
             free,
             wanted,
-            step,
+            period,
             recovery,
             |wrench, numbers| half_solve([child, parent], wrench, numbers),
         );

@@ -117,6 +117,8 @@ impl<C: CoordinateSystem> Stages<'_, C> {
             &work.free.bodies,
             *step,
             plan.has_joint_bias(),
+            // Not the substep: the shorter it is, the faster and the more energetic would an open loop be closed.
+            plan.step(),
             Recovery::of_loops(plan),
             self.system.rows_elsewhere(),
             |[child, parent], wrench, numbers| {
