@@ -87,7 +87,12 @@ impl MotionCheck<'_> {
         Ok(playback.run(stop))
     }
 
-    /// Plays for a long stretch, or until `stop` says so, and judges it but for the trials under changed
+    /// How long a motion is played to be judged, s.
+    pub fn seconds(&self) -> f64 {
+        CHECKED.max(self.player.lead() + ROUNDS * self.player.period())
+    }
+
+    /// Plays for [that long](Self::seconds), or until `stop` says so, and judges it but for the trials under changed
     /// conditions.
     ///
     /// # Errors
@@ -96,8 +101,7 @@ impl MotionCheck<'_> {
     pub fn run(&self, stop: &dyn Fn() -> bool) -> Result<CheckedMotion, InputError> {
         let every = self.sample_every();
         let period = self.player.period();
-        let seconds = CHECKED.max(self.player.lead() + ROUNDS * period);
-        let trace = self.play(seconds, every, stop)?;
+        let trace = self.play(self.seconds(), every, stop)?;
         // The same once more up to the loop, for the work that is not the loop's.
         let entry = self.play(self.player.lead(), every, stop)?;
         let looping = Trace {

@@ -159,7 +159,7 @@ impl MotionCheck<'_> {
     }
 
     /// How long a trial lasts, s.
-    fn tried(&self) -> f64 {
+    pub fn trial_seconds(&self) -> f64 {
         let [least, most] = ROUNDS.map(|rounds| self.player.lead() + rounds * self.player.period());
         CHECKED.clamp(least, most)
     }
@@ -167,7 +167,7 @@ impl MotionCheck<'_> {
     /// To the left, half-way through what a trial has of the loop.
     fn push(&self) -> Push {
         let speed = disturbance::push(self.size(), self.gravity());
-        let time = 0.5 * (self.player.lead() + self.tried());
+        let time = 0.5 * (self.player.lead() + self.trial_seconds());
         Push { time, velocity: speed * Vector3::z().cross(&self.forward()) }
     }
 
@@ -219,7 +219,7 @@ impl MotionCheck<'_> {
             start: &self.stance.state,
             player: self.player,
             upright: &Upright::new(&model, self.stance, &scene),
-            seconds: self.tried(),
+            seconds: self.trial_seconds(),
             sample_every: SAMPLED,
         };
         let course = match change.engine {
@@ -235,7 +235,7 @@ impl MotionCheck<'_> {
                 upright_seconds: course.fell_at.unwrap_or(end),
                 speed: speed.unwrap_or(0.0),
                 relative_speed: speed.zip(usual).map(|(speed, usual)| speed / usual),
-                of_seconds: self.tried(),
+                of_seconds: self.trial_seconds(),
             }
         }))
     }

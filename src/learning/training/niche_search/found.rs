@@ -14,19 +14,35 @@ pub(super) struct Found {
     pub(super) candidate: Candidate,
     /// Whether it was found natural in a continuous simulation.
     pub(super) natural: bool,
-    /// What was left of it in the trials, where it is natural and there was time for all of them.
-    pub(super) trials: Vec<Trial>,
+    /// What was left of it in the trials; `None` where there were none, or no time for all of them.
+    pub(super) trials: Option<Vec<Trial>>,
+}
+
+/// What is known of a motion, from the least to the most.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Proof {
+    /// It is not natural, or not known to be.
+    Unnatural,
+    /// It is natural, and its trials were not made to their end.
+    Untried,
+    /// It is natural and failed so many trials, the fewer the better.
+    Tried(Reverse<usize>),
+}
+
+impl Proof {
+    /// It kept every trial.
+    pub(super) const WHOLE: Self = Self::Tried(Reverse(0));
+
+    /// Of a natural motion.
+    pub(super) fn of(trials: Option<&[Trial]>) -> Self {
+        let failed = |trials: &[Trial]| trials.iter().filter(|trial| !trial.kept()).count();
+        trials.map_or(Self::Untried, |trials| Self::Tried(Reverse(failed(trials))))
+    }
 }
 
 impl Found {
-    /// Whether it is natural, and how few trials it failed: the more, the better.
-    pub(super) fn proof(&self) -> (bool, Reverse<usize>) {
-        (self.natural, Reverse(self.trials.len() - kept(&self.trials)))
-    }
-
-    /// Whether it is natural and kept every trial.
-    pub(super) fn is_proven(&self) -> bool {
-        self.proof() == (true, Reverse(0))
+    pub(super) fn proof(&self) -> Proof {
+        if self.natural { Proof::of(self.trials.as_deref()) } else { Proof::Unnatural }
     }
 
     /// Whether it is worth more than `other`, which was found in the same way.
@@ -34,9 +50,4 @@ impl Found {
         let (own, others) = (self.proof(), other.proof());
         own > others || (own == others && self.candidate.cost < other.candidate.cost)
     }
-}
-
-/// In how many trials a motion stayed up and went on.
-pub(super) fn kept(trials: &[Trial]) -> usize {
-    trials.iter().filter(|trial| trial.kept()).count()
 }

@@ -7,7 +7,7 @@ mod stage;
 
 use std::time::Instant;
 
-use found::Found;
+use found::{Found, Proof};
 use search::LONG;
 use stage::{Fidelity, Rank, Stage};
 
@@ -17,7 +17,6 @@ use super::shared::Shared;
 
 pub(super) use search::NicheSearch;
 
-use crate::check::CHECKED;
 use crate::gait::leaps;
 use crate::learn::Interrupted;
 use crate::program::steer;
@@ -43,7 +42,7 @@ impl NicheSearch<'_> {
             candidate.figures.upright >= 1.0 && candidate.figures.speed > CRAWL * wanted.speed
         });
         let motion = |Found { wanted, candidate, trials, .. }: Found| LearnedMotion {
-            trials,
+            trials: trials.unwrap_or_default(),
             ..self.motion(&wanted, &candidate)
         };
         (found.map(motion), outcome)
@@ -61,7 +60,7 @@ impl NicheSearch<'_> {
             self.steered = true;
             self.attempt()?;
         }
-        let again = |found: &Found| !found.is_proven() && found.candidate.figures.upright >= 1.0;
+        let again = |found: &Found| found.proof() != Proof::WHOLE && found.candidate.figures.upright >= 1.0;
         let attempts = match self.niche.pace {
             NichePace::Cheapest { .. } => 1,
             NichePace::Fastest { .. } => SLOWER,
@@ -209,9 +208,10 @@ impl NicheSearch<'_> {
     /// first that is natural.
     fn finish(&mut self, mut leading: Stage, generations: u32) -> Result<(), Interrupted> {
         // What keeps the limits already has only effort left to save.
-        let begun = Instant::now();
+        let (begun, before) = (Instant::now(), self.progress.simulated);
         let natural = self.natural(&leading.wanted, std::slice::from_ref(leading.best()));
-        self.check_time = Some(begun.elapsed().as_secs_f64() / CHECKED);
+        let simulated = self.progress.simulated - before;
+        self.check_time = (simulated > 0.0).then(|| begun.elapsed().as_secs_f64() / simulated);
         if natural.iter().all(Option::is_none) {
             leading.wanted = leading.wanted.strictly();
             leading.refinement.revalue(self.shared.subject, &leading.wanted);
@@ -226,7 +226,7 @@ impl NicheSearch<'_> {
         // Kept before the clock is looked at: what was straightened and proven is not lost where time ends in the proof.
         self.found = Some(found.clone());
         stop.check()?;
-        let steered = if found.is_proven() { None } else { self.steered_by_heading(&found)? };
+        let steered = if found.proof() == Proof::WHOLE { None } else { self.steered_by_heading(&found)? };
         self.found = Some(steered.unwrap_or(found));
         Ok(())
     }

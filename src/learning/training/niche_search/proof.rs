@@ -5,7 +5,7 @@ use std::time::Instant;
 use gaitwright_physics::motion::Trial;
 use rayon::prelude::*;
 
-use super::found::{Found, kept};
+use super::found::{Found, Proof};
 use super::search::{LONG, NicheSearch};
 use crate::learn::Interrupted;
 use crate::program::cost::HOLDS;
@@ -16,10 +16,10 @@ use crate::training::shared::Shared;
 
 impl NicheSearch<'_> {
     /// The first of `candidates` that is natural and keeps every trial; where none keeps all, the natural one that keeps most.
-    /// With its trials, or with none where there was no time for all of them.
-    fn proven(&mut self, wanted: &Wanted, candidates: &[Candidate]) -> Option<(usize, Vec<Trial>)> {
+    /// With its trials, where there was time for all of them.
+    fn proven(&mut self, wanted: &Wanted, candidates: &[Candidate]) -> Option<(usize, Option<Vec<Trial>>)> {
         let Shared { setup, stop, .. } = self.shared;
-        let mut best: Option<(usize, Vec<Trial>)> = None;
+        let mut best: Option<(Proof, usize, Option<Vec<Trial>>)> = None;
         for (index, (candidate, trace)) in candidates.iter().zip(self.natural(wanted, candidates)).enumerate()
         {
             let Some(trace) = &trace else { continue };
@@ -27,23 +27,21 @@ impl NicheSearch<'_> {
             let player = motion.player(&setup.stance.angles);
             let stopped = || stop.check().is_err();
             let begun = Instant::now();
-            let tried = motion.check(setup, &player).trials(trace, setup.threads, &stopped);
-            let mut trials = tried.unwrap_or_default();
-            self.progress.simulated += trials.iter().map(|trial| trial.upright_seconds).sum::<f64>();
-            if stopped() {
-                trials.clear();
-            }
-            let all = kept(&trials) == trials.len();
-            if best.as_ref().is_none_or(|(_, others)| kept(&trials) > kept(others)) {
-                best = Some((index, trials));
+            let trials = motion.check(setup, &player).trials(trace, setup.threads, &stopped).ok();
+            let simulated = trials.iter().flatten().map(|trial| trial.upright_seconds).sum::<f64>();
+            self.progress.simulated += simulated;
+            let trials = trials.filter(|_| !stopped());
+            let proof = Proof::of(trials.as_deref());
+            if best.as_ref().is_none_or(|(others, ..)| proof > *others) {
+                best = Some((proof, index, trials));
             }
             let short = stop.left().is_some_and(|left| left < begun.elapsed().as_secs_f64());
-            self.progress.by_the_clock |= short && !all;
-            if all || short {
+            self.progress.by_the_clock |= short && proof != Proof::WHOLE;
+            if proof == Proof::WHOLE || short {
                 break;
             }
         }
-        best
+        best.map(|(_, index, trials)| (index, trials))
     }
 
     /// The one of `candidates`, in the order of their cost, that is [proven](Self::proven), or else the first; `None` of none.

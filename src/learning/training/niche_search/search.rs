@@ -7,7 +7,6 @@ use rayon::prelude::*;
 
 use super::found::Found;
 use super::stage::{Fidelity, Rank, Stage};
-use crate::check::CHECKED;
 use crate::gait::leaps;
 use crate::learn::{Generation, Interrupted};
 use crate::program::cost::within_limits;
@@ -22,9 +21,9 @@ use crate::training::shared::{Progress, Shared};
 /// Greatest share of the time for a niche that its end may take, and how many times its estimate is kept for it.
 const LONGEST_END: f64 = 0.4;
 const MARGIN: f64 = 1.2;
-/// About how many checks the trials take: as many as there are, one of them at a quarter of the step, and one in an engine whose steps
-/// take as long as many of ours.
-const TRIALS: usize = 30;
+/// About how many times a trial all of them take: as many as there are, one of them at a quarter of the step, and one in an engine whose
+/// steps take as long as many of ours.
+const TRIALS: f64 = 30.0;
 /// Strides over which the best of a niche are compared at its end.
 pub(super) const LONG: usize = 40;
 /// How many times the generations of a gait it takes to balance it by feedback.
@@ -118,9 +117,12 @@ impl<'a> NicheSearch<'a> {
     pub(super) fn is_late(&self, stage: &Stage) -> bool {
         let searched = self.step_time / self.fine.step();
         let checked = self.check_time.unwrap_or(searched);
-        let needed = MARGIN
-            * (searched * stage.refinement.seconds_of_finalists(LONG)
-                + checked * CHECKED * (STRAIGHTENED + TRIALS) as f64);
+        let motion = self.motion(&stage.wanted, stage.best());
+        let player = motion.player(&self.shared.setup.stance.angles);
+        let check = motion.check(self.shared.setup, &player);
+        let (looks, trials) = (STRAIGHTENED as f64 * check.seconds(), TRIALS * check.trial_seconds());
+        let needed =
+            MARGIN * (searched * stage.refinement.seconds_of_finalists(LONG) + checked * (looks + trials));
         self.shared.stop.left().is_some_and(|left| {
             left < needed && needed < LONGEST_END * (left + self.begun.elapsed().as_secs_f64())
         })

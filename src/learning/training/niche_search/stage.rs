@@ -22,7 +22,7 @@ impl Stage {
 
     pub(super) fn found(&self) -> Found {
         let (wanted, candidate) = (self.wanted.clone(), self.best().clone());
-        Found { wanted, candidate, natural: false, trials: Vec::new() }
+        Found { wanted, candidate, natural: false, trials: None }
     }
 
     /// Whether it does what is wanted for less than `other`.
