@@ -134,13 +134,31 @@ fn over_ground(rng: &mut ChaCha8Rng, model: &Arc<Model>, balls: &[Point3<f64>], 
     state
 }
 
+/// After an impact of any restitution and friction on so many points, by any method, which must not make energy.
+fn lands(
+    rng: &mut ChaCha8Rng,
+    model: &Arc<Model>,
+    balls: &[Point3<f64>],
+    contacts: usize,
+    name: &str,
+) -> Simulator {
+    let restitution = if rng.random_bool(0.2) { 1.0 } else { rng.random_range(0.0..1.0) };
+    let friction = if rng.random_bool(0.2) { 0.0 } else { rng.random_range(0.0..2.0) };
+    let accuracy = any_method(rng);
+    let plan = common::plan(model, &impacts_only(restitution, friction), &accuracy, None);
+    let start = over_ground(rng, model, balls, contacts);
+    let ([before, after], simulator) = impact(&plan, &start);
+    assert!(
+        after <= before * (1.0 + 1e-9),
+        "{name}, e {restitution}, μ {friction}, {accuracy:?}: {before} J to {after} J"
+    );
+    simulator
+}
+
 /// Two and a half thousand impacts of random trees, on 1 to 8 points, some at the ends of joint ranges.
 #[test]
 fn random_impacts_make_no_energy() {
-    let mut seeds = Vec::new();
-    for seed in 0..625 {
-        seeds.push(seed);
-    }
+    let seeds: Vec<u64> = (0..625).collect();
     let counted = common::in_parallel(&seeds, |seed| {
         let mut rng = ChaCha8Rng::seed_from_u64(1000 + seed);
         let (links, fixed) = (rng.random_range(1..10), rng.random_bool(0.2));
@@ -148,16 +166,7 @@ fn random_impacts_make_no_energy() {
         let mut rebounding = 0;
         for _ in 0..4 {
             let contacts = rng.random_range(1..9);
-            let restitution = if rng.random_bool(0.2) { 1.0 } else { rng.random_range(0.0..1.0) };
-            let friction = if rng.random_bool(0.2) { 0.0 } else { rng.random_range(0.0..2.0) };
-            let accuracy = any_method(&mut rng);
-            let plan = common::plan(&model, &impacts_only(restitution, friction), &accuracy, None);
-            let start = over_ground(&mut rng, &model, &balls, contacts);
-            let ([before, after], simulator) = impact(&plan, &start);
-            assert!(
-                after <= before * (1.0 + 1e-9),
-                "seed {seed}, {links} links, e {restitution}, μ {friction}, {accuracy:?}: {before} J to {after} J"
-            );
+            let simulator = lands(&mut rng, &model, &balls, contacts, &format!("seed {seed}, {links} links"));
             rebounding += usize::from(simulator.contacts().any(|contact| contact.force.norm() > 0.0));
         }
         rebounding
@@ -173,16 +182,8 @@ fn random_impacts_on_a_hundred_points_make_no_energy() {
         let mut rng = ChaCha8Rng::seed_from_u64(5000 + seed);
         let (model, balls) = tree(&mut rng, 100, false);
         let contacts = rng.random_range(60..=100);
-        let restitution = if rng.random_bool(0.2) { 1.0 } else { rng.random_range(0.0..1.0) };
-        let friction = if rng.random_bool(0.2) { 0.0 } else { rng.random_range(0.0..2.0) };
-        let accuracy = any_method(&mut rng);
-        let plan = common::plan(&model, &impacts_only(restitution, friction), &accuracy, None);
-        let start = over_ground(&mut rng, &model, &balls, contacts);
-        let ([before, after], simulator) = impact(&plan, &start);
-        assert!(
-            after <= before * (1.0 + 1e-9),
-            "seed {seed}, {contacts} contacts, e {restitution}, μ {friction}, {accuracy:?}: {before} J to {after} J"
-        );
+        let simulator =
+            lands(&mut rng, &model, &balls, contacts, &format!("seed {seed}, {contacts} contacts"));
         simulator.contacts().count()
     });
     // Points that are on their way up do not count.
