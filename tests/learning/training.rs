@@ -6,7 +6,7 @@ use gaitwright_learning::gait::{GaitContext, measure};
 use gaitwright_learning::learn::{
     AskedSpeed, Cancel, Generation, Learning, LearningSetup, Seeds, SpeedWord, StopReason, Task,
 };
-use gaitwright_learning::program::refine::Subject;
+use gaitwright_learning::program::subject::Subject;
 use gaitwright_learning::training::niche::{NichePace, niches};
 use gaitwright_learning::training::{LearnedMotion, Trained, TrainingCheckpoint, TrainingObserver, train};
 use gaitwright_physics::character::read_file;

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use gaitwright_learning::program::gaits::{named, ways};
-use gaitwright_learning::program::refine::Subject;
 use gaitwright_learning::program::ring::Wanted;
+use gaitwright_learning::program::subject::Subject;
 use gaitwright_physics::character::read_file;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Scene, SolverChoice, SolverKind};

@@ -64,6 +64,13 @@ pub struct RolloutFigures {
     pub legs: Vec<LegFigures>,
 }
 
+impl RolloutFigures {
+    /// The same as if it had gone straight on: how far a way turns and drifts aside is mended more easily than all else.
+    pub fn if_straight(&self) -> Self {
+        Self { yaw: 0.0, sideways: 0.0, ..self.clone() }
+    }
+}
+
 /// Sums over some of the steps for one joint: angle, its square, and its products with the harmonics' sines and cosines.
 #[derive(Debug, Clone, Copy, Default)]
 struct JointSums {

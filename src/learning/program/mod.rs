@@ -21,8 +21,11 @@
 //! | [`rollout`], [`figures`], [`leg_watch`] | such a ring in the simulator, and what is seen of it and of each leg |
 //! | [`cost`] | what that costs |
 //! | [`cma`] | the evolution strategy |
+//! | [`subject`], [`candidate`] | who is to move where, and a gait that was tried there |
+//! | [`straightening`] | how the way of a gait is set straight |
 //! | [`refine`] | a gait for a character at a speed |
 
+pub mod candidate;
 pub mod cma;
 pub mod cost;
 pub mod disturbance;
@@ -37,5 +40,7 @@ pub mod rollout;
 mod seeds;
 pub mod spine;
 pub mod steer;
+pub mod straightening;
+pub mod subject;
 pub mod template;
 pub mod wave;

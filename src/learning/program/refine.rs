@@ -1,28 +1,15 @@
 //! A gait for a character at a speed: seeds from the force template, polished by CMA-ES.
 
-use std::sync::Arc;
-
-use nalgebra::{Matrix2, Vector2};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-use gaitwright_physics::fault::InputError;
-use gaitwright_physics::model::Model;
-use gaitwright_physics::motion::TargetLimits;
-use gaitwright_physics::scene::{Accuracy, Gains, Scene};
-use gaitwright_physics::stance::Stance;
-
+use super::candidate::{Candidate, evaluate};
 use super::cma::Cma;
 use super::cost::{HOLDS, undisturbed, when_disturbed};
-use super::figures::RolloutFigures;
-use super::gains::gains;
-use super::gaits::NamedGait;
-use super::legs::Legs;
-use super::ring::{PARAMETERS, Ring, SIDEWAYS, TURN, Wanted, program, ring};
+use super::ring::{Ring, Wanted};
 use super::rollout::Arena;
-use super::seeds::seeds;
-use super::steer::{self, steering};
-use super::wave::{self, WAVE_SIDEWAYS, WAVE_TURN, softness};
+use super::straightening::{Straightened, Straightening, TRIMS};
+use super::subject::Subject;
 use crate::learn::{Interrupted, Stop};
 
 /// Candidates of a generation: fixed, so that the result does not depend on the number of threads.
@@ -35,203 +22,8 @@ const SIGMA: f64 = 0.5;
 
 /// How many of the best are compared over a longer run.
 const FINALISTS: usize = 8;
-/// How many of these have their ways set straight, by so many steps, which begin with this change of a parameter; not where turn
-/// (rad a stride) and way aside (a share of the way) are less than this.
+/// How many of these have their ways set straight.
 pub const STRAIGHTENED: usize = 4;
-const TRIMS: u32 = 3;
-const TRIM: f64 = 0.3;
-const STRAIGHT: f64 = 0.001;
-/// What a trim changes counts as rounding where it is less than this share of what it changes most.
-const ROUNDING: f64 = 1e-9;
-
-/// Who is to move, and where.
-#[derive(Debug, Clone)]
-pub struct Subject {
-    /// Who.
-    pub model: Arc<Model>,
-    /// How it stands.
-    pub stance: Arc<Stance>,
-    /// Its legs.
-    pub legs: Arc<Legs>,
-    /// Springs and dampers of its joints.
-    pub gains: Gains,
-    /// Where.
-    pub scene: Scene,
-    /// How finely that is simulated.
-    pub accuracy: Accuracy,
-    /// Wanted direction of travel in the world frame; only x and y count.
-    pub direction: [f64; 3],
-}
-
-impl Subject {
-    /// `model` as it stands in `stance`, with gains suited to gaits; `None` where it has neither legs in pairs nor joints in a row,
-    /// or nothing pulls it down.
-    pub fn new(
-        model: &Arc<Model>,
-        stance: &Arc<Stance>,
-        scene: &Scene,
-        accuracy: &Accuracy,
-        direction: [f64; 3],
-    ) -> Option<Self> {
-        let legs = Legs::of(model, stance, direction).or_else(|| Legs::none(model, stance, direction))?;
-        let legs = Arc::new(legs);
-        let gravity = nalgebra::Vector3::from(scene.gravity).norm();
-        let gains = (gravity > 0.0).then(|| gains(model, stance, &legs, gravity))?;
-        let (model, stance) = (model.clone(), stance.clone());
-        Some(Self { model, stance, legs, gains, scene: scene.clone(), accuracy: *accuracy, direction })
-    }
-
-    /// m/s².
-    pub fn gravity(&self) -> f64 {
-        nalgebra::Vector3::from(self.scene.gravity).norm()
-    }
-
-    /// The ring of keyframes that `parameters` mean, and the springs and dampers of the legs for it.
-    pub fn ring(&self, wanted: &Wanted, parameters: &[f64]) -> (Ring, Gains) {
-        let Self { model, legs, .. } = self;
-        if let Some(spine) = &legs.spine {
-            let gains = self.gains_times(softness(parameters));
-            return (wave::ring(model, legs, spine, wanted, parameters), gains);
-        }
-        let program = program(legs, wanted, parameters);
-        let gains = self.gains_times([program.stiffness, program.damping]);
-        let mut own = ring(model, legs, &program, &gains, wanted);
-        if parameters.len() > PARAMETERS {
-            let of =
-                |changed: &[f64]| ring(model, legs, &self::program(legs, wanted, changed), &gains, wanted);
-            let [x, y, _] = self.direction;
-            let direction = [x / x.hypot(y), y / x.hypot(y)];
-            let limits = TargetLimits::of(&model.character);
-            own.steering = Some(steering((legs, &limits), (wanted, direction), parameters, &own, of));
-        }
-        (own, gains)
-    }
-
-    /// The gains with other springs and dampers in the joints that move.
-    fn gains_times(&self, [stiffness, damping]: [f64; 2]) -> Gains {
-        let mut gains = self.gains.clone();
-        for joint in self.legs.joints() {
-            gains.stiffness[joint] *= stiffness;
-            gains.damping[joint] *= damping;
-        }
-        gains
-    }
-
-    /// Indices of the parameters of the turn and of the way to the side.
-    fn trims(&self) -> [usize; 2] {
-        if self.legs.spine.is_some() { [WAVE_TURN, WAVE_SIDEWAYS] } else { [TURN, SIDEWAYS] }
-    }
-
-    /// Where a search for `gait` may start.
-    pub fn seeds(&self, gait: &NamedGait) -> Vec<Vec<f64>> {
-        if self.legs.spine.is_some() { wave::seeds() } else { seeds(gait) }
-    }
-
-    /// Whether its gaits can have feedback.
-    pub fn can_steer(&self) -> bool {
-        self.legs.spine.is_none()
-    }
-
-    /// Where its gaits are tried.
-    ///
-    /// # Errors
-    /// Every fault of scene and accuracy.
-    pub fn arena(&self) -> Result<Arena, InputError> {
-        let who = (&self.model, &self.stance, &self.legs);
-        Arena::new(who, &self.scene, &self.accuracy, self.direction)
-    }
-}
-
-/// A gait and what it costs.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Candidate {
-    /// Of the leg program.
-    pub parameters: Vec<f64>,
-    /// The same in keyframes.
-    pub ring: Ring,
-    /// Springs and dampers that go with it.
-    pub gains: Gains,
-    /// What it did.
-    pub figures: RolloutFigures,
-    /// What it did under each disturbance.
-    pub disturbed: Vec<RolloutFigures>,
-    /// Less is better (see [`cost`](super::cost::cost)).
-    pub cost: f64,
-}
-
-impl Candidate {
-    /// The gait of `parameters`, tried over `strides` strides without any disturbance: its cost is the least that it can be.
-    fn undisturbed(
-        subject: &Subject,
-        arena: &Arena,
-        wanted: &Wanted,
-        parameters: &[f64],
-        strides: usize,
-    ) -> Self {
-        let (ring, gains) = subject.ring(wanted, parameters);
-        let figures = arena.run(&ring, &gains, strides);
-        let disturbed = Vec::new();
-        let mut tried = Self { parameters: parameters.to_vec(), ring, gains, figures, disturbed, cost: 0.0 };
-        tried.cost = tried.least_cost(subject, wanted);
-        tried
-    }
-
-    /// What it costs without what a disturbance takes from it.
-    fn least_cost(&self, subject: &Subject, wanted: &Wanted) -> f64 {
-        let Self { parameters, ring, figures, .. } = self;
-        // Parameters far out make sense to nobody; the pull back to the seed is weak.
-        let far = 0.01 * parameters.iter().map(|p| (p.abs() - 3.0).max(0.0).powi(2)).sum::<f64>();
-        let missed = 5.0 * ring.missed / subject.legs.length;
-        undisturbed(wanted, ring.period, &subject.legs, figures) + far + missed
-    }
-
-    /// The same after it was disturbed, too.
-    fn disturbed(mut self, arena: &Arena, strides: usize) -> Self {
-        self.disturbed = arena.run_disturbed(&self.figures, &self.ring, &self.gains, strides);
-        self.cost += when_disturbed(&self.figures, &self.disturbed);
-        self
-    }
-
-    /// s simulated for it.
-    pub fn seconds(&self) -> f64 {
-        self.figures.seconds + self.disturbed_seconds()
-    }
-
-    /// s simulated for it while it was disturbed.
-    fn disturbed_seconds(&self) -> f64 {
-        self.disturbed.iter().map(|disturbed| disturbed.seconds).sum()
-    }
-}
-
-/// Tries the gait of `parameters` over `strides` strides.
-pub fn evaluate(
-    subject: &Subject,
-    arena: &Arena,
-    wanted: &Wanted,
-    parameters: &[f64],
-    strides: usize,
-) -> Candidate {
-    Candidate::undisturbed(subject, arena, wanted, parameters, strides).disturbed(arena, strides)
-}
-
-/// The same with its way set straight, and s simulated for that.
-///
-/// # Errors
-/// The reason of `stop` to break off.
-pub fn evaluate_straightened(
-    stop: &Stop,
-    subject: &Subject,
-    arena: &Arena,
-    wanted: &Wanted,
-    parameters: &[f64],
-    strides: usize,
-) -> Result<(Candidate, f64), Interrupted> {
-    let trial = Trial { subject, arena, wanted, strides, stop };
-    let start = trial.run(parameters)?;
-    let seconds = start.seconds();
-    let (straight, tried) = trial.straightened(start)?;
-    Ok((straight, seconds + tried.iter().map(Candidate::seconds).sum::<f64>()))
-}
 
 /// What speaks against a start: its cost, but what hardly breaks a constraint is not behind all that hold them, since the search soon
 /// mends that.
@@ -363,29 +155,27 @@ impl Refinement {
         wanted: &Wanted,
         strides: usize,
     ) -> Result<Vec<Candidate>, Interrupted> {
-        let trial = Trial { subject, arena, wanted, strides, stop };
+        let straightening = Straightening { subject, arena, wanted, strides, stop };
         let mut tried: Vec<Candidate> = pool.install(|| {
-            let try_long = |candidate: &Candidate| trial.run(&candidate.parameters);
+            let try_long = |candidate: &Candidate| straightening.disturbed(&candidate.parameters);
             self.kept.par_iter().with_max_len(1).map(try_long).collect::<Result<_, Interrupted>>()
         })?;
         self.count(&tried);
         // Their drift will be mended, so it does not count yet.
         let straight = |candidate: &Candidate| {
-            let figures = RolloutFigures { yaw: 0.0, sideways: 0.0, ..candidate.figures.clone() };
-            undisturbed(wanted, candidate.ring.period, &subject.legs, &figures)
+            undisturbed(wanted, candidate.ring.period, &subject.legs, &candidate.figures.if_straight())
                 + when_disturbed(&candidate.figures, &candidate.disturbed)
         };
         tried.sort_by(|a, b| straight(a).total_cmp(&straight(b)));
         tried.truncate(STRAIGHTENED);
-        let trims: Vec<(Candidate, Vec<Candidate>)> = pool.install(|| {
-            let trims = tried.into_par_iter().with_max_len(1);
-            trims.map(|candidate| trial.straightened(candidate)).collect::<Result<_, Interrupted>>()
+        let straightened: Vec<Straightened> = pool.install(|| {
+            let tried = tried.into_par_iter().with_max_len(1);
+            let straightened = tried.map(|candidate| straightening.straightened(candidate));
+            straightened.collect::<Result<_, Interrupted>>()
         })?;
-        let mut finalists = Vec::new();
-        for (best, tried) in trims {
-            self.count(&tried);
-            finalists.push(best);
-        }
+        self.evaluations += straightened.iter().map(|of| of.evaluations).sum::<usize>();
+        self.seconds += straightened.iter().map(|of| of.seconds).sum::<f64>();
+        let mut finalists: Vec<Candidate> = straightened.into_iter().map(|of| of.candidate).collect();
         finalists.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         Ok(finalists)
     }
@@ -400,73 +190,5 @@ impl Refinement {
     fn count(&mut self, tried: &[Candidate]) {
         self.evaluations += tried.len();
         self.seconds += tried.iter().map(Candidate::seconds).sum::<f64>();
-    }
-}
-
-/// The inverse of what the trims do; where one direction does nothing, the least change that does the rest.
-fn inverse(matrix: &Matrix2<f64>) -> Option<Matrix2<f64>> {
-    let parts = matrix.iter().all(|entry| entry.is_finite()).then(|| matrix.svd(true, true))?;
-    let least = ROUNDING * parts.singular_values.max();
-    parts.pseudo_inverse(least).ok()
-}
-
-/// Where and for how long candidates are tried.
-struct Trial<'a> {
-    subject: &'a Subject,
-    arena: &'a Arena,
-    wanted: &'a Wanted,
-    strides: usize,
-    stop: &'a Stop,
-}
-
-impl Trial<'_> {
-    fn run(&self, parameters: &[f64]) -> Result<Candidate, Interrupted> {
-        self.stop.whole(|| evaluate(self.subject, self.arena, self.wanted, parameters, self.strides))
-    }
-
-    /// `start` with its way set straight by trimming its turn and its way to the side, as far as that helps, and all that was
-    /// tried for it: Newton's method on the change of heading in a stride and the way aside, its matrix mended by every
-    /// try (Broyden 1965).
-    fn straightened(&self, start: Candidate) -> Result<(Candidate, Vec<Candidate>), Interrupted> {
-        // Feedback holds the heading against the trims: what they change of it is the heading that it holds, and with that the way.
-        let held = steer::holds_heading(&start.parameters);
-        let off = |candidate: &Candidate| {
-            let RolloutFigures { yaw, sideways, .. } = candidate.figures;
-            Vector2::new(if held { 0.0 } else { yaw }, sideways)
-        };
-        let moved = |change: Vector2<f64>, from: &Candidate| {
-            let mut parameters = from.parameters.clone();
-            let [turn, sideways] = self.subject.trims();
-            parameters[turn] += change.x;
-            parameters[sideways] += change.y;
-            let Self { subject, arena, wanted, strides, stop } = *self;
-            let tried = || Candidate::undisturbed(subject, arena, wanted, &parameters, strides);
-            let mut moved = stop.whole(tried)?;
-            // So small a change does not alter what a disturbance does.
-            moved.cost += when_disturbed(&start.figures, &start.disturbed);
-            let counted = |of: &RolloutFigures| RolloutFigures { seconds: 0.0, ..of.clone() };
-            let disturbed = start.disturbed.iter().map(counted).collect();
-            Ok(Candidate { disturbed, ..moved })
-        };
-        if off(&start).amax() < STRAIGHT {
-            return Ok((start, Vec::new()));
-        }
-        let tries = [Vector2::x() * TRIM, Vector2::y() * TRIM];
-        let mut tried =
-            tries.iter().map(|&change| moved(change, &start)).collect::<Result<Vec<_>, Interrupted>>()?;
-        let slopes = tried.iter().map(|tried| (off(tried) - off(&start)) / TRIM).collect::<Vec<_>>();
-        let mut matrix = Matrix2::from_columns(&slopes);
-        let mut now = start.clone();
-        for _ in 0..TRIMS {
-            let Some(inverse) = inverse(&matrix) else { break };
-            let change = (-inverse * off(&now)).map(|change| change.clamp(-1.0, 1.0));
-            let next = moved(change, &now)?;
-            let missed = off(&next) - off(&now) - matrix * change;
-            matrix += missed * change.transpose() / change.norm_squared().max(f64::MIN_POSITIVE);
-            now = next.clone();
-            tried.push(next);
-        }
-        let best = tried.iter().fold(&start, |best, tried| if tried.cost < best.cost { tried } else { best });
-        Ok((best.clone(), tried))
     }
 }

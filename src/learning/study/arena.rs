@@ -12,9 +12,9 @@ use crate::check::{CheckedMotion, MotionCheck};
 use crate::learn::{AskedSpeed, Behaviour, LearningSetup, Parameters, Task, Trunk, Weights};
 use crate::program::cost::cost;
 use crate::program::gaits::{NamedGait, gaits};
-use crate::program::refine::Subject;
 use crate::program::ring::{Ring, Wanted};
 use crate::program::rollout::Arena;
+use crate::program::subject::Subject;
 use crate::training::LearnedMotion;
 
 /// Froude number that is asked for: between the usual ones of a walk and of a run.

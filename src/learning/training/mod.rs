@@ -33,7 +33,7 @@ use gaitwright_physics::stance::Stance;
 use crate::learn::{Cancel, LearnError, LearningSetup, StopReason, Task};
 use crate::program::gaits::{gaits, ways};
 use crate::program::legs::Legs;
-use crate::program::refine::Subject;
+use crate::program::subject::Subject;
 
 pub use checkpoint::{Milestone, TrainingCheckpoint};
 pub use motion::{LearnedMotion, Trained};

@@ -2,7 +2,7 @@
 
 use crate::learn::{Pace, Task};
 use crate::program::gaits::{NamedGait, ways};
-use crate::program::refine::Subject;
+use crate::program::subject::Subject;
 
 /// Factors of the usual Froude number at which the speed that costs least is looked for as well.
 const COMFORT: [f64; 2] = [0.6, 1.6];

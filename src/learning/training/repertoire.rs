@@ -10,8 +10,8 @@ use super::observer::TrainingObserver;
 use super::shared::{Progress, Shared};
 use crate::learn::{Cancel, Interrupted, LearnError, Learning, LearningSetup, Stop, StopReason};
 use crate::program::legs::Legs;
-use crate::program::refine::Subject;
 use crate::program::rollout::Arena;
+use crate::program::subject::Subject;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::{Accuracy, SolverChoice, SolverKind};
 

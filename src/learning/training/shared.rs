@@ -8,8 +8,8 @@ use super::checkpoint::Milestone;
 use super::motion::LearnedMotion;
 use super::observer::TrainingObserver;
 use crate::learn::{Generation, LearningSetup, Stop, StopReason};
-use crate::program::refine::Subject;
 use crate::program::rollout::Arena;
+use crate::program::subject::Subject;
 
 /// What does not change during the search.
 pub(super) struct Shared<'a> {

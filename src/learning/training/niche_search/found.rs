@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 
 use gaitwright_physics::motion::Trial;
 
-use crate::program::refine::Candidate;
+use crate::program::candidate::Candidate;
 use crate::program::ring::Wanted;
 
 /// A candidate and what it is to be.

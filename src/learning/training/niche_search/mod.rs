@@ -5,8 +5,6 @@ mod proof;
 mod search;
 mod stage;
 
-use std::time::Instant;
-
 use found::{Found, Proof};
 use search::LONG;
 use stage::{Fidelity, Rank, Stage};
@@ -208,11 +206,7 @@ impl NicheSearch<'_> {
     /// first that is natural.
     fn finish(&mut self, mut leading: Stage, generations: u32) -> Result<(), Interrupted> {
         // What keeps the limits already has only effort left to save.
-        let (begun, before) = (Instant::now(), self.progress.simulated);
-        let natural = self.natural(&leading.wanted, std::slice::from_ref(leading.best()));
-        let simulated = self.progress.simulated - before;
-        self.check_time = (simulated > 0.0).then(|| begun.elapsed().as_secs_f64() / simulated);
-        if natural.iter().all(Option::is_none) {
+        if !self.is_natural(&leading)? {
             leading.wanted = leading.wanted.strictly();
             leading.refinement.revalue(self.shared.subject, &leading.wanted);
         }

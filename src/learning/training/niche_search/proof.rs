@@ -8,10 +8,11 @@ use rayon::prelude::*;
 use super::found::{Found, Proof};
 use super::search::{LONG, NicheSearch};
 use crate::learn::Interrupted;
+use crate::program::candidate::Candidate;
 use crate::program::cost::HOLDS;
-use crate::program::refine::{Candidate, evaluate_straightened};
 use crate::program::ring::Wanted;
 use crate::program::steer;
+use crate::program::straightening::Straightening;
 use crate::training::shared::Shared;
 
 impl NicheSearch<'_> {
@@ -57,21 +58,25 @@ impl NicheSearch<'_> {
     /// lets it hold constraints that it does not hold without.
     pub(super) fn steered_by_heading(&mut self, found: &Found) -> Result<Option<Found>, Interrupted> {
         let Shared { pool, stop, subject, .. } = self.shared;
-        let fine = &self.fine;
         if self.steered || !subject.can_steer() || self.generations() == 0 {
             return Ok(None);
         }
-        let wanted = &found.wanted;
+        let straightening =
+            Straightening { subject, arena: &self.fine, wanted: &found.wanted, strides: LONG, stop };
         let tried: Vec<(Candidate, f64)> = pool.install(|| {
-            let one =
-                |parameters: Vec<f64>| evaluate_straightened(stop, subject, fine, wanted, &parameters, LONG);
+            let one = |parameters: Vec<f64>| {
+                let start = straightening.disturbed(&parameters)?;
+                let seconds = start.seconds();
+                let straightened = straightening.straightened(start)?;
+                Ok((straightened.candidate, seconds + straightened.seconds))
+            };
             let strengths = steer::by_heading(&found.candidate.parameters).into_par_iter();
             strengths.with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
         })?;
         self.progress.simulated += tried.iter().map(|(_, seconds)| seconds).sum::<f64>();
         let mut tried: Vec<Candidate> = tried.into_iter().map(|(straight, _)| straight).collect();
         tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let steered = self.first_proven(wanted, tried);
+        let steered = self.first_proven(&found.wanted, tried);
         stop.check()?;
         let holds = |found: &Found| found.candidate.cost < HOLDS;
         let helps = |steered: &Found| steered.proof() > found.proof() || (holds(steered) && !holds(found));

@@ -9,10 +9,12 @@ use super::found::Found;
 use super::stage::{Fidelity, Rank, Stage};
 use crate::gait::leaps;
 use crate::learn::{Generation, Interrupted};
+use crate::program::candidate::Candidate;
 use crate::program::cost::within_limits;
-use crate::program::refine::{Candidate, PAIRED, Refinement, STRAIGHTENED};
+use crate::program::refine::{PAIRED, Refinement, STRAIGHTENED};
 use crate::program::ring::Wanted;
 use crate::program::rollout::{Arena, STEERED_STRIDES, STRIDES};
+use crate::program::straightening::{Straightened, Straightening};
 use crate::training::motion::LearnedMotion;
 use crate::training::niche::Niche;
 use crate::training::observer::TrainingObserver;
@@ -30,8 +32,9 @@ pub(super) const LONG: usize = 40;
 const STEERED_TIMES: u32 = 4;
 /// Numbers of random streams kept for one niche: more than it has stages.
 const STREAMS: u64 = 64;
-/// Generations after which it is looked whether the best is natural already.
+/// Generations after which it is looked whether the best is natural already, and strides over which its way is set straight for that.
 const LOOK: usize = 5;
+const LOOK_STRIDES: usize = 20;
 
 /// A search in one niche.
 pub(in crate::training) struct NicheSearch<'a> {
@@ -57,6 +60,8 @@ pub(in crate::training) struct NicheSearch<'a> {
     pub(super) found: Option<Found>,
     /// Whether a natural motion has been shown.
     pub(super) shown_natural: bool,
+    /// The parameters of what was looked at last.
+    pub(super) looked_at: Vec<f64>,
     /// Where its candidates are tried, at the step that was asked for.
     pub(super) fine: Arena,
     /// The same at a longer one.
@@ -87,6 +92,7 @@ impl<'a> NicheSearch<'a> {
             greatest_froude: niches[index].gait.froude[2],
             found: None,
             shown_natural: false,
+            looked_at: Vec::new(),
             fine: shared.fine.clone().suited(&niches[index].gait),
             coarse: shared.coarse.clone().suited(&niches[index].gait),
         }
@@ -190,7 +196,7 @@ impl<'a> NicheSearch<'a> {
             self.observer.generation(&figures);
             self.progress.curve.push(figures);
             if rank == Rank::Leading && self.progress.curve.len().is_multiple_of(LOOK) {
-                self.show_first_natural(stage);
+                self.show_first_natural(stage)?;
             }
         }
         Ok(())
@@ -228,17 +234,36 @@ impl<'a> NicheSearch<'a> {
     }
 
     /// Shows the best of `stage` if it is natural and none has been so far: whoever waits has something to look at while it gets better.
-    fn show_first_natural(&mut self, stage: &Stage) {
+    fn show_first_natural(&mut self, stage: &Stage) -> Result<(), Interrupted> {
         let Stage { wanted, refinement } = stage;
         let best = refinement.best();
-        if self.shown_natural || !within_limits(wanted, &self.shared.subject.legs, &best.figures) {
-            return;
+        let promising = within_limits(wanted, &self.shared.subject.legs, &best.figures.if_straight());
+        if promising && !self.shown_natural && self.looked_at != best.parameters {
+            self.looked_at.clone_from(&best.parameters);
+            self.is_natural(stage)?;
         }
-        if self.natural(wanted, std::slice::from_ref(best)).iter().any(Option::is_some) {
-            let motion = self.motion(wanted, best);
+        Ok(())
+    }
+
+    /// Whether the best of `stage` is natural once its way is set straight; the first that is, is shown.
+    pub(super) fn is_natural(&mut self, stage: &Stage) -> Result<bool, Interrupted> {
+        let Shared { stop, subject, .. } = self.shared;
+        let Stage { wanted, refinement } = stage;
+        let straightening = Straightening { subject, arena: &self.fine, wanted, strides: LOOK_STRIDES, stop };
+        let start = straightening.undisturbed(&refinement.best().parameters)?;
+        self.progress.simulated += start.seconds();
+        let Straightened { candidate: straight, seconds, .. } = straightening.straightened(start)?;
+        self.progress.simulated += seconds;
+        let (begun, before) = (Instant::now(), self.progress.simulated);
+        let natural = self.natural(wanted, std::slice::from_ref(&straight)).iter().any(Option::is_some);
+        let checked = self.progress.simulated - before;
+        self.check_time = (checked > 0.0).then(|| begun.elapsed().as_secs_f64() / checked);
+        if natural && !self.shown_natural {
+            let motion = self.motion(wanted, &straight);
             self.progress.show(motion, false, self.observer);
             self.shown_natural = true;
         }
+        Ok(natural)
     }
 
     /// What those of `candidates` that are natural did when that was checked.

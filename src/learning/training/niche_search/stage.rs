@@ -1,8 +1,9 @@
 //! One speed of a niche.
 
 use super::found::Found;
+use crate::program::candidate::Candidate;
 use crate::program::cost::HOLDS;
-use crate::program::refine::{Candidate, Refinement};
+use crate::program::refine::Refinement;
 use crate::program::ring::Wanted;
 
 /// A refinement at one speed.
