@@ -1,6 +1,6 @@
 //! The study of the learning: what it measures against what it runs, and its table.
 
-use gaitwright_learning::learn::{Learning, Repairs, SearchMethod, Trunk};
+use gaitwright_learning::learn::{Learning, Repair, Repairs, SearchMethod, Trunk};
 use gaitwright_learning::study::arena::{FROUDE, StudyArena};
 use gaitwright_learning::study::variants::{
     KeyframeStart, Question, Variant, VariantSearch, questions, variants,
@@ -171,9 +171,9 @@ fn every_question_is_answered_by_variants_that_differ() {
     let one_left_out = variants.iter().filter(|variant| {
         let VariantSearch::Qdsega { learning, .. } = &variant.search else { return false };
         let left = std::collections::BTreeSet::from(learning.repairs).len();
-        repairs.variants.contains(&variant.name) && left + 1 == 7
+        repairs.variants.contains(&variant.name) && left + 1 == Repair::ALL.len()
     });
-    assert_eq!(one_left_out.count(), 7);
+    assert_eq!(one_left_out.count(), Repair::ALL.len());
     assert_ne!(Repairs::default(), Repairs::NONE);
 }
 

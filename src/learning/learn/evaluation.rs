@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
 
-use super::objective::{Terms, reference_gravity};
+use super::objective::{LEAST_HEIGHT, Terms, reference_gravity};
 use super::parameters::Parameters;
 use super::stop::{Interrupted, Stop};
 use gaitwright_physics::fault::InputError;
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{DofKind, Model};
 use gaitwright_physics::scene::{Accuracy, Scene, StepPlan};
 use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::{Stance, Upright};
@@ -121,6 +121,13 @@ pub struct SimulatedWorld {
     /// Number of levels of roll, and of pitch; odd.
     cell_levels: u8,
     mirror: Option<Mirror>,
+    /// m g, N.
+    weight: f64,
+    /// What a torque of each joint counts by: 1 / (m g h), or 1 / (m g) where it slides.
+    torque_shares: Arc<[f64]>,
+    /// Force on each link in the last step, N, and torques of the step before it.
+    loads: Vec<f64>,
+    torques: Vec<f64>,
     /// Targets at the beginning and at the end of a step, rad or m, one a joint.
     now: Vec<f64>,
     next: Vec<f64>,
@@ -140,6 +147,11 @@ impl SimulatedWorld {
         parameters: &Parameters,
     ) -> Result<Self, InputError> {
         let plan = StepPlan::compile(scene, accuracy, Some(&stance.gains), model)?;
+        let weight = model.mass * reference_gravity(scene);
+        let torque_share = |joint: usize| match model.bodies[joint + 1].dof {
+            DofKind::Revolute => 1.0 / (weight * stance.root_height.max(LEAST_HEIGHT)),
+            DofKind::Prismatic => 1.0 / weight,
+        };
         Ok(Self {
             upright: Upright::new(model, stance, scene),
             simulator: Simulator::new(Arc::new(plan), stance.state.clone()),
@@ -148,6 +160,10 @@ impl SimulatedWorld {
             disturbed: pushes(model, stance, reference_gravity(scene)).into(),
             cell_levels: parameters.trunk_cells,
             mirror: mirror.map(|sources| Mirror::new(direction, stance, sources)),
+            weight,
+            torque_shares: (0..model.joint_count()).map(torque_share).collect(),
+            loads: vec![0.0; model.links.len()],
+            torques: vec![0.0; model.joint_count()],
             now: vec![0.0; model.joint_count()],
             next: vec![0.0; model.joint_count()],
         })
@@ -157,6 +173,27 @@ impl SimulatedWorld {
     fn work(&self) -> f64 {
         let powers = self.simulator.torques().iter().zip(&self.simulator.state().velocities);
         powers.map(|(torque, velocity)| (torque * velocity).abs()).sum::<f64>() * self.simulator.plan().step()
+    }
+
+    /// By how much the links carried more than the weight in the last step, times its length, s.
+    fn impact(&mut self) -> f64 {
+        self.loads.fill(0.0);
+        for contact in self.simulator.contacts() {
+            self.loads[contact.link] += contact.normal.dot(&contact.force);
+        }
+        let beyond = self.loads.iter().map(|load| (load / self.weight - 1.0).max(0.0));
+        beyond.sum::<f64>() * self.simulator.plan().step()
+    }
+
+    /// By how much the torques of the last step differ from the ones before ([`Terms::jerk`]), which they take the place of.
+    fn jerk(&mut self) -> f64 {
+        let changes = self.simulator.torques().iter().zip(&mut self.torques).zip(&*self.torque_shares);
+        let change = |((now, before), share): ((&f64, &mut f64), &f64)| {
+            let change = (now - *before).abs() * share;
+            *before = *now;
+            change
+        };
+        changes.map(change).sum()
     }
 
     /// Mean distance by which the contacts of the last step slid, m.
@@ -205,9 +242,17 @@ impl World for SimulatedWorld {
             let before = self.simulator.state().root.orientation;
             upright = self.simulator.step(Command::Track { now: &self.now, next: &self.next }).is_ok();
             if upright {
-                terms.turn += heading_change(&before, &self.simulator.state().root.orientation);
+                let turned = self.simulator.state().root.orientation * before.inverse();
+                terms.turn += heading_change(&turned);
+                terms.sway += tilt_change(&turned);
                 terms.work += self.work();
                 terms.slip += self.slip();
+                terms.impact += self.impact();
+                let jerk = self.jerk();
+                // Of the first step it is not known what the torques were before.
+                if done > steps.start + 1 {
+                    terms.jerk += jerk;
+                }
                 upright = self.upright.holds(self.simulator.state());
             }
         }
@@ -248,7 +293,7 @@ fn pushes(model: &Model, stance: &Stance, gravity: f64) -> Vec<State> {
     if model.fixed_base {
         return Vec::new();
     }
-    let speed = PUSH * (gravity * stance.root_height.max(0.01)).sqrt();
+    let speed = PUSH * (gravity * stance.root_height.max(LEAST_HEIGHT)).sqrt();
     let pushed = [-1.0, 1.0].map(|side| {
         let mut state = stance.state.clone();
         state.root.linear_velocity += Vector3::new(-speed, side * speed, 0.0);
@@ -263,9 +308,13 @@ fn heading(orientation: &UnitQuaternion<f64>) -> f64 {
     forward.y.atan2(forward.x)
 }
 
-/// Rotation about the vertical between two orientations a step apart, rad.
-fn heading_change(before: &UnitQuaternion<f64>, after: &UnitQuaternion<f64>) -> f64 {
-    let change = after * before.inverse();
+/// The part about the vertical of how a root turned in one step, rad.
+fn heading_change(change: &UnitQuaternion<f64>) -> f64 {
     // The quaternion and its negative are the same rotation; this takes the shorter of the two.
     2.0 * (change.k * change.w.signum()).atan2(change.w.abs())
+}
+
+/// The part about horizontal axes of how a root turned in one step, rad.
+fn tilt_change(change: &UnitQuaternion<f64>) -> f64 {
+    2.0 * change.i.hypot(change.j).atan2(change.w.abs())
 }

@@ -120,6 +120,8 @@ pub fn learn(
     let LearningSetup { model, stance, scene, accuracy, task, parameters, seed, threads } = setup;
     let objective = Objective::new(task, model, stance, reference_gravity(scene))
         .map_err(|error| error.under("/task"))?;
+    let natural = parameters.repairs.has(Repair::NaturalCost);
+    let objective = if natural { objective } else { objective.as_published() };
     let grid = grid::Grid::new(model, stance, task.direction, parameters);
     if let Some(checkpoint) = &resume {
         let fits = checkpoint.fits(*seed, &Learning::from(parameters), task, &grid);

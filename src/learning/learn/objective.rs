@@ -19,12 +19,19 @@ pub fn reference_gravity(scene: &Scene) -> f64 {
     if gravity > 0.0 { gravity } else { STANDARD_GRAVITY }
 }
 
-/// Cost of each kind at its usual weight: of energy a metre of ∫ Σ |τ q̇| dt / (m g), of drift a metre across the
-/// direction, of turn a standing root height of arc, of slip a metre that a contact slides.
+/// Height that a root is taken for that lies on the ground and gives no scale, m.
+pub(super) const LEAST_HEIGHT: f64 = 0.01;
+/// Cost of each kind at its usual weight, m: of energy a metre of ∫ Σ |τ q̇| dt / (m g), of drift a metre across the
+/// direction, of turn and of sway a standing root height of arc, of slip a metre that a contact slides, of impact the way at
+/// Froude number 1 in the time for which a link carries twice the weight, of jerk a standing root height for torques that
+/// change by the weight at that height.
 const ENERGY: f64 = 0.02;
 const DRIFT: f64 = 0.5;
 const TURN: f64 = 2.0;
 const SLIP: f64 = 0.1;
+const IMPACT: f64 = 0.5;
+const SMOOTHNESS: f64 = 0.02;
+const POSTURE: f64 = 0.1;
 
 /// What a stretch of motion did, as far as the reward asks.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -37,6 +44,12 @@ pub struct Terms {
     pub work: f64,
     /// Distance slid by contacts: ∫ Σ |v_tangential| dt, divided by the number of contacts, m.
     pub slip: f64,
+    /// By how much links carry more than the character's weight: ∫ Σ (F / (m g) − 1)₊ dt, s.
+    pub impact: f64,
+    /// Σ |Δτ| over steps and joints, over m g h, or over m g for joints that slide.
+    pub jerk: f64,
+    /// Way of the trunk's tilt to and fro: ∫ |ω_horizontal| dt, rad.
+    pub sway: f64,
 }
 
 impl Terms {
@@ -54,6 +67,9 @@ impl std::ops::AddAssign for Terms {
         self.turn += other.turn;
         self.work += other.work;
         self.slip += other.slip;
+        self.impact += other.impact;
+        self.jerk += other.jerk;
+        self.sway += other.sway;
     }
 }
 
@@ -120,8 +136,7 @@ impl Objective {
         }
         let [x, y, _] = task.direction;
         let length = x.hypot(y);
-        // A root that lies on the ground gives no scale; a centimetre keeps the figures finite.
-        let height = height.max(0.01);
+        let height = height.max(LEAST_HEIGHT);
         Ok(Self {
             direction: [x / length, y / length],
             speed: match task.pace(gravity * height) {
@@ -133,6 +148,12 @@ impl Objective {
             height,
             froude_speed: (gravity * height).sqrt(),
         })
+    }
+
+    /// The same without what makes a motion natural and the algorithm as published knows nothing of: impacts, jerk and sway cost nothing.
+    pub fn as_published(mut self) -> Self {
+        self.weights = Weights { impact: 0.0, smoothness: 0.0, posture: 0.0, ..self.weights };
+        self
     }
 
     /// The speed that the task asks for, m/s; `None` where any will do.
@@ -161,7 +182,10 @@ impl Objective {
         Earnings {
             plain: wanted.unwrap_or(progress)
                 - weights.energy * ENERGY * terms.work / self.weight_force
-                - weights.slip * SLIP * terms.slip,
+                - weights.slip * SLIP * terms.slip
+                - weights.impact * IMPACT * self.froude_speed * terms.impact
+                - weights.smoothness * SMOOTHNESS * self.height * terms.jerk
+                - weights.posture * POSTURE * self.height * terms.sway,
             signed: [
                 weights.turn * TURN * self.height * terms.turn,
                 weights.drift * DRIFT * (x * dy - y * dx),

@@ -23,19 +23,22 @@ pub enum Repair {
     Symmetry,
     /// Beside the behaviour of the greedy policy, the cycle of greatest reward per time is tried.
     BestCycle,
+    /// Impacts, jerky torques and the swaying of the trunk are charged, too, and not energy, slip, turn and drift alone.
+    NaturalCost,
     /// Until a behaviour has passed the whole check, only the best of a generation is given it.
     BoundedStart,
 }
 
 impl Repair {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::HeadingFrame,
         Self::WholeCycle,
         Self::TransitionTimes,
         Self::WholeGroups,
         Self::Symmetry,
         Self::BestCycle,
+        Self::NaturalCost,
         Self::BoundedStart,
     ];
 
@@ -48,6 +51,7 @@ impl Repair {
             Self::WholeGroups => "whole_groups",
             Self::Symmetry => "symmetry",
             Self::BestCycle => "best_cycle",
+            Self::NaturalCost => "natural_cost",
             Self::BoundedStart => "bounded_start",
         }
     }

@@ -132,7 +132,7 @@ impl Task {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Weights {
-    /// The cost of transport, and torques and joint speeds near their limits.
+    /// The cost of transport, and, of gaits by name, torques and joint speeds near their limits.
     pub energy: f64,
     /// Travel across the direction.
     pub drift: f64,
@@ -140,11 +140,11 @@ pub struct Weights {
     pub turn: f64,
     /// Sliding of what stands.
     pub slip: f64,
-    /// Peaks of the feet's forces.
+    /// Peaks of the feet's forces; to QDSEGA, what a link carries beyond the whole weight.
     pub impact: f64,
-    /// Jerky torques, and strides that differ from each other.
+    /// Jerky torques, and, of gaits by name, strides that differ from each other.
     pub smoothness: f64,
-    /// Swaying of the trunk, and anything but feet on the ground.
+    /// Swaying of the trunk, and, of gaits by name, anything but feet on the ground.
     pub posture: f64,
 }
 

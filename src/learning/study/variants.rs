@@ -118,6 +118,7 @@ fn without(repair: Repair) -> &'static str {
         Repair::WholeGroups => "repaired but whole_groups",
         Repair::Symmetry => "repaired but symmetry",
         Repair::BestCycle => "repaired but best_cycle",
+        Repair::NaturalCost => "repaired but natural_cost",
         Repair::BoundedStart => "repaired but bounded_start",
     }
 }

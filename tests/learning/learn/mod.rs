@@ -7,6 +7,7 @@ mod crank;
 mod policies;
 mod repairs;
 mod requests;
+mod rewards;
 mod states;
 mod symmetry;
 mod toy;
@@ -43,11 +44,14 @@ pub fn parameters(learning: &Learning, stance: &Stance) -> Parameters {
     learning.resolve(stance, 9.81, Accuracy::default().step).unwrap()
 }
 
+/// Nothing is charged.
+pub fn free() -> Weights {
+    Weights { energy: 0.0, drift: 0.0, turn: 0.0, slip: 0.0, impact: 0.0, smoothness: 0.0, posture: 0.0 }
+}
+
+/// As far as possible, at no cost.
 pub fn plain_task() -> Task {
-    Task {
-        weights: Weights { energy: 0.0, drift: 0.0, turn: 0.0, slip: 0.0, ..Weights::default() },
-        ..Task::default()
-    }
+    Task { weights: free(), ..Task::default() }
 }
 
 #[derive(Default)]

@@ -14,10 +14,16 @@ fn fitness_is_progress_less_costs() {
     let weights = Weights { energy: 5.0, drift: 1.0, turn: 1.0, slip: 2.5, ..Weights::default() };
     let task = Task { direction: [0.0, -3.0, 9.0], weights, ..Task::default() };
     let objective = Objective::of(&task, 10.0, 0.5, 9.81).unwrap();
-    let terms = Terms { displacement: [1.0, -4.0], turn: -0.3, work: 98.1, slip: 2.0 };
+    let known = Terms { displacement: [1.0, -4.0], turn: -0.3, work: 98.1, slip: 2.0, ..Terms::default() };
+    let terms = Terms { impact: 0.1, jerk: 8.0, sway: 0.7, ..known };
     // 4 m forward; 1 m aside; 0.3 rad; 98.1 J of 10 kg: one metre's weight; 2 m slid.
-    let expected = (4.0 - 0.1 * 1.0 - 0.5 * 1.0 - 2.0 * 0.5 * 0.3 - 0.25 * 2.0) / 2.0;
+    let plain = (4.0 - 0.1 * 1.0 - 0.5 * 1.0 - 2.0 * 0.5 * 0.3 - 0.25 * 2.0) / 2.0;
+    // 0.1 s of twice the weight at a Froude speed of √(9.81 · 0.5) m/s; eight times the torque of the weight at half a metre; 0.7 rad there.
+    let natural = (0.5 * 0.1 * (9.81f64 * 0.5).sqrt() + 0.02 * 0.5 * 8.0 + 0.1 * 0.5 * 0.7) / 2.0;
+    let expected = plain - natural;
     assert!((objective.fitness(&terms, 2.0) - expected).abs() < 1e-12);
+    let published = objective.as_published();
+    assert!((published.fitness(&terms, 2.0) - plain).abs() < 1e-12);
     let at_speed = |speed| {
         let task = Task { speed: Some(AskedSpeed::Number(speed)), ..task.clone() };
         Objective::of(&task, 10.0, 0.5, 9.81).unwrap().fitness(&terms, 2.0)
