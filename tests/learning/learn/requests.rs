@@ -28,6 +28,8 @@ fn fitness_is_progress_less_costs() {
         let task = Task { speed: Some(AskedSpeed::Number(speed)), ..task.clone() };
         Objective::of(&task, 10.0, 0.5, 9.81).unwrap().fitness(&terms, 2.0)
     };
+    // At a speed a quarter of what is unnatural is charged.
+    let expected = plain - 0.25 * natural;
     assert!((at_speed(2.0) - expected).abs() < 1e-12, "at the wanted speed nothing is charged");
     assert!((at_speed(1.5) - (expected - 1.0)).abs() < 1e-12, "0.5 m/s too fast: 1.5 − 0.5 instead of 2");
     assert!((at_speed(3.0) - expected).abs() < 1e-12, "too slow: 3 − 1");

@@ -171,15 +171,18 @@ fn learned_trot(generations: u32) -> Gait {
 fn speed_alone_cuts_a_ring_of_eight_short_and_the_natural_cost_keeps_it() {
     let gait = learned_trot(10);
     let cache = gait.known();
+    let asked = Task { froude: Some(0.4), ..Task::default() };
+    // Each state is followed by the next one, all round.
+    let whole = |cycle: &[usize]| {
+        let next = |place: usize| cycle[(place + 1) % cycle.len()];
+        cycle.len() == 8 && (0..8).all(|place| next(place) == (cycle[place] + 1) % 8)
+    };
     for seed in 10..15 {
         let [greedy, best] = gait.learned(&plain_task(), &cache, seed);
         assert!(greedy.len() < 8 && best.len() < 8, "by speed, seed {seed}: {greedy:?} and {best:?}");
-        // Each state is followed by the next one, all round.
         let [greedy, best] = gait.learned(&Task::default(), &cache, seed);
-        for cycle in [&greedy, &best] {
-            let next = |place: usize| cycle[(place + 1) % cycle.len()];
-            let whole = cycle.len() == 8 && (0..8).all(|place| next(place) == (cycle[place] + 1) % 8);
-            assert!(whole, "by the natural cost, seed {seed}: {greedy:?} and {best:?}");
-        }
+        assert!(whole(&greedy) && whole(&best), "by natural cost, seed {seed}: {greedy:?} and {best:?}");
+        let [greedy, _] = gait.learned(&asked, &cache, seed);
+        assert!(whole(&greedy), "by natural cost at a speed, seed {seed}: {greedy:?}");
     }
 }
