@@ -9,19 +9,24 @@ use re_sdk::external::re_log_types::BlueprintActivationCommand;
 use re_sdk::sink::MemorySink;
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamBuilder, RecordingStreamError};
 use re_sdk_types::blueprint::archetypes::{
-    Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
+    Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend, TimeAxis,
     TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
 };
 use re_sdk_types::blueprint::components::{
     BackgroundKind, ContainerKind, Corner2D, Eye3DKind, LoopMode, PanelState, PlayState,
 };
 use re_sdk_types::components::Plane3D;
+use re_sdk_types::datatypes::{TimeInt, TimeRange, TimeRangeBoundary};
 use uuid::Uuid;
 
 use super::appearance::Appearance;
 use super::paths::APPLICATION;
 use super::{paths, scenery};
+use gaitwright_learning::learn::reference_gravity;
 use gaitwright_physics::scene::Scene;
+
+/// Joints are shown from so long before the time cursor to so long after it, √(size / g).
+const SHOWN: [f64; 2] = [-6.0, 2.0];
 
 /// Sends the layout for a character of this appearance through `stream`.
 pub(super) fn send(
@@ -93,8 +98,8 @@ impl Sheet<'_> {
         self.legend(&cache)?;
         let curves = self.container(ContainerKind::Tabs, "Learning", &[fitness, cache], &[])?;
 
-        let angles = self.joints(appearance, "Angles and targets, rad", &["angle", "target"])?;
-        let torques = self.joints(appearance, "Torques, N m", &["torque"])?;
+        let angles = self.joints((appearance, scene), "Angles and targets, rad", &["angle", "target"])?;
+        let torques = self.joints((appearance, scene), "Torques, N m", &["torque"])?;
         let joints = self.container(ContainerKind::Tabs, "Joints", &[angles, torques], &[])?;
 
         let motion = self.view("TextDocument", "Motion", &["+ /motion"])?;
@@ -131,7 +136,7 @@ impl Sheet<'_> {
 
     fn joints(
         &mut self,
-        appearance: &Appearance,
+        (appearance, scene): (&Appearance, &Scene),
         name: &str,
         quantities: &[&str],
     ) -> Result<Part, RecordingStreamError> {
@@ -144,6 +149,10 @@ impl Sheet<'_> {
             .collect();
         let view = self.view("TimeSeries", name, &contents)?;
         self.property(&view, "PlotLegend", &PlotLegend::new().with_visible(false))?;
+        let unit = (appearance.size / reference_gravity(scene)).sqrt();
+        let [start, end] = SHOWN
+            .map(|units| TimeRangeBoundary::CursorRelative(TimeInt((1e9 * units * unit).round() as i64)));
+        self.property(&view, "TimeAxis", &TimeAxis::new().with_view_range(TimeRange { start, end }))?;
         Ok(view)
     }
 
