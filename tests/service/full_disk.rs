@@ -10,6 +10,7 @@ use serde_json::json;
 use tempfile::TempDir;
 
 use crate::http::client::{FailingWrites, PADDLER, curl};
+use crate::http::whole::hasty_task;
 
 /// Longest time to the end of a training that takes a few seconds where nothing fails.
 const END: Duration = Duration::from_secs(60);
@@ -23,7 +24,7 @@ const TRIES: i64 = 16;
 /// A training of the paddler in `folder`, of so many generations; it finds a motion in two.
 fn training(folder: &Path, generations: u32) -> Command {
     let job = json!({
-        "task": { "direction": [-1.0, 0.0, 0.0] }, "seed": 2,
+        "task": hasty_task([-1.0, 0.0, 0.0]), "seed": 2,
         "learning": { "population": 4, "islands": 1, "elite": 1, "episodes": 2, "trial_seconds": 0.5,
             "check_seconds": 1.0, "generations": generations },
     });

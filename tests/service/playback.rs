@@ -1,6 +1,7 @@
 //! A motion document is all it takes to play a learned motion back.
 
 use crate::common;
+use crate::http::whole::hasty_task;
 
 use std::path::Path;
 use std::process::Command;
@@ -73,7 +74,9 @@ fn a_published_motion_is_judged_and_tried() {
         let (job, out) = (folder.path().join("job.json"), folder.path().join(name));
         let learning =
             json!({ "generations": 2, "population": 8, "islands": 1, "episodes": 4, "seeds": "none" });
-        let job_document = json!({ "learning": learning, "seed": 5, "scene": { "friction": 0.5 } });
+        let task = hasty_task([1.0, 0.0, 0.0]);
+        let job_document =
+            json!({ "task": task, "learning": learning, "seed": 5, "scene": { "friction": 0.5 } });
         std::fs::write(&job, job_document.to_string()).unwrap();
         let arguments =
             ["train", path(&character), "--out", path(&out), "--job", path(&job), "--threads", threads];
