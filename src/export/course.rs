@@ -5,6 +5,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::HPos;
 
 use super::diagram::{Area, DiagramError, Drawn, FAINT, INK, drawn, label};
+use gaitwright_learning::program::cost::HOLDS;
 use gaitwright_learning::study::{LearningTable, VariantRow};
 
 const WIDTH: u32 = 960;
@@ -17,7 +18,7 @@ const BOTTOM: i32 = 500;
 const LINE: i32 = 22;
 /// Places along the time axis at which lines are drawn.
 const PLACES: usize = 240;
-const COLORS: [RGBColor; 9] = [
+const COLORS: [RGBColor; 10] = [
     RGBColor(31, 95, 160),
     RGBColor(200, 95, 15),
     RGBColor(20, 130, 90),
@@ -27,6 +28,7 @@ const COLORS: [RGBColor; 9] = [
     RGBColor(20, 140, 160),
     RGBColor(95, 100, 110),
     RGBColor(215, 130, 175),
+    RGBColor(30, 30, 40),
 ];
 
 /// Draws what the best motion of each variant of a question costs as a natural gait over simulated time: the median of its
@@ -46,7 +48,7 @@ fn draw(area: &Area<'_>, table: &LearningTable, question: &str) -> Drawn {
     let task = &table.task;
     label(area, about, (20, 24), 20.0, HPos::Left)?;
     let asked = format!(
-        "{} at Froude number {}: cost as a natural gait, median and range of {} runs; from 100 on a constraint is broken",
+        "{} at Froude number {}: cost as a natural gait, median and range of {} runs; from {HOLDS} on a constraint is broken",
         task.character, task.froude, task.seeds
     );
     label(area, &asked, (20, 48), 13.0, HPos::Left)?;
