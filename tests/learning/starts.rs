@@ -64,7 +64,7 @@ fn a_way_is_set_straight_though_feedback_holds_the_heading() {
         let crooked = straightening.disturbed(parameters).unwrap();
         let Straightened { candidate: straight, evaluations, seconds } =
             straightening.straightened(crooked.clone()).unwrap();
-        assert!(evaluations > 0 && seconds >= straight.figures.seconds);
+        assert!(evaluations > 0 && seconds > straight.figures.seconds);
         assert_eq!(straight.parameters.len(), parameters.len());
         assert!(straight.cost < crooked.cost, "{} after {}", straight.cost, crooked.cost);
         [&crooked, &straight].map(|tried| tried.figures.sideways.abs())
@@ -74,10 +74,10 @@ fn a_way_is_set_straight_though_feedback_holds_the_heading() {
     parameters[SIDEWAYS] = 6.0;
     let [before, after] = sideways(&parameters);
     assert!(before > 0.05 && after < 0.05, "{before} before, {after} after");
-    // Feedback works against the three corrections by a unit each: more than one of six is taken back all the same.
+    // Three corrections by a unit each take back half of six units, less what is lost as they are found.
     for parameters in steer::by_heading(&parameters) {
         let [before, after] = sideways(&parameters);
-        assert!(before > 0.05 && after < 5.0 / 6.0 * before, "{before} before, {after} after");
+        assert!(before > 0.05 && after < 0.55 * before, "{before} before, {after} after");
     }
 }
 

@@ -178,7 +178,7 @@ fn everything_that_went_in_is_read_back_on_both_timelines() {
     for part in ["/viewport", "/time_panel"] {
         assert!(content.layout.iter().any(|path| path == part), "no {part} in the layout");
     }
-    for (property, of) in [("EyeControls3D", 1), ("LineGrid3D", 1), ("ViewContents", 8)] {
+    for (property, of) in [("EyeControls3D", 1), ("LineGrid3D", 1), ("TimeAxis", 2), ("ViewContents", 8)] {
         let found = content.layout.iter().filter(|path| path.ends_with(property)).count();
         assert_eq!(found, of, "{property}");
     }

@@ -185,8 +185,8 @@ impl SimulatedWorld {
         beyond.sum::<f64>() * self.simulator.plan().step()
     }
 
-    /// By how much the torques of the last step differ from the ones before ([`Terms::jerk`]), which they take the place of.
-    fn jerk(&mut self) -> f64 {
+    /// By how much the torques of the last step differ from the ones before ([`Terms::torque_variation`]), which they take the place of.
+    fn torque_variation(&mut self) -> f64 {
         let changes = self.simulator.torques().iter().zip(&mut self.torques).zip(&*self.torque_shares);
         let change = |((now, before), share): ((&f64, &mut f64), &f64)| {
             let change = (now - *before).abs() * share;
@@ -248,10 +248,10 @@ impl World for SimulatedWorld {
                 terms.work += self.work();
                 terms.slip += self.slip();
                 terms.impact += self.impact();
-                let jerk = self.jerk();
+                let variation = self.torque_variation();
                 // Of the first step it is not known what the torques were before.
                 if done > steps.start + 1 {
-                    terms.jerk += jerk;
+                    terms.torque_variation += variation;
                 }
                 upright = self.upright.holds(self.simulator.state());
             }

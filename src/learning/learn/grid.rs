@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::behaviour::Posture;
 use super::limb::{JointChain, Sagittal, limbs};
+use super::objective::LEAST_HEIGHT;
 use super::parameters::Parameters;
 use super::repairs::Repair;
 use super::symmetry::Symmetry;
@@ -35,7 +36,7 @@ impl Grid {
             let reach = match model.bodies[joint + 1].dof {
                 DofKind::Revolute => parameters.reach,
                 // The arc of the same angle at a radius of half the standing height.
-                DofKind::Prismatic => parameters.reach * 0.5 * stance.root_height.max(0.01),
+                DofKind::Prismatic => parameters.reach * 0.5 * stance.root_height.max(LEAST_HEIGHT),
             };
             let crossing = parameters.swing * reach / parameters.transition_time;
             // A joint without an actuator has no targets to choose from.

@@ -11,10 +11,11 @@ use super::steer;
 use super::subject::Subject;
 use crate::learn::{Interrupted, Stop};
 
-/// How many steps set a way straight; they begin with this change of a parameter, not where turn (rad a stride) and way aside (a share of
-/// the way) are less than this.
+/// Corrections by which a way is set straight.
 pub const TRIMS: u32 = 3;
+/// Change of each trim from which its first slope is taken, in units of the parameters.
 const TRIM: f64 = 0.3;
+/// A way is straight where it turns by less than this in a stride, rad, and goes aside by less than this share of its length.
 const STRAIGHT: f64 = 0.001;
 /// What a trim changes counts as rounding where it is less than this share of what it changes most.
 const ROUNDING: f64 = 1e-9;

@@ -10,6 +10,7 @@ mod requests;
 mod rewards;
 mod states;
 mod symmetry;
+mod terms;
 mod toy;
 
 use std::sync::Arc;

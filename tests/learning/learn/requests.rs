@@ -15,7 +15,7 @@ fn fitness_is_progress_less_costs() {
     let task = Task { direction: [0.0, -3.0, 9.0], weights, ..Task::default() };
     let objective = Objective::of(&task, 10.0, 0.5, 9.81).unwrap();
     let known = Terms { displacement: [1.0, -4.0], turn: -0.3, work: 98.1, slip: 2.0, ..Terms::default() };
-    let terms = Terms { impact: 0.1, jerk: 8.0, sway: 0.7, ..known };
+    let terms = Terms { impact: 0.1, torque_variation: 8.0, sway: 0.7, ..known };
     // 4 m forward; 1 m aside; 0.3 rad; 98.1 J of 10 kg: one metre's weight; 2 m slid.
     let plain = (4.0 - 0.1 * 1.0 - 0.5 * 1.0 - 2.0 * 0.5 * 0.3 - 0.25 * 2.0) / 2.0;
     // 0.1 s of twice the weight at a Froude speed of √(9.81 · 0.5) m/s; eight times the torque of the weight at half a metre; 0.7 rad there.
