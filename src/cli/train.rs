@@ -58,7 +58,7 @@ impl TrainCommand {
     pub fn run(self) -> Result<(), CommandError> {
         let reading = read_character(&self.character, self.strict)?;
         let (settings, place) = self.settings()?;
-        let order = Order::new(reading, settings).map_err(CommandError::input(place))?;
+        let order = Order::new(reading, settings).map_err(CommandError::input(place.clone()))?;
         let out = &self.out;
         std::fs::create_dir_all(out).with_context(|| format!("{} cannot be made", out.display()))?;
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
@@ -67,7 +67,7 @@ impl TrainCommand {
         cancel_on_interrupt(cancel.clone())?;
         let outcome = run(&order, threads, out, (&cancel, Duration::MAX), None, &mut Progress::new())
             .map_err(|error| match error {
-                RunError::Input(error) => CommandError::Input { name: name(&self.character), error },
+                RunError::Input(error) => CommandError::Input { name: place, error },
                 error => CommandError::from(error),
             })?;
         list(out)?;

@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use super::memory::MemoryEstimate;
 use super::request::Settings;
-use gaitwright_learning::training::check_gait;
+use gaitwright_learning::learn::AskedSpeed;
+use gaitwright_learning::training::check_task;
 use gaitwright_physics::character::{self, JointKind, Link, Options, Reading, Source};
 use gaitwright_physics::fault::{Fault, InputError};
 use gaitwright_physics::model::{Base, Model};
@@ -61,15 +62,15 @@ impl Order {
         if faults.is_empty() { Ok(Self { reading, settings }) } else { Err(InputError::Impossible(faults)) }
     }
 
-    /// Whether the character has the legs for the gait that is asked for, which takes finding how it stands; `None` when
-    /// `stop` returns true before that is known.
+    /// Whether the character has the legs for the gait and the speed that are asked for, which takes finding how it stands; `None`
+    /// when `stop` returns true before that is known.
     ///
     /// # Errors
     ///
-    /// [`InputError::Impossible`] at `/task/gait`.
-    pub fn check_gait(&self, stop: &dyn Fn() -> bool) -> Result<Option<()>, InputError> {
+    /// [`InputError::Impossible`] at `/task/gait` and `/task/speed`.
+    pub fn check_task(&self, stop: &dyn Fn() -> bool) -> Result<Option<()>, InputError> {
         let Settings { task, scene, .. } = &self.settings;
-        if task.any_gait() {
+        if task.any_gait() && !matches!(task.speed, Some(AskedSpeed::Number(_))) {
             return Ok(Some(()));
         }
         let model = Arc::new(Model::new(Arc::new(self.reading.character.clone()), Base::Floating));
@@ -77,7 +78,7 @@ impl Order {
         if stop() {
             return Ok(None);
         }
-        check_gait(task, &model, &stance, scene).map(Some)
+        check_task(task, &model, &stance, scene).map(Some)
     }
 
     /// How much memory it may come to need on so many threads.

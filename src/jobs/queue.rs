@@ -80,7 +80,7 @@ impl Jobs {
             self.compute(move |given_up| {
                 let order = Order::read(&bytes, source, place, settings)?;
                 order.memory(threads).check(budget)?;
-                order.check_gait(given_up)?.ok_or(ServiceError::GivenUp)?;
+                order.check_task(given_up)?.ok_or(ServiceError::GivenUp)?;
                 let character = &order.reading.character;
                 Ok(CharacterName { name: character.name.clone(), digest: character.digest.clone() })
             })

@@ -14,7 +14,7 @@
 //! | [`study`] | the paper's open questions, and rival searches, on equal budgets |
 //! | [`accuracy`] | computing time against error for integrators, solvers and steps; the setting to take for a tolerance; the hard cases and their bounds; rapier3d as the engine compared with |
 //!
-//! `learn` and `gait` know neither each other nor the other two; `accuracy` simulates scenarios.
+//! `learn` and `gait` know neither each other nor any of the rest; `accuracy` simulates scenarios.
 //!
 //! The same document and the same seed give the same result, bit for bit, whatever the number of threads. Only
 //! computing times differ.

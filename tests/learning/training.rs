@@ -206,9 +206,19 @@ fn a_few_generations_teach_a_walk_that_is_a_walk() {
     let player = motion.player(&stance.angles);
     // It was taken for keeping every trial, and comes with them: they need not be tried again.
     let check = motion.check(&setup, &player);
-    let trace = check.run(&|| false).unwrap().trace;
-    assert_eq!(motion.trials, check.trials(&trace, 1, &|| false).unwrap());
+    let mut checked = check.run(&|| false).unwrap();
+    assert_eq!(motion.trials, check.trials(&checked, 1, &|| false).unwrap());
     assert!(motion.trials.len() == 10 && motion.trials.iter().all(Trial::kept), "{:?}", motion.trials);
+    // What goes by the name of a leap is tried as one, on ground four times as hard, whatever was asked for.
+    checked.gait.gait = Some("bound".to_owned());
+    let of_leap = check.trials(&checked, 1, &|| false).unwrap();
+    let softness = |trials: &[Trial]| -> f64 {
+        let named =
+            |trial: &Trial| trial.change.strip_prefix("soft contacts of ")?.split(' ').next()?.parse().ok();
+        trials.iter().find_map(named).unwrap()
+    };
+    let (of_walk, of_leap) = (softness(&motion.trials), softness(&of_leap));
+    assert!((of_leap / of_walk - 0.25).abs() < 1e-3, "{of_leap} and {of_walk} ms");
     let played_at = |factor: f64| {
         let accuracy = Accuracy { step: factor * accuracy.step, ..*accuracy };
         let plan = StepPlan::compile(scene, &accuracy, Some(&motion.gains), model).unwrap();

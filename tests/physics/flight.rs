@@ -280,3 +280,23 @@ fn a_whirling_string_converges_with_the_step() {
         assert!((1.5..3.0).contains(&(pair[0] / pair[1])), "{errors:?}");
     }
 }
+
+/// A push gives all of a character another velocity, in the middle of a run and in both coordinate systems.
+#[test]
+fn a_push_moves_the_whole_character() {
+    let model = common::example("quadruped.urdf");
+    let push = Vector3::new(0.3, -0.5, 0.2);
+    for (integrator, coordinates) in METHODS {
+        let accuracy = Accuracy { integrator, coordinates, ..Accuracy::default() };
+        let plan = common::plan(&model, &common::without(&[Effect::Gravity]), &accuracy, None);
+        let mut simulator = Simulator::new(plan, spinning(&model, &mut ChaCha8Rng::seed_from_u64(5)));
+        (0..20).for_each(|_| simulator.step(Command::Passive).unwrap());
+        let before = simulator.momentum();
+        let mut state = simulator.state().clone();
+        state.push(push);
+        simulator.set_state(&state);
+        (0..20).for_each(|_| simulator.step(Command::Passive).unwrap());
+        let gained = (simulator.momentum().linear - before.linear) / model.mass;
+        assert!((gained - push).norm() < 1e-10, "{integrator:?}, {coordinates:?}: {gained} m/s");
+    }
+}

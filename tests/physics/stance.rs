@@ -131,3 +131,51 @@ fn a_character_that_cannot_stand_is_said_not_to() {
     let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
     assert!(!Stance::find(&model, &Scene::default()).stable);
 }
+
+/// Balls of a mesh become hulls of many corners, of which contacts keep four; the lowest corner decides how high it stands.
+#[test]
+fn a_hull_of_many_corners_rests_on_its_lowest() {
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let corners: Vec<[f64; 3]> = (0..30)
+        .map(|index| {
+            let z = 1.0 - (2.0 * f64::from(index) + 1.0) / 30.0;
+            let (across, turn) = ((1.0 - z * z).sqrt(), golden * f64::from(index));
+            [0.1 * across * turn.cos(), 0.1 * across * turn.sin(), 0.1 * z]
+        })
+        .collect();
+    let document = serde_json::json!({
+        "format": "gaitwright/character@1", "name": "stone",
+        "links": [{ "name": "stone", "density": 1000.0, "shapes": [{ "kind": "hull", "vertices": corners }] }],
+    });
+    let reading = character::read(document.to_string().as_bytes(), Source::Json, Options::default()).unwrap();
+    let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
+    let scene: Scene = serde_json::from_str(r#"{"ground": {"kind": "plane", "height": 0.5}}"#).unwrap();
+    let stance = Stance::find(&model, &scene);
+    let pose = link_poses(&model, &stance.state)[0];
+    let lowest = corners
+        .iter()
+        .map(|&[x, y, z]| (pose * nalgebra::Point3::new(x, y, z)).z)
+        .fold(f64::INFINITY, f64::min);
+    assert!((lowest - 0.5).abs() < 1e-6, "its lowest corner is at {lowest} m");
+    assert_eq!(stance.support, [0]);
+}
+
+#[test]
+fn a_character_has_fallen_by_its_height_over_the_ground_below_it() {
+    let model = common::example("quadruped.urdf");
+    // A ramp of 10 % downhill along x, level with the origin there.
+    let scene: Scene = serde_json::from_str(
+        r#"{"ground": {"kind": "height_field", "size": [40, 2], "heights": [[2, -2], [2, -2]]}}"#,
+    )
+    .unwrap();
+    let stance = Stance::find(&model, &scene);
+    let upright = Upright::new(&model, &stance, &scene);
+    let at = |x: f64, over: f64| {
+        let mut state = stance.state.clone();
+        state.root.position = nalgebra::Point3::new(x, 0.0, -0.1 * x + over * stance.root_height);
+        upright.holds(&state)
+    };
+    for x in [-15.0, 0.0, 15.0] {
+        assert!(at(x, 1.0) && !at(x, 0.3), "{x} m down the way");
+    }
+}

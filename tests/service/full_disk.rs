@@ -85,7 +85,7 @@ fn a_training_that_cannot_write_says_so_and_ends() {
         assert!(message.contains("out") && message.contains("os error"), "{allowed}: {message}");
         assert_eq!(message.matches("os error").count(), 1, "{message}");
         let left = files(&folder.path().join("out"));
-        assert!(!left.iter().any(|name| name.contains(".unfinished")), "{left:?}");
+        assert!(!left.iter().any(|name| name.contains("unfinished")), "{left:?}");
         for name in left.iter().filter(|name| name.ends_with(".json")) {
             let bytes = std::fs::read(folder.path().join("out").join(name)).unwrap();
             serde_json::from_slice::<serde_json::Value>(&bytes)
@@ -99,13 +99,15 @@ fn a_training_that_cannot_write_says_so_and_ends() {
 fn a_training_sweeps_what_one_before_it_has_left() {
     let folder = TempDir::new().unwrap();
     std::fs::create_dir_all(folder.path().join("out/motions")).unwrap();
-    for name in ["out/.unfinishedAbCdEf", "out/motions/.unfinishedAbCdEf", "out/notes.txt"] {
+    for name in
+        ["out/.gaitwright-unfinishedAbCdEf", "out/motions/.gaitwright-unfinishedAbCdEf", "out/notes.txt"]
+    {
         std::fs::write(folder.path().join(name), "half").unwrap();
     }
     let output = ended(training(folder.path(), 2).spawn().unwrap(), END, "a training");
     assert!(output.status.success());
     let left = files(&folder.path().join("out"));
-    assert!(!left.iter().any(|name| name.contains(".unfinished")), "{left:?}");
+    assert!(!left.iter().any(|name| name.contains("unfinished")), "{left:?}");
     assert!(left.contains(&"notes.txt".to_owned()) && left.contains(&"motion.json".to_owned()), "{left:?}");
 }
 

@@ -60,7 +60,7 @@ pub(super) fn write(sampled: &SampledMotion<'_>, motion: &Motion) -> Result<Stri
         );
     }
     model.body(0, 2);
-    let gravity = numbers(&motion.scene.gravity);
+    let gravity = numbers(motion.scene.acting_gravity().as_slice());
     let step = motion.provenance.accuracy.step.min(STEP);
     let (actuators, keys) = (model.actuators(), model.keys());
     let Model { text, meshes, .. } = model;

@@ -9,15 +9,16 @@ use tempfile::NamedTempFile;
 use uuid::Uuid;
 
 use crate::jobs::job::JobStorage;
+use crate::jobs::repertoire::Repertoire;
 
 /// Folder of the jobs' folders.
 const JOBS: &str = "jobs";
 
 /// How the names of files begin that have no lasting name yet.
-const UNFINISHED: &str = ".unfinished";
+const UNFINISHED: &str = ".gaitwright-unfinished";
 
 /// How the names of files begin that are written to see whether files can be.
-const PROBE: &str = ".probe";
+const PROBE: &str = ".gaitwright-probe";
 
 /// What a job leaves behind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -89,40 +90,28 @@ impl Shelf {
         write_whole(&self.path(folder, name), contents)
     }
 
-    /// Removes the files there that are numbered as motions are; the folder may hold a user's own as well.
+    /// Removes the file called `name` there, where it is there.
     ///
     /// # Errors
     ///
-    /// When a file cannot be removed.
-    fn clear(self, folder: &Path) -> io::Result<()> {
-        let files = match std::fs::read_dir(folder.join(self.name())) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-            files => files?,
-        };
-        for file in files {
-            let file = file?;
-            let name = file.file_name();
-            let number = name.to_str().and_then(|name| name.strip_suffix(".json")?.split('-').next());
-            if number.is_some_and(|number| number.parse::<u32>().is_ok()) {
-                std::fs::remove_file(file.path())?;
-            }
-        }
-        Ok(())
+    /// When it cannot be removed.
+    fn remove(self, folder: &Path, name: &str) -> io::Result<()> {
+        remove(&self.path(folder, name))
     }
 }
 
-/// What is left by a job that has ended, and served as its results.
-const RESULTS: [Artefact; 9] = [
+/// What a job that learns leaves when it has ended, served as its results.
+const LEARNED: [Artefact; 6] = [
     Artefact::Motion,
     Artefact::Motions,
     Artefact::Report,
     Artefact::Gait,
     Artefact::Curve,
     Artefact::Diagram,
-    Artefact::Table,
-    Artefact::TableCsv,
-    Artefact::Front,
 ];
+
+/// What a study leaves.
+const STUDIED: [Artefact; 3] = [Artefact::Table, Artefact::TableCsv, Artefact::Front];
 
 impl Artefact {
     /// Its name in the job's folder.
@@ -162,10 +151,15 @@ impl Artefact {
     ///
     /// When it cannot be removed.
     pub fn remove(self, folder: &Path) -> io::Result<()> {
-        match std::fs::remove_file(self.path(folder)) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-            _ => Ok(()),
-        }
+        remove(&self.path(folder))
+    }
+}
+
+/// Removes a file, where it is there.
+fn remove(path: &Path) -> io::Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(about(path, &error)),
+        _ => Ok(()),
     }
 }
 
@@ -175,10 +169,30 @@ impl Artefact {
 ///
 /// When a file that is there cannot be removed.
 pub(in crate::jobs) fn withdraw(folder: &Path) -> io::Result<()> {
-    for artefact in RESULTS {
-        artefact.remove(folder)?;
+    withdraw_learned(folder)?;
+    STUDIED.into_iter().try_for_each(|artefact| artefact.remove(folder))
+}
+
+/// Removes what was learned in an earlier run, and nothing else: the folder may be a user's own. Which files there are motions, the list
+/// of motions says.
+///
+/// # Errors
+///
+/// When a file that is there cannot be removed.
+pub(in crate::jobs) fn withdraw_learned(folder: &Path) -> io::Result<()> {
+    for file in listed_motions(folder) {
+        Shelf::ALL.into_iter().try_for_each(|shelf| shelf.remove(folder, &file))?;
     }
-    Shelf::ALL.into_iter().try_for_each(|shelf| shelf.clear(folder))
+    LEARNED.into_iter().try_for_each(|artefact| artefact.remove(folder))
+}
+
+/// Names of the files of the motions that the list in `folder` names; none where there is no such list.
+fn listed_motions(folder: &Path) -> Vec<String> {
+    let list = std::fs::read(Artefact::Motions.path(folder)).unwrap_or_default();
+    let repertoire: Repertoire = serde_json::from_slice(&list).unwrap_or_default();
+    let files = repertoire.motions.into_iter().map(|motion| motion.file);
+    // Only what lies in the shelf itself.
+    files.filter(|file| Path::new(file).file_name() == Some(file.as_ref())).collect()
 }
 
 /// The folders in which a job has files, each with what the names of its files begin with.

@@ -27,7 +27,7 @@ use super::job::JobStorage;
 use super::places::FilesPlace;
 use super::store::Claim;
 pub use folder::{Artefact, Shelf};
-pub(super) use folder::{Unfinished, storage, sweep_folder, sync, withdraw};
+pub(super) use folder::{Unfinished, storage, sweep_folder, sync, withdraw, withdraw_learned};
 use objects::Objects;
 pub use objects::{Joined, choose_cryptography};
 pub use upload::Upload;

@@ -85,7 +85,7 @@ pub fn run(
     watcher.prepared(&prepared);
 
     watcher.stage(Stage::Learning);
-    files::withdraw(folder)?;
+    files::withdraw_learned(folder)?;
     let limit = CancelLimit::new(cancel, check_limit);
     let mut recorder = Recorder::create(folder, order, &prepared, checkpoint.as_ref(), &limit, watcher)?;
     let trained = train(&prepared.setup, &mut recorder, cancel, checkpoint)?;

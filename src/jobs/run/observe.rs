@@ -131,7 +131,7 @@ impl<'a> Recorder<'a> {
             checked.validity.trials.clone_from(&motion.trials);
         } else if !self.limit.is_cancelled() {
             let threads = self.prepared.setup.threads;
-            checked.validity.trials = check.trials(&checked.trace, threads, &|| self.limit.is_cancelled())?;
+            checked.validity.trials = check.trials(&checked, threads, &|| self.limit.is_cancelled())?;
         }
         let seconds = recorded_time(&player, SHOWN_FINISHED);
         let text = match self.shelved.add(&self.folder, (self.order, self.prepared), motion, &checked)? {

@@ -9,7 +9,7 @@ use crate::jobs::request::Settings;
 use gaitwright_learning::accuracy::{AccuracyCheck, check, settle, swaying};
 use gaitwright_learning::learn::{Cancel, LearningSetup, reference_gravity};
 use gaitwright_learning::scenario::{ScenarioSetup, Script};
-use gaitwright_learning::training::LearnedMotion;
+use gaitwright_learning::training::{LearnedMotion, check_task};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{AccuracyChoice, StepPlan};
@@ -41,6 +41,7 @@ impl PreparedRun {
         if cancel.is_cancelled() {
             return Ok(None);
         }
+        check_task(&task, &model, &stance, &scene)?;
         let scene = learning.trunk.in_scene(&scene);
         let swaying = swaying(&model, &stance, &scene);
         let settled = settle(&swaying, &accuracy, &|| cancel.is_cancelled())?;

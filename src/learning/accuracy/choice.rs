@@ -18,24 +18,26 @@ use super::spread::ErrorSpread;
 use super::truth::Truth;
 use crate::scenario::{Files, PreparedScenario, Scenario, ScenarioSetup, Script};
 use gaitwright_physics::fault::InputError;
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{Body, DofKind, Model};
 use gaitwright_physics::motion::{Player, TargetLimits, shape};
-use gaitwright_physics::scene::{Accuracy, AccuracyChoice, AskedAccuracy, Integrator, Scene};
+use gaitwright_physics::scene::{Accuracy, AccuracyChoice, AskedAccuracy, Integrator, Scene, usual_step};
 use gaitwright_physics::stance::Stance;
 
-/// The steps to choose from, s, the longest first.
-const STEPS: [f64; 6] = [0.008, 0.004, 0.002, 0.001, 0.0005, AskedAccuracy::FINEST];
+/// The steps to choose from, in usual steps of the character ([`usual_step`]), the longest first.
+const STEPS: [f64; 6] = [4.0, 2.0, 1.0, 0.5, 0.25, AskedAccuracy::FINEST];
 
 /// The tolerance that goes with each of them under error control, rad or m.
 const STEP_TOLERANCES: [f64; 6] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
 
-/// How the scenario is cut into the pieces that the settings are tried on.
-const PIECES: Pieces = Pieces { count: 6, span: 4.0, length: 0.064, finest: STEPS[5], finer: 32.0 };
+/// How the scenario is cut into the pieces that the settings are tried on, with times in usual steps.
+const PIECES: Pieces =
+    Pieces { count: 6, span: 2000.0, length: 32.0, finest: AskedAccuracy::FINEST, finer: 32.0 };
 
-/// How far the joints sway to either side in the motion of [`swaying`], rad or m, and for how long each time, s.
+/// How far the joints sway to either side in the motion of [`swaying`], rad or sizes of the character, for how long each time, and
+/// for how long in all, in usual steps.
 const SWAY: f64 = 0.1;
-const SWAY_TIME: f64 = 0.25;
-const SWAYING: f64 = 2.0;
+const SWAY_TIME: f64 = 125.0;
+const SWAYING: f64 = 1000.0;
 
 /// The settings for what `setup` asks for: those asked for, or the cheapest within the tolerance asked for, with
 /// the reason. `None` when `stop` returns true before they are found.
@@ -54,10 +56,11 @@ pub fn settle(
             return Ok(asked.settings(setup.model.size).map(|accuracy| (accuracy, None)));
         }
     };
-    let Some((problem, truth)) = reference(setup, &PIECES, stop)? else { return Ok(None) };
+    let step = usual_step(setup.model.size);
+    let Some((problem, truth)) = reference(setup, &pieces(step), stop)? else { return Ok(None) };
     let mut most_exact = f64::INFINITY;
     let mut cheapest: Option<(f64, Accuracy, f64)> = None;
-    for accuracy in candidates() {
+    for accuracy in candidates(step) {
         let settings = TrialSettings { engine: Engine::Gaitwright, accuracy };
         let Some(outcome) = problem.try_out(&settings, 0, stop) else { return Ok(None) };
         let TrialOutcome::Measured(figures) = outcome else { continue };
@@ -73,7 +76,7 @@ pub fn settle(
     let certain = truth.uncertainty.is_none_or(|uncertainty| uncertainty <= tolerance);
     match cheapest.filter(|_| certain) {
         Some((work, accuracy, error)) => {
-            let because = because(&truth, work);
+            let because = because(&truth, step, work);
             Ok(Some((accuracy, Some(AccuracyChoice { tolerance, error, because }))))
         }
         None => Err(out_of_reach(most_exact, &truth).into()),
@@ -108,7 +111,8 @@ pub fn check(
     stop: &dyn Fn() -> bool,
 ) -> Result<Option<AccuracyCheck>, InputError> {
     let without = |because| AccuracyCheck { tolerance, error: None, spread: None, holds: false, because };
-    let (problem, truth) = match reference(setup, &Pieces { span: setup.duration, ..PIECES }, stop) {
+    let pieces = Pieces { span: setup.duration, ..pieces(usual_step(setup.model.size)) };
+    let (problem, truth) = match reference(setup, &pieces, stop) {
         Ok(Some(found)) => found,
         Ok(None) => return Ok(None),
         Err(StudyError::Input(error)) => return Err(error),
@@ -134,10 +138,16 @@ pub fn check(
     }))
 }
 
-/// The settings to choose from.
-fn candidates() -> impl Iterator<Item = Accuracy> {
+/// [`PIECES`] of a character with this usual `step`, s.
+fn pieces(step: f64) -> Pieces {
+    let Pieces { span, length, finest, .. } = PIECES;
+    Pieces { span: span * step, length: length * step, finest: finest * step, ..PIECES }
+}
+
+/// The settings to choose from for a character with this `usual` step, s.
+fn candidates(usual: f64) -> impl Iterator<Item = Accuracy> {
     let methods = [Integrator::SemiImplicitEuler, Integrator::MoreauJean];
-    let whole = move |step| Accuracy { step, ..Accuracy::default() };
+    let whole = move |step| Accuracy { step: step * usual, ..Accuracy::default() };
     let divided = move |(step, tolerance)| Accuracy { step_tolerance: Some(tolerance), ..whole(step) };
     let controlled = STEPS.into_iter().zip(STEP_TOLERANCES).map(divided);
     let settings = STEPS.into_iter().map(whole).chain(controlled);
@@ -145,11 +155,13 @@ fn candidates() -> impl Iterator<Item = Accuracy> {
     settings.flat_map(with).filter(|accuracy| accuracy.faults().is_empty())
 }
 
-fn because(truth: &Truth, work: f64) -> String {
+fn because(truth: &Truth, step: f64, work: f64) -> String {
     format!(
         "of both methods of integration, at steps from {} to {} s and under error control, this takes the least \
          work within the tolerance: {work:.0} evaluations for a simulated second; tried on this very scene: {}",
-        STEPS[0], STEPS[5], truth.because,
+        STEPS[0] * step,
+        STEPS[5] * step,
+        truth.because,
     )
 }
 
@@ -189,11 +201,15 @@ pub fn prepare_until(
 /// character has learned any.
 pub fn swaying(model: &Arc<Model>, stance: &Stance, scene: &Scene) -> ScenarioSetup {
     let leaning_to = |sign: f64| -> Vec<f64> {
-        let leaning = |(angle, limit): (&f64, &Option<[f64; 2]>)| {
-            let target = angle + sign * SWAY;
+        let leaning = |((angle, limit), body): ((&f64, &Option<[f64; 2]>), &Body)| {
+            let sway = match body.dof {
+                DofKind::Revolute => SWAY,
+                DofKind::Prismatic => SWAY * model.size,
+            };
+            let target = angle + sign * sway;
             limit.map_or(target, |[lower, upper]| target.max(lower).min(upper))
         };
-        stance.angles.iter().zip(&model.limits).map(leaning).collect()
+        stance.angles.iter().zip(&model.limits).zip(&model.bodies[1..]).map(leaning).collect()
     };
     let mut postures = [leaning_to(1.0), leaning_to(-1.0)].map(|angles| {
         let rest = vec![0.0; angles.len()];
@@ -202,7 +218,8 @@ pub fn swaying(model: &Arc<Model>, stance: &Stance, scene: &Scene) -> ScenarioSe
     let mut shaped: Vec<_> =
         postures.iter_mut().map(|(angles, rates)| (angles.as_mut_slice(), rates.as_mut_slice())).collect();
     let limits = TargetLimits::of(&model.character);
-    let time = shape(&stance.angles, &mut shaped, 0, SWAY_TIME, &limits);
+    let step = usual_step(model.size);
+    let time = shape(&stance.angles, &mut shaped, 0, SWAY_TIME * step, &limits);
     let cycle = postures.iter().map(|(angles, rates)| (angles.as_slice(), rates.as_slice()));
     let player = Player::from_postures(&stance.angles, [], cycle, time);
     ScenarioSetup {
@@ -211,6 +228,6 @@ pub fn swaying(model: &Arc<Model>, stance: &Stance, scene: &Scene) -> ScenarioSe
         gains: Some(stance.gains.clone()),
         start: stance.state.clone(),
         script: Script::Track(player),
-        duration: SWAYING,
+        duration: SWAYING * step,
     }
 }

@@ -16,6 +16,7 @@ use super::settings::TrialSettings;
 use super::truth::{OtherTruth, Truth};
 use crate::scenario::ScenarioSetup;
 use gaitwright_physics::fault::InputError;
+use gaitwright_physics::motion::Playing;
 use gaitwright_physics::scene::{Accuracy, Integrator, SolverChoice, SolverKind};
 use gaitwright_physics::sim::{Simulator, State};
 
@@ -60,8 +61,9 @@ pub fn reference(
 
     let mut path = ReferenceRun::new(setup, finely(pieces.finest))?;
     let mut starts = vec![setup.start.clone()];
+    let mut playing = setup.script.playing(&setup.start.root);
     for _ in 1..count {
-        if !path.advance((apart / pieces.finest).round() as usize, stop)? {
+        if !path.advance((apart / pieces.finest).round() as usize, &mut playing, stop)? {
             return Ok(None);
         }
         starts.push(path.simulator.state().clone());
@@ -79,7 +81,8 @@ pub fn reference(
     for start in starts {
         for (run, steps) in [&mut fine, &mut coarser].into_iter().zip(steps) {
             run.simulator.set_state(&start);
-            if !run.advance(steps, stop)? {
+            // No feedback: what is compared starts in the middle of its motion.
+            if !run.advance(steps, &mut None, stop)? {
                 return Ok(None);
             }
         }
@@ -158,13 +161,20 @@ impl<'a> ReferenceRun<'a> {
         Ok(Self { setup, simulator, step: accuracy.step, now: targets.clone(), next: targets })
     }
 
-    /// Takes `steps` steps from the present state; whether they were all taken before `stop` returned true.
-    fn advance(&mut self, steps: usize, stop: &dyn Fn() -> bool) -> Result<bool, StudyError> {
+    /// Takes `steps` steps from the present state, with the feedback of what is `playing`; whether they were all taken before `stop`
+    /// returned true.
+    fn advance(
+        &mut self,
+        steps: usize,
+        playing: &mut Option<Playing>,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<bool, StudyError> {
         let (script, start) = (&self.setup.script, self.simulator.state().time);
-        script.targets(start, &mut self.next);
+        script.steered_targets(playing, start, &self.simulator.state().root, &mut self.next);
         for index in 1..=steps {
             std::mem::swap(&mut self.now, &mut self.next);
-            script.targets(start + index as f64 * self.step, &mut self.next);
+            let (time, root) = (start + index as f64 * self.step, self.simulator.state().root);
+            script.steered_targets(playing, time, &root, &mut self.next);
             self.simulator.step(script.command(&self.now, &self.next)).map_err(StudyError::BrokenOff)?;
             if stop() {
                 return Ok(false);

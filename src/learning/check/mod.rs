@@ -145,14 +145,13 @@ impl MotionCheck<'_> {
 
     /// What its gait is measured with.
     fn setting<'s>(&'s self, standing: &'s [Isometry3<f64>]) -> GaitContext<'s> {
-        let [x, y, z] = self.scene.gravity;
         GaitContext {
             model: self.model,
             support: &self.stance.support,
             standing,
             ground: self.scene.ground.as_ref().map_or(0.0, |ground| Terrain::new(ground).height(0.0, 0.0)),
             mass: self.model.mass,
-            gravity: x.hypot(y).hypot(z),
+            gravity: self.scene.acting_gravity().norm(),
             direction: self.direction,
         }
     }

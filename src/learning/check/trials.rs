@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use nalgebra::{Point3, Vector3};
 
-use super::{CHECKED, MotionCheck};
+use super::{CHECKED, CheckedMotion, MotionCheck};
 use crate::accuracy::Engine;
 use crate::accuracy::rapier::Rapier;
 use crate::gait::leaps;
@@ -23,8 +23,10 @@ use gaitwright_physics::stance::Upright;
 /// strides of many short steps, so that the usual 20 s would take minutes to simulate.
 const ROUNDS: [f64; 2] = [10.0, 120.0];
 
-/// Time between two samples of a trial, s.
+/// Longest time between two samples of a trial, s, and as a share of the loop: a trial may last ten rounds only, of which a sample is
+/// to be less than the share that a motion may lack at its end.
 const SAMPLED: f64 = 0.02;
+const SAMPLED_SHARE: f64 = 1.0 / 12.0;
 
 /// What a trial changes, as factors of what the motion was learned with.
 #[derive(Debug, Clone)]
@@ -70,7 +72,7 @@ const RAPIER_STEP: f64 = 16.0;
 /// Where a character's centre of mass was when, and when it had fallen.
 #[derive(Debug, Default)]
 struct Course {
-    /// Time, s, and place in the world frame, m, every [`SAMPLED`] seconds.
+    /// Time, s, and place in the world frame, m, of each sample.
     marks: Vec<(f64, Point3<f64>)>,
     fell_at: Option<f64>,
 }
@@ -84,19 +86,20 @@ impl From<&Trace> for Course {
 
 impl MotionCheck<'_> {
     /// Plays under every changed condition, on `threads` threads, which changes nothing about the result; without what
-    /// `stop` cuts short. `undisturbed` is the motion played as it was learned, for as long at least.
+    /// `stop` cuts short. `checked` is the motion played as it was learned, for as long at least: what goes by a leap's name there is
+    /// tried as a leap, or what was to go by one where it has none.
     ///
     /// # Errors
     ///
     /// Every fault of scene, accuracy and gains.
     pub fn trials(
         &self,
-        undisturbed: &Trace,
+        checked: &CheckedMotion,
         threads: usize,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Vec<Trial>, InputError> {
-        let changes = self.changes();
-        let undisturbed = Course::from(undisturbed);
+        let changes = self.changes(checked.gait.gait.as_deref().or(self.gait));
+        let undisturbed = Course::from(&checked.trace);
         let results: Vec<Mutex<Result<Option<Trial>, InputError>>> =
             changes.iter().map(|_| Mutex::new(Ok(None))).collect();
         // What takes longest first, so that no thread works on alone at the end.
@@ -124,8 +127,8 @@ impl MotionCheck<'_> {
             .collect()
     }
 
-    /// Everything that is tried. A step that the simulator would refuse is not.
-    fn changes(&self) -> Vec<Change> {
+    /// Everything that is tried of a motion that goes by the name `gait`. A step that the simulator would refuse is not.
+    fn changes(&self, gait: Option<&str>) -> Vec<Change> {
         let mut changes = Vec::new();
         for factor in disturbance::FRICTION {
             let name = format!("friction times {factor}");
@@ -149,7 +152,7 @@ impl MotionCheck<'_> {
                 });
             }
         }
-        let soft = disturbance::soft_contact(self.size(), self.gravity(), self.gait.is_some_and(leaps));
+        let soft = disturbance::soft_contact(self.size(), self.gravity(), gait.is_some_and(leaps));
         if soft > self.scene.contact_time_constant {
             let name = format!("soft contacts of {:.2} ms", 1000.0 * soft);
             changes.push(Change { soft: Some(soft), ..Change::none(name) });
@@ -164,6 +167,12 @@ impl MotionCheck<'_> {
         CHECKED.clamp(least, most)
     }
 
+    /// Time between two samples of a trial, s.
+    fn trial_sampling(&self) -> f64 {
+        let period = self.player.period();
+        if period > 0.0 { SAMPLED.min(SAMPLED_SHARE * period) } else { SAMPLED }
+    }
+
     /// To the left, half-way through what a trial has of the loop.
     fn push(&self) -> Push {
         let speed = disturbance::push(self.size(), self.gravity());
@@ -175,13 +184,13 @@ impl MotionCheck<'_> {
     /// neither legs nor its joints in a row.
     fn size(&self) -> f64 {
         let Self { model, stance, direction, .. } = *self;
-        let legs = Legs::of(model, stance, direction).or_else(|| Legs::none(model, stance, direction));
+        let legs = Legs::any(model, stance, direction);
         legs.map_or(stance.root_height, |legs| legs.hip_height)
     }
 
     /// m/s².
     fn gravity(&self) -> f64 {
-        Vector3::from(self.scene.gravity).norm()
+        self.scene.acting_gravity().norm()
     }
 
     /// The direction of travel, level and of unit length.
@@ -220,7 +229,7 @@ impl MotionCheck<'_> {
             player: self.player,
             upright: &Upright::new(&model, self.stance, &scene),
             seconds: self.trial_seconds(),
-            sample_every: SAMPLED,
+            sample_every: self.trial_sampling(),
         };
         let course = match change.engine {
             Engine::Gaitwright => Some(Course::from(&playback.run_pushed(change.push, stop))),

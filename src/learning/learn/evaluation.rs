@@ -157,7 +157,7 @@ impl SimulatedWorld {
             simulator: Simulator::new(Arc::new(plan), stance.state.clone()),
             up: Unit::new_normalize(stance.state.root.orientation.inverse() * Vector3::z()),
             standing: Arc::new(stance.state.clone()),
-            disturbed: pushes(model, stance, reference_gravity(scene)).into(),
+            disturbed: pushes(model, stance, reference_gravity(scene), direction).into(),
             cell_levels: parameters.trunk_cells,
             mirror: mirror.map(|sources| Mirror::new(direction, stance, sources)),
             weight,
@@ -287,16 +287,18 @@ impl World for SimulatedWorld {
     }
 }
 
-/// The standing state with the root given a small velocity backward and to the left, and the same to the right; none
+/// The standing state with the root given a small velocity backward and to the left of `direction`, and the same to the right; none
 /// for a root that is fixed to the world.
-fn pushes(model: &Model, stance: &Stance, gravity: f64) -> Vec<State> {
+fn pushes(model: &Model, stance: &Stance, gravity: f64, [x, y, _]: [f64; 3]) -> Vec<State> {
     if model.fixed_base {
         return Vec::new();
     }
     let speed = PUSH * (gravity * stance.root_height.max(LEAST_HEIGHT)).sqrt();
+    let length = x.hypot(y);
     let pushed = [-1.0, 1.0].map(|side| {
         let mut state = stance.state.clone();
-        state.root.linear_velocity += Vector3::new(-speed, side * speed, 0.0);
+        let (ahead, left) = (-speed / length, side * speed / length);
+        state.root.linear_velocity += Vector3::new(ahead * x - left * y, ahead * y + left * x, 0.0);
         state
     });
     pushed.to_vec()

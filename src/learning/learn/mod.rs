@@ -65,12 +65,12 @@ pub use budget::Budget;
 pub use checkpoint::Checkpoint;
 pub use generation::Generation;
 pub use learned::Learned;
-pub use objective::{Earnings, Objective, Terms, reference_gravity};
+pub use objective::{Earnings, LEAST_HEIGHT, Objective, Terms, reference_gravity};
 pub use observer::Observer;
 pub use parameters::{Coding, Learning, Parameters, SearchMethod, Seeds};
 pub use repairs::{Repair, Repairs};
 pub use stop::{Cancel, Interrupted, Stop, StopReason};
-pub use task::{ANY_GAIT, AskedSpeed, Pace, SpeedWord, Task, Weights};
+pub use task::{ANY_GAIT, AskedSpeed, GREATEST_FROUDE, Pace, SpeedWord, Task, Weights};
 pub use trunk::Trunk;
 
 /// Everything that [`learn`] needs.

@@ -1,7 +1,5 @@
 //! How a stretch of motion is scored against its task.
 
-use nalgebra::Vector3;
-
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
 use gaitwright_physics::scene::Scene;
@@ -15,12 +13,12 @@ const STANDARD_GRAVITY: f64 = 9.81;
 /// The gravity to which energies, speeds and times are related in `scene`, m/s²: its own, or the Earth's where it has
 /// none.
 pub fn reference_gravity(scene: &Scene) -> f64 {
-    let gravity = Vector3::from(scene.gravity).norm();
+    let gravity = scene.acting_gravity().norm();
     if gravity > 0.0 { gravity } else { STANDARD_GRAVITY }
 }
 
 /// Height that a root is taken for that lies on the ground and gives no scale, m.
-pub(super) const LEAST_HEIGHT: f64 = 0.01;
+pub const LEAST_HEIGHT: f64 = 0.01;
 
 /// Cost of each kind at its usual weight, m: of energy a metre of ∫ Σ |τ q̇| dt / (m g), of drift a metre across the
 /// direction, of turn and of sway a standing root height of arc, of slip a metre that a contact slides, of impact the way at

@@ -275,7 +275,9 @@ impl<'a, W: World> Subset<'a, W> {
         let tracked = Arc::new(self.simulate(state, action)?);
         self.totals.simulated += 1;
         self.totals.seconds += tracked.seconds;
-        self.additions.push((key, tracked.clone()));
+        if self.context.parameters.cache_transitions > 0 {
+            self.additions.push((key, tracked.clone()));
+        }
         Ok(tracked)
     }
 

@@ -10,7 +10,7 @@ const GREATEST_COMPONENT: f64 = 1e6;
 /// Greatest speed that can be asked for, m/s.
 const GREATEST_SPEED: f64 = 1e3;
 /// Greatest Froude number that can be asked for.
-const GREATEST_FROUDE: f64 = 100.0;
+pub const GREATEST_FROUDE: f64 = 100.0;
 /// Greatest weight of a cost.
 const GREATEST_WEIGHT: f64 = 1e6;
 /// The gait of a task that leaves it open.
@@ -128,7 +128,7 @@ impl Task {
 }
 
 /// Factors by which costs count: 1 is usual, 0 leaves a cost out. All costs are without unit and suit small and large
-/// characters alike. QDSEGA knows the first four.
+/// characters alike.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Weights {

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
-use gaitwright_physics::model::Model;
+use gaitwright_physics::model::{DofKind, Model};
 use gaitwright_physics::sim::contact::Against;
 use gaitwright_physics::sim::{Simulator, State};
 
@@ -42,8 +42,6 @@ pub struct RolloutFigures {
     pub roll: f64,
     /// rad.
     pub pitch: f64,
-    /// Share of the time in which nothing touched the ground.
-    pub aerial: f64,
     /// Share of the time in which something else than a foot touched the ground.
     pub scuffed: f64,
     /// Root mean square of the torques' rate times √(h / g), over m g h.
@@ -116,7 +114,6 @@ pub(super) struct Watch<'a> {
     /// Of the forces on the ground, and of their slip with that weight.
     load: f64,
     slid: f64,
-    aerial: f64,
     scuffed: f64,
     /// Least and greatest height, roll and pitch.
     ranges: [[f64; 2]; 3],
@@ -171,7 +168,6 @@ impl<'a> Watch<'a> {
             speed_used: 0.0,
             load: 0.0,
             slid: 0.0,
-            aerial: 0.0,
             scuffed: 0.0,
             ranges: [[f64::INFINITY, f64::NEG_INFINITY]; 3],
             marks: Vec::new(),
@@ -220,7 +216,7 @@ impl<'a> Watch<'a> {
     /// Forces of the ground.
     fn contacts(&mut self, simulator: &Simulator, judged: bool) {
         self.forces.fill(0.0);
-        let (mut touching, mut scuffing) = (false, false);
+        let mut scuffing = false;
         for contact in simulator.contacts().filter(|contact| contact.against == Against::Ground) {
             let normal = contact.force.dot(&contact.normal).max(0.0);
             match self.leg_of[contact.link] {
@@ -230,7 +226,6 @@ impl<'a> Watch<'a> {
                     self.lies |= self.model.links[contact.link].body == 0;
                 }
             }
-            touching = true;
             if judged {
                 let across = contact.velocity - contact.normal * contact.velocity.dot(&contact.normal);
                 self.slid += normal * across.norm();
@@ -238,7 +233,6 @@ impl<'a> Watch<'a> {
             }
         }
         if judged {
-            self.aerial += f64::from(u8::from(!touching));
             self.scuffed += f64::from(u8::from(scuffing));
         }
         let (sine, cosine) = (TAU * (self.judged + 1) as f64 / self.period).sin_cos();
@@ -268,7 +262,9 @@ impl<'a> Watch<'a> {
         let rates = &simulator.state().velocities;
         for (joint, torque) in simulator.torques().iter().enumerate() {
             self.work += (torque * rates[joint]).abs() * self.step;
-            self.rates += (torque - self.torques[joint]).powi(2);
+            // A force of a joint that slides is counted as if it had the hips' height as its arm.
+            let arm = if self.slides(joint) { self.size() } else { 1.0 };
+            self.rates += (arm * (torque - self.torques[joint])).powi(2);
             let actuator = plan.actuator_limits(joint);
             self.bounded += usize::from(actuator.is_bounded());
             self.saturated += usize::from(actuator.gives_all(*torque, rates[joint]));
@@ -327,7 +323,6 @@ impl<'a> Watch<'a> {
             heave: range(0) / size,
             roll: range(1),
             pitch: range(2),
-            aerial: self.aerial / time,
             scuffed: self.scuffed / time,
             torque_rate: (self.rates / time).sqrt() / self.step * unit_time / (weight * size),
             smoothness: self.smoothness(legs.iter().map(|leg| leg.duty).fold(0.0, f64::max)),
@@ -340,13 +335,24 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Least share of a joint's variance in the harmonics of feet with this greatest duty factor, among the joints that move.
+    fn slides(&self, joint: usize) -> bool {
+        self.model.bodies[joint + 1].dof == DofKind::Prismatic
+    }
+
+    /// Least share of a joint's variance in the harmonics of feet with this greatest duty factor, among the joints that move; those
+    /// that slide are compared with each other.
     fn smoothness(&self, duty: f64) -> f64 {
         let held = harmonics(duty);
         let count = self.postures as f64;
         let variance = |sums: &JointSums| (sums.square / count - (sums.sum / count).powi(2)).max(0.0);
-        let greatest = self.joint_sums.iter().map(variance).fold(0.0, f64::max);
-        let moving = self.joint_sums.iter().filter(|sums| variance(sums) > MOVING * MOVING * greatest);
+        let mut greatest: [f64; 2] = [0.0; 2];
+        for (joint, sums) in self.joint_sums.iter().enumerate() {
+            let of_kind = &mut greatest[usize::from(self.slides(joint))];
+            *of_kind = of_kind.max(variance(sums));
+        }
+        let moving = self.joint_sums.iter().enumerate().filter(|(joint, sums)| {
+            variance(sums) > MOVING * MOVING * greatest[usize::from(self.slides(*joint))]
+        });
         // Over whole strides the harmonics are orthogonal: each has half the square of its amplitude.
         let explained = |sums: &JointSums| {
             sums.harmonics[..held]
@@ -355,7 +361,7 @@ impl<'a> Watch<'a> {
                 .map(|product| 2.0 * (product / count).powi(2))
                 .sum::<f64>()
         };
-        moving.map(|sums| explained(sums) / variance(sums)).fold(1.0, f64::min)
+        moving.map(|(_, sums)| explained(sums) / variance(sums)).fold(1.0, f64::min)
     }
 
     /// Root mean square of the change of the marks from one stride to the next; the first is still of the entry.

@@ -297,6 +297,11 @@ impl Legs {
         Some(Self { legs, support, spine: None, center, inertia, mass, hip_height, length, to_way, standing })
     }
 
+    /// The legs, or else a body without legs whose joints are a row, for travel along `direction`; `None` where there is neither.
+    pub fn any(model: &Model, stance: &Stance, direction: [f64; 3]) -> Option<Self> {
+        Self::of(model, stance, direction).or_else(|| Self::none(model, stance, direction))
+    }
+
     /// A body without legs whose joints are a row, for travel along `direction`; `None` where they are not, and where it stands on
     /// legs.
     pub fn none(model: &Model, stance: &Stance, direction: [f64; 3]) -> Option<Self> {

@@ -76,11 +76,6 @@ impl Refinement {
         Ok(Self { kept: tried, costs, evaluations, seconds, search, strides })
     }
 
-    /// How far the search reaches at present, in units of the parameters.
-    pub fn search_sigma(&self) -> f64 {
-        self.search.sigma()
-    }
-
     /// One generation on the threads of `pool`. What comes out does not depend on their number: candidates are
     /// drawn before any is tried, and compared in the order in which they were drawn.
     ///

@@ -79,7 +79,7 @@ impl Arena {
     ) -> Result<Self, InputError> {
         StepPlan::compile(scene, accuracy, None, model)?;
         let length = direction[0].hypot(direction[1]);
-        let (height, gravity) = (legs.hip_height, Vector3::from(scene.gravity).norm());
+        let (height, gravity) = (legs.hip_height, scene.acting_gravity().norm());
         let as_asked = Conditions {
             model: model.clone(),
             scene: scene.clone(),
@@ -224,7 +224,7 @@ impl Arena {
     fn push(&self, simulator: &mut Simulator, speed: f64) {
         let mut state = simulator.state().clone();
         let [x, y] = self.direction;
-        state.root.linear_velocity += Vector3::new(-x - y, x - y, 0.0) * speed;
+        state.push(Vector3::new(-x - y, x - y, 0.0) * speed);
         simulator.set_state(&state);
     }
 }

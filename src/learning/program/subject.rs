@@ -46,9 +46,9 @@ impl Subject {
         accuracy: &Accuracy,
         direction: [f64; 3],
     ) -> Option<Self> {
-        let legs = Legs::of(model, stance, direction).or_else(|| Legs::none(model, stance, direction))?;
+        let legs = Legs::any(model, stance, direction)?;
         let legs = Arc::new(legs);
-        let gravity = nalgebra::Vector3::from(scene.gravity).norm();
+        let gravity = scene.acting_gravity().norm();
         let gains = (gravity > 0.0).then(|| gains(model, stance, &legs, gravity))?;
         let (model, stance) = (model.clone(), stance.clone());
         Some(Self { model, stance, legs, gains, scene: scene.clone(), accuracy: *accuracy, direction })
@@ -56,7 +56,7 @@ impl Subject {
 
     /// m/s².
     pub fn gravity(&self) -> f64 {
-        nalgebra::Vector3::from(self.scene.gravity).norm()
+        self.scene.acting_gravity().norm()
     }
 
     /// The ring of keyframes that `parameters` mean, and the springs and dampers of the legs for it.

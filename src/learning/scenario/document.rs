@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use gaitwright_physics::fault::{Fault, InputError, member};
 use gaitwright_physics::motion::RootMotion;
-use gaitwright_physics::scene::{AskedAccuracy, Drive, Scene};
+use gaitwright_physics::scene::{Accuracy, AskedAccuracy, Drive, Scene};
 
 /// A simulation to run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -182,7 +182,7 @@ impl Scenario {
         positive("/sample_every", self.sample_every);
         let step = match &self.accuracy {
             AskedAccuracy::Settings(accuracy) | AskedAccuracy::StepBySize(accuracy) => accuracy.step,
-            AskedAccuracy::Tolerance(_) => AskedAccuracy::FINEST,
+            AskedAccuracy::Tolerance(_) => AskedAccuracy::FINEST * Accuracy::default().step,
         };
         if self.duration / step > STEPS {
             faults.push(Fault::new(

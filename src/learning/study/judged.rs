@@ -35,7 +35,7 @@ pub struct JudgedRun {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JudgedMotion {
-    /// What it costs as the named gait that it costs least as (see the guide); 100 and more where it breaks a constraint.
+    /// What it costs as the named gait that it costs least as (see the guide); 1000 and more where it breaks a constraint.
     pub natural_cost: f64,
     /// Along the direction, m/s.
     pub speed: f64,

@@ -134,7 +134,7 @@ pub fn variants() -> Vec<Variant> {
     };
     let longer = |name, learning| Variant { length: LONGER, ..plain(name, learning) };
     let rival = |name, search| Variant { name, search, length: 1.0 };
-    let drawn = Mutation { angle: 0.0, velocity: 0.0, time: 0.0, limb: 0.5, state: 1.0 };
+    let drawn = Mutation { angle: 0.0, velocity: 0.0, time: 0.0, limb: 1.0, state: 1.0 };
     let mut all = vec![
         plain("paper", paper()),
         longer("paper, 5 times as long", paper()),
@@ -157,7 +157,7 @@ pub fn variants() -> Vec<Variant> {
         },
         plain("repaired, 4 states", Learning { states: 4, ..repaired() }),
         plain("repaired, 16 states", Learning { states: 16, ..repaired() }),
-        // Every state of every child is drawn afresh.
+        // Every state of every child is drawn afresh, and which limbs move alike.
         plain("random subsets", Learning { crossover_rate: 0.0, mutation: drawn, ..repaired() }),
         rival("keyframes, GA", VariantSearch::KeyframeGa(KeyframeStart::Nothing)),
         rival("keyframes, GA, seeds", VariantSearch::KeyframeGa(KeyframeStart::Seeds)),

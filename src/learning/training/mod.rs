@@ -23,21 +23,19 @@ mod observer;
 mod qdsega;
 mod repertoire;
 mod shared;
+mod task_check;
 mod unnamed;
 
 use gaitwright_physics::fault::InputError;
-use gaitwright_physics::model::Model;
-use gaitwright_physics::scene::Scene;
-use gaitwright_physics::stance::Stance;
 
-use crate::learn::{Cancel, LearnError, LearningSetup, StopReason, Task};
-use crate::program::gaits::{gaits, ways};
-use crate::program::legs::Legs;
+use crate::learn::{Cancel, LearnError, LearningSetup, StopReason};
+use crate::program::gaits::ways;
 use crate::program::subject::Subject;
 
 pub use checkpoint::{Milestone, TrainingCheckpoint};
 pub use motion::{LearnedMotion, Trained};
 pub use observer::TrainingObserver;
+pub use task_check::check_task;
 
 /// Trains until everything that the task calls for is learned, the budget of the parameters is used up or `cancel` asks
 /// to stop, from `resume` if given.
@@ -69,33 +67,6 @@ fn subject(setup: &LearningSetup) -> Result<Option<Subject>, InputError> {
     let LearningSetup { model, stance, scene, accuracy, task, parameters, .. } = setup;
     let walker = Subject::new(model, stance, scene, accuracy, task.direction)
         .filter(|subject| !ways(&subject.legs).is_empty());
-    check_gait(task, model, stance, scene)?;
+    check_task(task, model, stance, scene)?;
     Ok(walker.filter(|_| parameters.gait_by_gait()))
-}
-
-/// Whether a character that stands so has the legs for the task's gait.
-///
-/// # Errors
-/// [`InputError::Impossible`] at `/task/gait`, with the gaits that there are.
-pub fn check_gait(task: &Task, model: &Model, stance: &Stance, scene: &Scene) -> Result<(), InputError> {
-    if task.any_gait() {
-        return Ok(());
-    }
-    // Without weight there is no stride.
-    let weight = scene.gravity.iter().any(|component| *component != 0.0);
-    let legs = Legs::of(model, stance, task.direction).filter(|_| weight).map_or(0, |legs| legs.legs.len());
-    let mut known: Vec<&str> = gaits(legs).iter().map(|gait| gait.gait).collect();
-    known.dedup();
-    if known.contains(&task.gait.as_str()) {
-        return Ok(());
-    }
-    let reason = if known.is_empty() {
-        format!(
-            "the character has no legs for `{}`, or not as many on both sides; only `any` suits it",
-            task.gait
-        )
-    } else {
-        format!("a character with {legs} legs has no gait `{}`; there are {}", task.gait, known.join(", "))
-    };
-    Err(InputError::impossible("/task/gait", reason))
 }

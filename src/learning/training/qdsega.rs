@@ -3,7 +3,7 @@
 use super::checkpoint::TrainingCheckpoint;
 use super::motion::Trained;
 use super::observer::TrainingObserver;
-use super::unnamed::UnnamedMotions;
+use super::unnamed::{UnnamedMotions, in_speed};
 use gaitwright_physics::fault::InputError;
 
 use crate::learn::{
@@ -34,7 +34,7 @@ pub(super) fn run(
     let spent = before.last().map_or(0.0, |figures| figures.elapsed);
     let budget = setup.parameters.budget.after(before.len() as u32, spent);
     let parameters = Parameters { budget, ..setup.parameters.clone() };
-    let left = LearningSetup { parameters, ..setup.clone() };
+    let left = LearningSetup { parameters, task: in_speed(setup), ..setup.clone() };
     let mut adapter = Adapter { observer, unnamed: unnamed.clone(), before };
     let Learned { ended, best, curve, .. } = learn(&left, &mut adapter, cancel, learner)?;
     let Adapter { observer, before, .. } = adapter;

@@ -127,6 +127,6 @@ fn checkpoint(setup: &LearningSetup, done: usize, progress: &Progress) -> Traini
         curve: progress.curve.clone(),
         simulated: progress.simulated,
         elapsed: progress.elapsed(),
-        by_the_clock: progress.by_the_clock,
+        by_the_clock: progress.by_the_clock || progress.hurried,
     }
 }

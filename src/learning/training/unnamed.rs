@@ -3,7 +3,20 @@
 use gaitwright_physics::scene::Gains;
 
 use super::motion::LearnedMotion;
-use crate::learn::{Behaviour, LearningSetup, Objective, reference_gravity};
+use super::task_check::hip_height;
+use crate::learn::{AskedSpeed, Behaviour, LearningSetup, Objective, Pace, Task, reference_gravity};
+
+/// The task of `setup` with a speed in place of a Froude number: that is one of the hips, of which QDSEGA knows nothing.
+pub(super) fn in_speed(setup: &LearningSetup) -> Task {
+    let LearningSetup { task, model, stance, scene, .. } = setup;
+    let height = || hip_height(model, stance, task.direction);
+    match task.froude.map(|_| task.pace(reference_gravity(scene) * height())) {
+        Some(Pace::At(speed)) => {
+            Task { speed: Some(AskedSpeed::Number(speed)), froude: None, ..task.clone() }
+        }
+        _ => task.clone(),
+    }
+}
 
 /// What every motion of QDSEGA has in common.
 #[derive(Debug, Clone)]
@@ -17,8 +30,8 @@ pub(super) struct UnnamedMotions {
 impl UnnamedMotions {
     /// Of the motions that are learned with `setup`.
     pub(super) fn of(setup: &LearningSetup) -> Self {
-        let LearningSetup { task, model, stance, scene, .. } = setup;
-        let objective = Objective::new(task, model, stance, reference_gravity(scene));
+        let LearningSetup { model, stance, scene, .. } = setup;
+        let objective = Objective::new(&in_speed(setup), model, stance, reference_gravity(scene));
         let speed = objective.ok().and_then(|objective| objective.wanted_speed());
         Self { gains: stance.gains.clone(), speed }
     }

@@ -107,7 +107,7 @@ impl Playback<'_> {
             let time = index as f64 * step;
             if let Some((_, velocity)) = push.filter(|(at, _)| *at == index) {
                 let mut state = simulator.state().clone();
-                state.root.linear_velocity += velocity;
+                state.push(velocity);
                 simulator.set_state(&state);
             }
             playing.targets(self.player, time, &simulator.state().root, &mut next);

@@ -83,8 +83,8 @@ impl Fields {
 }
 
 impl AskedAccuracy {
-    /// The shortest step that is chosen for a tolerance, s.
-    pub const FINEST: f64 = 2.5e-4;
+    /// The shortest step that is chosen for a tolerance, as a share of the character's [usual one](usual_step).
+    pub const FINEST: f64 = 0.125;
 
     /// The settings for a character of this `size` ([`Model::size`](crate::model::Model::size), m); `None` where they are to
     /// be chosen for a tolerance.

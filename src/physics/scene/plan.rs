@@ -176,7 +176,7 @@ impl StepPlan {
         let on = |effect| decisions.get(&effect).is_some_and(|decision: &Decision| decision.on);
         let contact_time_constant = Some(scene.contact_time_constant)
             .filter(|time_constant| *time_constant > 0.0 && CONTACTS.into_iter().any(on));
-        let gravity = if on(Effect::Gravity) { Vector3::from(scene.gravity) } else { Vector3::zeros() };
+        let gravity = scene.acting_gravity();
         Ok(Self {
             model: model.clone(),
             accuracy: *accuracy,

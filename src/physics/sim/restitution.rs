@@ -9,13 +9,18 @@
 //! Stronge's energetic restitution for the impact as a whole: of what a plastic impact (s = 0) takes, no more than the
 //! share e² is given back.
 //!
-//! **Work.** With A = h J M⁻¹ Jᵀ over the rows of passive forces (contacts, limits, dry friction, joints, loops and locks;
-//! motors may work) impulses h λ change w⁻, the velocities without them, to w⁺ = w⁻ + A λ, and the kinetic energy by
-//! W = h λᵀ (w⁻ + w⁺) / 2 = h (λᵀ w⁺ − λᵀ A λ / 2).
+//! **Work.** The impulses h λ of contacts, limits and dry friction change their velocities from w⁻, those without them, to w⁺, and
+//! do the work W = h λᵀ (w⁻ + w⁺) / 2. In w⁻ all other rows have the forces that they would have without the impact
+//! ([`WithoutImpact`]): those of motors hold the dampers, the springs and, in maximal coordinates, the rotors of their joints as well, and
+//! what these give in answer to the impact is no work of a motor's. With rows that are linear this is to eliminate them: w⁺ = w⁻ + Ã λ,
+//! Ã being the Schur complement in A = h J M⁻¹ Jᵀ. So both systems of coordinates give the same work, though the reduced one has
+//! joints, springs, dampers and rotors in its M.
 //!
-//! **W(0) ≤ 0.** In a plastic impact λ_i w_i⁺ ≤ 0 in every passive row: a contact's normal velocity vanishes or closes
-//! what is left of the gap, as does that of a limit; friction opposes sliding or there is none; the other rows' velocities
-//! vanish. A is positive semidefinite, so neither term is positive. For 0 ≤ e ≤ 1 therefore W(s) ≤ 0: whatever the
+//! **W(0) ≤ 0.** In a plastic impact λ_i w_i⁺ ≤ 0 in every row of it: a contact's normal velocity vanishes or closes
+//! what is left of the gap, as does that of a limit; friction opposes sliding or there is none. And λᵀ (w⁺ − w⁻) ≥ 0: A is positive
+//! semidefinite, and the laws of the other rows are monotone, an equation or an interval in which a motor does what it
+//! can to bring its velocity to 0, so that the velocities of the impact are a monotone function of its forces (Cottle, Pang & Stone
+//! 1992, section 3.5). So W(0) = h (λᵀ w⁺ − λᵀ (w⁺ − w⁻) / 2) ≤ 0. For 0 ≤ e ≤ 1 therefore W(s) ≤ 0: whatever the
 //! friction, the number of points and the solver's choice among several solutions, impacts make no energy.
 //!
 //! **What remains Newton's.** Without friction, where all contacts that push rebound, λ grows by 1 + e and
@@ -26,6 +31,7 @@
 
 use super::lcp::{Solution, Solver};
 use super::rows::Rows;
+use super::rows::without_impact::WithoutImpact;
 
 /// Share of the plastic impact's loss that rounding and the solver's residual may amount to.
 const ROUNDING: f64 = 1e-10;
@@ -39,7 +45,7 @@ const NEGLIGIBLE_SHARE: f64 = 1e-10;
 const TRIALS: usize = 60;
 
 /// Scales the rebounds of `rows` down to what `restitution` (0 to 1) allows. `newton` is the solution with whole rebounds,
-/// whose forces the rows hold; `kept` is scratch memory. Gives the solution with the scaled ones, whose forces the rows
+/// whose forces the rows hold; `kept` and `without` are scratch memory. Gives the solution with the scaled ones, whose forces the rows
 /// then hold.
 pub fn bound(
     rows: &mut Rows,
@@ -47,15 +53,16 @@ pub fn bound(
     cone: bool,
     restitution: f64,
     newton: Solution,
-    kept: &mut Vec<f64>,
+    (kept, without): (&mut Vec<f64>, &mut WithoutImpact),
 ) -> Solution {
-    let whole = rows.passive_work(1.0);
+    without.solve(rows, solver);
+    let whole = rows.work_of_impact(1.0, without);
     kept.clone_from(&rows.force);
     let mut work_at = |rows: &mut Rows, share: f64| {
         rows.ask_for_rebounds(share);
         let (problem, force) = rows.problem(cone);
         let solution = solver.solve(&problem, force);
-        (solution, rows.passive_work(share))
+        (solution, rows.work_of_impact(share, without))
     };
     let (mut best, plastic) = work_at(rows, 0.0);
     let loss = (-plastic).max(0.0);

@@ -113,6 +113,12 @@ impl State {
         own.orientation.renormalize_fast();
     }
 
+    /// Gives all of it `velocity` (world frame, m/s) in addition to what it has.
+    pub fn push(&mut self, velocity: Vector3<f64>) {
+        self.root.linear_velocity += velocity;
+        self.body_states.iter_mut().for_each(|body| body.linear_velocity += velocity);
+    }
+
     /// Forgets what the last step left beside root and joints: its forces, and in maximal coordinates the body states.
     /// Needed after a change of the root or the joints from outside.
     pub fn forget(&mut self) {

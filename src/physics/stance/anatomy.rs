@@ -4,10 +4,10 @@ use nalgebra::Vector3;
 
 use crate::model::Model;
 use crate::scene::Terrain;
+use crate::sim::State;
 use crate::sim::bodies::Bodies;
-use crate::sim::contact::{DetectionSettings, ground};
+use crate::sim::contact::ground::{SurfacePoint, surface_points};
 use crate::sim::coordinates::reduced::kinematics::place;
-use crate::sim::{State, contact::ContactCandidate};
 
 /// A segment shorter than this share of the limb's longest one does not count for its length.
 const SHORT: f64 = 0.5;
@@ -34,7 +34,7 @@ pub struct Posed {
     /// Poses of the bodies.
     pub bodies: Bodies,
     /// All surface points that could touch a ground.
-    pub surface: Vec<ContactCandidate>,
+    pub surface: Vec<SurfacePoint>,
     /// Centre of mass, m.
     pub center_of_mass: Vector3<f64>,
 }
@@ -51,18 +51,7 @@ impl Posed {
     pub fn of(model: &Model, state: &State) -> Self {
         let mut bodies = Bodies::new(model);
         place(model, state, &mut bodies);
-        let mut surface = Vec::new();
-        // With a ground above every point, every surface point is a contact candidate.
-        let sky = Terrain::Plane { height: f64::MAX };
-        ground::detect(
-            model,
-            &bodies,
-            &sky,
-            Vector3::zeros(),
-            &DetectionSettings::PRESENT,
-            &mut surface,
-            &mut Vec::new(),
-        );
+        let surface = surface_points(model, &bodies);
         let first: Vector3<f64> = bodies.iter().map(|body| body.inertia.first_moment).sum();
         Self { bodies, surface, center_of_mass: first / model.mass }
     }
@@ -99,8 +88,7 @@ pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
         |body: usize| (1..model.bodies.len()).filter(move |child| model.bodies[*child].parent == body);
     let mut limbs = Vec::new();
     for leaf in (1..model.bodies.len()).filter(|body| children(*body).next().is_none()) {
-        let touching: Vec<&ContactCandidate> =
-            posed.surface.iter().filter(|point| point.body == leaf).collect();
+        let touching: Vec<&SurfacePoint> = posed.surface.iter().filter(|point| point.body == leaf).collect();
         if touching.is_empty() {
             continue;
         }

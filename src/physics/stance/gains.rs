@@ -18,7 +18,7 @@ const DAMPING_RATIO: f64 = 0.3;
 /// without an actuator.
 pub fn suited(model: &Model, scene: &Scene, angles: &[f64]) -> Gains {
     let posed = Posed::new(model, angles);
-    let gravity = nalgebra::Vector3::from(scene.gravity).norm();
+    let gravity = scene.acting_gravity().norm();
     let gravity = if gravity > 0.0 { gravity } else { STANDARD_GRAVITY };
     let lowest = posed.lowest();
     let extent =

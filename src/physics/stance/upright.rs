@@ -18,8 +18,8 @@ const FALLEN_HEIGHT: f64 = 0.4;
 pub struct Upright {
     /// The world's vertical in the root's frame when standing.
     up: Unit<Vector3<f64>>,
-    /// Least height of the root's origin in the world, m; `None` where the root may lie on the ground.
-    least_height: Option<f64>,
+    /// The ground, and the least height of the root's origin over it, m; `None` where the root may lie on the ground.
+    least_height: Option<(Terrain, f64)>,
 }
 
 impl Upright {
@@ -29,17 +29,17 @@ impl Upright {
     pub fn new(model: &Model, stance: &Stance, scene: &Scene) -> Self {
         let root_carries = stance.support.iter().any(|link| model.links[*link].body == 0);
         let ground = scene.ground.as_ref().filter(|_| !root_carries && !model.fixed_base).map(Terrain::new);
-        let root = stance.state.root.position;
         Self {
             up: Unit::new_unchecked(stance.state.root.orientation.inverse() * Vector3::z()),
-            least_height: ground
-                .map(|ground| ground.height(root.x, root.y) + FALLEN_HEIGHT * stance.root_height),
+            least_height: ground.map(|ground| (ground, FALLEN_HEIGHT * stance.root_height)),
         }
     }
 
     /// Whether the character is upright in `state`.
     pub fn holds(&self, state: &State) -> bool {
         let up = state.root.orientation * self.up;
-        up.z > FALLEN_TILT.cos() && self.least_height.is_none_or(|least| state.root.position.z > least)
+        let root = state.root.position;
+        let over = |(ground, least): &(Terrain, f64)| root.z > ground.height(root.x, root.y) + least;
+        up.z > FALLEN_TILT.cos() && self.least_height.as_ref().is_none_or(over)
     }
 }

@@ -8,7 +8,7 @@ use super::anatomy::Posed;
 use super::standing::Stance;
 use crate::model::Model;
 use crate::scene::{Accuracy, Effect, Gains, Scene, StepPlan, Switch, Terrain, usual_step};
-use crate::sim::contact::ContactCandidate;
+use crate::sim::contact::ground::{CORNERS_KEPT_WHOLE, SurfacePoint};
 use crate::sim::{Command, Simulator, State};
 
 /// For how many of the character's usual steps a pose is held: 3 s of a dog.
@@ -52,10 +52,12 @@ pub fn verify(
     };
     let height = posed.resting_height(&ground);
     stance.state.root.position.z = height;
-    let touches = |point: &&ContactCandidate| {
+    let touches = |point: &&SurfacePoint| {
         height + point.at.z - ground.height(point.at.x, point.at.y) < TOUCHING * model.size
     };
-    let rows = 3 * posed.surface.iter().filter(touches).count();
+    let mut touching = vec![0; model.ground_shapes.len()];
+    posed.surface.iter().filter(touches).for_each(|point| touching[point.shape] += 1);
+    let rows = 3 * touching.into_iter().map(|points: usize| points.min(CORNERS_KEPT_WHOLE)).sum::<usize>();
     let settled = if work_of(rows) > WORK { None } else { hold(model, scene, &stance, stop) };
     if let Some(settled) = settled {
         stance.state = settled;

@@ -75,7 +75,7 @@ fn gather(root: &Path, folder: &Path, files: &mut BTreeMap<String, Vec<u8>>) {
             gather(root, &path, files);
         } else {
             let name = path.strip_prefix(root).unwrap().to_str().unwrap().to_owned();
-            assert!(!name.contains(".unfinished"), "{name} is left over: {:?}", std::fs::metadata(&path));
+            assert!(!name.contains("unfinished"), "{name} is left over: {:?}", std::fs::metadata(&path));
             files.insert(name, std::fs::read(&path).unwrap());
         }
     }

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::case::Case;
 use super::quantity::Quantity;
-use super::sketch::{GRAVITY, block, body, character, resting, scenario, turning, with};
+use super::sketch::{GRAVITY, LONGEST, block, body, character, resting, scenario, turning, with};
 use crate::scenario::Scenario;
 use gaitwright_physics::motion::RootMotion;
 use gaitwright_physics::scene::Scene;
@@ -19,9 +19,6 @@ const PENETRATION: f64 = 1e-4;
 /// Share of a resting weight by which the contact forces may differ from it: the solver's tolerance is a velocity, and
 /// over a step of 1e-5 s a velocity of 1e-9 m/s is a force of 1e-5 of the weight at every contact.
 const WEIGHT_ERROR: f64 = 1e-3;
-
-/// Longest step that the bounds allow for, s.
-const LONGEST: f64 = 0.008;
 
 /// Greatest speed of a block whose penetration is corrected, m/s: the correction leaves no velocity, so it has what it gains in a
 /// step without contact.

@@ -13,6 +13,9 @@ use gaitwright_physics::scene::{
 /// Gravitational acceleration of the default scene, m/s².
 pub const GRAVITY: f64 = 9.81;
 
+/// Longest step that the bounds allow for, s: four times the default one.
+pub const LONGEST: f64 = 0.008;
+
 /// A character document with these links and joints that stands with all joints at zero.
 pub fn character(name: &str, links: &[Value], joints: &[Value]) -> CharacterSource {
     closed(name, links, joints, &[])

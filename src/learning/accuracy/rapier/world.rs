@@ -18,11 +18,14 @@ use gaitwright_physics::sim::State;
 use gaitwright_physics::sim::bodies::Bodies;
 use gaitwright_physics::sim::coordinates::reduced::kinematics::place;
 
-/// Penetration that rapier does not correct, m.
-pub const LINEAR_SLOP: f64 = 1e-4;
+/// What rapier's lengths are multiples of, in sizes of the character: about a metre for a dog.
+const LENGTH_UNIT: f64 = 10.0;
 
-/// Distance between shapes from which rapier makes a contact, m.
-pub const PREDICTION: f64 = 0.02;
+/// Penetration that rapier does not correct, in sizes of the character: 0.1 mm for a dog.
+pub const LINEAR_SLOP: f64 = 1e-3;
+
+/// Distance between shapes from which rapier makes a contact, in sizes of the character: 2 cm for a dog.
+pub const PREDICTION: f64 = 0.2;
 
 /// Gauss-Seidel sweeps in each substep.
 ///
@@ -92,8 +95,9 @@ pub fn build(model: &Model, plan: &StepPlan, state: &State) -> Result<Built, Uns
     let mut world = PhysicsWorld { gravity: vector(plan.gravity), ..PhysicsWorld::default() };
     let settings = &mut world.integration_parameters;
     settings.dt = plan.step();
-    settings.normalized_allowed_linear_error = LINEAR_SLOP;
-    settings.normalized_prediction_distance = PREDICTION;
+    settings.length_unit = LENGTH_UNIT * model.size;
+    settings.normalized_allowed_linear_error = LINEAR_SLOP / LENGTH_UNIT;
+    settings.normalized_prediction_distance = PREDICTION / LENGTH_UNIT;
     settings.num_internal_pgs_iterations = SWEEPS;
     // Contact manifolds are computed anew in each step.
     settings.contact_recycling = false;

@@ -69,9 +69,15 @@ impl NicheSearch<'_> {
                 break;
             }
             let Some(before) = self.found.take() else { break };
-            // Whoever is too fast to be natural may be so when slower.
-            let tried = before.wanted.froude(&self.shared.subject.legs);
-            self.greatest_froude = self.greatest_froude.min(tried) / FASTER;
+            if matches!(self.niche.pace, NichePace::Fastest { .. }) {
+                // Whoever is too fast to be natural may be so when slower.
+                let tried = before.wanted.froude(&self.shared.subject.legs);
+                self.greatest_froude = self.greatest_froude.min(tried) / FASTER;
+                if self.greatest_froude < self.niche.gait.froude[0] {
+                    self.found = Some(before);
+                    break;
+                }
+            }
             let outcome = self.attempt();
             // What was broken off is not known to be better.
             if outcome.is_err() || !self.found.as_ref().is_some_and(|next| next.beats(&before)) {
@@ -97,7 +103,8 @@ impl NicheSearch<'_> {
             starts = starts.iter().flat_map(|start| steer::starts(start, self.steered)).collect();
         }
         let first = match &self.niche.pace {
-            NichePace::Cheapest { first, .. } | NichePace::Fastest { first } => *first,
+            NichePace::Cheapest { first, .. } => *first,
+            NichePace::Fastest { first } => first.min(self.greatest_froude),
         };
         let mut leading =
             if self.steered { self.balanced(first, &starts, all)? } else { self.stage(first, &starts)? };
@@ -186,14 +193,14 @@ impl NicheSearch<'_> {
         let greatest = self.greatest_froude;
         loop {
             let now = leading.wanted.froude(&self.shared.subject.legs);
-            if generations == 0
-                || !leading.holds()
-                || now >= greatest
-                || self.shared.used_up(self.progress).is_some()
+            let next = (FASTER * now).min(greatest);
+            // A Froude number that has become a speed and is one again may be less by rounding.
+            let as_fast = next <= now * (1.0 + 1e-9);
+            if generations == 0 || !leading.holds() || as_fast || self.shared.used_up(self.progress).is_some()
             {
                 return Ok(leading);
             }
-            let other = self.from(&leading, (FASTER * now).min(greatest), generations)?;
+            let other = self.from(&leading, next, generations)?;
             if !other.holds() {
                 return Ok(leading);
             }

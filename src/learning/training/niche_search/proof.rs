@@ -21,14 +21,15 @@ impl NicheSearch<'_> {
     fn proven(&mut self, wanted: &Wanted, candidates: &[Candidate]) -> Option<(usize, Option<Vec<Trial>>)> {
         let Shared { setup, stop, .. } = self.shared;
         let mut best: Option<(Proof, usize, Option<Vec<Trial>>)> = None;
-        for (index, (candidate, trace)) in candidates.iter().zip(self.natural(wanted, candidates)).enumerate()
+        for (index, (candidate, checked)) in
+            candidates.iter().zip(self.natural(wanted, candidates)).enumerate()
         {
-            let Some(trace) = &trace else { continue };
+            let Some(checked) = &checked else { continue };
             let motion = self.motion(wanted, candidate);
             let player = motion.player(&setup.stance.angles);
             let stopped = || stop.check().is_err();
             let begun = Instant::now();
-            let trials = motion.check(setup, &player).trials(trace, setup.threads, &stopped).ok();
+            let trials = motion.check(setup, &player).trials(checked, setup.threads, &stopped).ok();
             let simulated = trials.iter().flatten().map(|trial| trial.upright_seconds).sum::<f64>();
             self.progress.simulated += simulated;
             let trials = trials.filter(|_| !stopped());

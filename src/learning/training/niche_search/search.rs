@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
-use gaitwright_physics::playback::Trace;
 use rayon::prelude::*;
 
 use super::found::Found;
 use super::stage::{Fidelity, Rank, Stage};
+use crate::check::CheckedMotion;
 use crate::gait::leaps;
 use crate::learn::{Generation, Interrupted};
 use crate::program::candidate::Candidate;
@@ -266,20 +266,24 @@ impl<'a> NicheSearch<'a> {
         Ok(natural)
     }
 
-    /// What those of `candidates` that are natural did when that was checked.
-    pub(super) fn natural(&mut self, wanted: &Wanted, candidates: &[Candidate]) -> Vec<Option<Trace>> {
+    /// What was seen of those of `candidates` that are natural when that was checked.
+    pub(super) fn natural(
+        &mut self,
+        wanted: &Wanted,
+        candidates: &[Candidate],
+    ) -> Vec<Option<CheckedMotion>> {
         let shared = self.shared;
         let motions: Vec<_> = candidates.iter().map(|candidate| self.motion(wanted, candidate)).collect();
         let judged = || motions.par_iter().with_max_len(1).map(|motion| natural(shared, motion)).collect();
-        let checked: Vec<(f64, Option<Trace>)> = shared.pool.install(judged);
+        let checked: Vec<(f64, Option<CheckedMotion>)> = shared.pool.install(judged);
         self.progress.simulated += checked.iter().map(|(seconds, _)| seconds).sum::<f64>();
-        checked.into_iter().map(|(_, trace)| trace).collect()
+        checked.into_iter().map(|(_, natural)| natural).collect()
     }
 }
 
-/// How many seconds of a motion were simulated in one piece to judge it, and that simulation if the motion is natural there, goes by the
+/// How many seconds of a motion were simulated in one piece to judge it, and what was seen if the motion is natural there, goes by the
 /// gait that was looked for, and nothing broke it off.
-fn natural(shared: &Shared<'_>, motion: &LearnedMotion) -> (f64, Option<Trace>) {
+fn natural(shared: &Shared<'_>, motion: &LearnedMotion) -> (f64, Option<CheckedMotion>) {
     let player = motion.player(&shared.setup.stance.angles);
     let check = motion.check(shared.setup, &player);
     let stopped = || shared.stop.check().is_err();
@@ -287,7 +291,8 @@ fn natural(shared: &Shared<'_>, motion: &LearnedMotion) -> (f64, Option<Trace>) 
     let named = checked.gait.gait.as_deref();
     let as_wanted = named.is_none() || named == motion.gait.as_deref();
     let seconds = checked.trace.samples.last().map_or(0.0, |sample| sample.time);
-    (seconds, (checked.gait.natural && as_wanted && !stopped()).then_some(checked.trace))
+    let natural = checked.gait.natural && as_wanted && !stopped();
+    (seconds, natural.then_some(checked))
 }
 
 /// From 0 to 1, the more the less a gait costs.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -48,6 +49,14 @@ impl Default for Scene {
 }
 
 impl Scene {
+    /// The gravitational acceleration that acts, in the world frame, m/s²: none where the effect is switched off.
+    pub fn acting_gravity(&self) -> Vector3<f64> {
+        match self.effects.get(&Effect::Gravity) {
+            Some(Switch::Off) => Vector3::zeros(),
+            _ => Vector3::from(self.gravity),
+        }
+    }
+
     /// Everything in the scene that is impossible.
     pub fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();

@@ -22,7 +22,49 @@ const RIM_POINTS: usize = 6;
 const ADDED_POINTS: usize = (CYLINDER_SLOTS - RIM_POINTS) / 2;
 
 /// A corner-only shape of more corners than this is represented by its deepest and widest four.
-const CORNERS_KEPT_WHOLE: usize = 8;
+pub const CORNERS_KEPT_WHOLE: usize = 8;
+
+/// A place of the surface that could touch a ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// Index of the shape among the model's [`ground_shapes`](Model::ground_shapes).
+    pub shape: usize,
+    /// Index of the character's link.
+    pub link: usize,
+    /// Index of the body it is part of.
+    pub body: usize,
+    /// Where it is, from the common point of `bodies`, world axes, m.
+    pub at: Vector3<f64>,
+}
+
+/// Every place of the surface of `bodies` that could touch a horizontal ground, near or far.
+pub fn surface_points(model: &Model, bodies: &Bodies) -> Vec<SurfacePoint> {
+    let mut points = Vec::new();
+    for (index, shape) in model.ground_shapes.iter().enumerate() {
+        if model.fixed_base && shape.body == 0 {
+            continue;
+        }
+        let body = bodies.at(shape.body);
+        let mut add = |at: Vector3<f64>| {
+            points.push(SurfacePoint { shape: index, link: shape.link, body: shape.body, at });
+        };
+        match shape.surface {
+            Surface::Points { first, count, radius } => {
+                let below = Vector3::new(0.0, 0.0, radius);
+                model.ground_points[first..first + count]
+                    .iter()
+                    .for_each(|point| add(body.point(*point) - below));
+            }
+            Surface::Cylinder { axis, across, radius, half_length } => {
+                let center = body.point(shape.center);
+                rim_points(body.rotation, center, axis, across, radius, half_length)
+                    .into_iter()
+                    .for_each(add);
+            }
+        }
+    }
+    points
+}
 
 /// Adds all contact candidates on `ground` to `candidates`, in the order of the model's slots. `origin` is the common
 /// point in the world. `close` receives the indices of the shapes that may touch the ground at other points than those

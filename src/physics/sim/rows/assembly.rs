@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::half_solved::{self, HalfSolved};
 use super::owner::RowOwner;
+use super::without_impact::WithoutImpact;
 use crate::model::wide::Lanes;
 use crate::sim::lcp::{Bound, Problem};
 
@@ -118,20 +119,24 @@ impl Rows {
         }
     }
 
-    /// Work of the passive rows' forces, J a second of the step, where rebounds have `share` of their speeds:
-    /// λᵀ w⁺ − λᵀ A λ / 2 over these rows (see `sim/restitution.rs`).
-    pub fn passive_work(&self, share: f64) -> f64 {
+    /// Entry of the matrix.
+    pub(super) fn entry(&self, row: usize, other: usize) -> f64 {
+        self.matrix[row * self.len() + other]
+    }
+
+    /// Work of the forces of impact, J a second of the step, where rebounds have `share` of their speeds: λᵀ (w⁻ + w⁺) / 2 over their
+    /// rows, with w⁻ as it is `without` impact (see `sim/restitution.rs`).
+    pub fn work_of_impact(&self, share: f64, without: &WithoutImpact) -> f64 {
         let count = self.len();
         let mut work = 0.0;
         for (row, entries) in self.matrix.chunks_exact(count.max(1)).enumerate() {
             let force = self.force[row];
-            if force == 0.0 || self.owner[row].is_active() {
+            if force == 0.0 || !self.owner[row].is_impact() {
                 continue;
             }
             let mut velocity = self.offset[row];
-            for ((entry, other), owner) in entries.iter().zip(&self.force).zip(&self.owner) {
-                let part = entry * other;
-                velocity += if owner.is_active() { part } else { 0.5 * part };
+            for ((entry, with), without) in entries.iter().zip(&self.force).zip(&without.forces) {
+                velocity += 0.5 * entry * (with + without);
             }
             work += force * velocity;
         }

@@ -12,6 +12,7 @@ pub mod loops;
 mod owner;
 mod stabilization;
 pub mod torque;
+pub mod without_impact;
 
 pub use assembly::{Row, Rows};
 pub use half_solved::ROOT;

@@ -27,8 +27,12 @@ pub enum RowOwner {
 }
 
 impl RowOwner {
-    /// Whether its force may do positive work: that of a motor.
-    pub fn is_active(self) -> bool {
-        matches!(self, Self::Torque(_) | Self::Drive(_))
+    /// Whether its force is that of an impact, which may do no positive work: of what can strike, and of what rubs there. All others
+    /// are motors, and what holds bodies together.
+    pub fn is_impact(self) -> bool {
+        matches!(
+            self,
+            Self::Contact { .. } | Self::LowerLimit(_) | Self::UpperLimit(_) | Self::DryFriction(_)
+        )
     }
 }

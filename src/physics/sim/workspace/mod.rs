@@ -81,7 +81,8 @@ impl Workspace {
         // Of the rows that the joints themselves have in maximal coordinates, at most six each.
         let (width, velocity_rows) = if maximal { (6 * bodies, 3 + 6 * joints) } else { (ROOT + joints, 0) };
         let loop_rows = 6 * model.loops.len();
-        let mut rows = Rows::new(contact_rows + joint_rows(plan).min(64) + velocity_rows + loop_rows, width);
+        let lasting_rows = joint_rows(plan).min(64) + velocity_rows + loop_rows;
+        let mut rows = Rows::new(contact_rows + lasting_rows, width);
         if plan.restitution.is_some() {
             rows.reserve_rebounds(slots);
         }
@@ -96,7 +97,7 @@ impl Workspace {
             drives: Drives::new(composite),
             friction: DryFriction { modes: vec![FrictionMode::default(); joints], torque: vec![0.0; joints] },
             free: Velocities::new(model),
-            problem: RowProblem::new(plan, rows, width, joints, contact_rows + 2 * joints),
+            problem: RowProblem::new(plan, rows, (width, joints), (contact_rows + 2 * joints, lasting_rows)),
             new: Velocities::new(model),
             recovery: Velocities::new(model),
             changes: PerBody::new(model, SpatialMotion::ZERO),

@@ -5,6 +5,7 @@ use crate::scene::{SolverChoice, SolverKind, StepPlan};
 use crate::sim::lcp::{Counted, Equality, Lemke, Newton, Pgs, Problem, Solution, SolveStatus, Solver};
 use crate::sim::restitution;
 use crate::sim::rows::Rows;
+use crate::sim::rows::without_impact::WithoutImpact;
 use crate::sim::step_control::MAX_RECOVERY_ERROR;
 
 /// The rows of a step and their solution. N is the number of rows.
@@ -24,6 +25,8 @@ pub struct RowProblem {
     pub solver: Counted<Equality<ChosenSolver>>,
     /// N forces kept while others are solved for, N or N m. (solve, solve_recovery)
     kept: Vec<f64>,
+    /// The step without its impacts. (solve)
+    without: WithoutImpact,
 }
 
 /// The solver that the plan chose.
@@ -59,9 +62,15 @@ impl Solver for ChosenSolver {
 
 impl RowProblem {
     /// No rows; there is room for them in `rows`, each of `width` half-solved numbers at most, in which `joints` joints and up to
-    /// `kept` rows have a part.
-    pub fn new(plan: &StepPlan, rows: Rows, width: usize, joints: usize, kept: usize) -> Self {
+    /// `kept` rows have a part, and up to `lasting` whether anything strikes or not.
+    pub fn new(
+        plan: &StepPlan,
+        rows: Rows,
+        (width, joints): (usize, usize),
+        (kept, lasting): (usize, usize),
+    ) -> Self {
         let choice = &plan.accuracy.solver;
+        let lasting = if plan.restitution.is_some() { lasting } else { 0 };
         Self {
             rows,
             near_limit: vec![[false; 2]; joints],
@@ -70,6 +79,7 @@ impl RowProblem {
             unsolved: false,
             solver: Counted::new(Equality::new(ChosenSolver::new(choice), choice.tolerance)),
             kept: Vec::with_capacity(kept),
+            without: WithoutImpact::new(lasting, kept),
         }
     }
 
@@ -83,11 +93,11 @@ impl RowProblem {
         let (problem, force) = self.rows.problem(plan.circular_friction());
         let mut solution = self.solver.solve(&problem, force);
         if self.rows.has_rebounds() {
-            let Self { rows, solver, kept, .. } = self;
+            let Self { rows, solver, kept, without, .. } = self;
             let rebounding = detection.candidates.iter().filter(|candidate| candidate.rebound > 0.0);
             let restitution = rebounding.map(|it| it.material.restitution).fold(0.0, f64::max);
             let cone = plan.circular_friction();
-            solution = restitution::bound(rows, solver, cone, restitution, solution, kept);
+            solution = restitution::bound(rows, solver, cone, restitution, solution, (kept, without));
         }
         self.residual = solution.residual;
         self.unsolved = solution.status != SolveStatus::Solved;
