@@ -49,10 +49,14 @@ export class Downloads {
     }));
   }
 
+  /** Made anew only when something is added, or a link would vanish from under the pointer and the keyboard. */
   showJob(job) {
     this.job = job;
     const { links, state } = job;
     const over = api.isOver(job);
+    const there = `${state} ${Boolean(job.metrics)} ${Object.keys(links)}`;
+    if (there === this.there) return;
+    this.there = there;
     const name = job.character.name;
     const items = [];
     if (state !== "queued" && links.recording) items.push(file("Recording", "for the Rerun viewer", links.recording, `${name}.rrd`));

@@ -18,7 +18,12 @@ const LOOK_EVERY = 1000;
 export async function showJob(main, id) {
   const job = await api.get(`/v1/jobs/${id}`);
   const page = job.kind === "learning" ? new LearningPage(main, job) : new StudyPage(main, job);
-  await page.start();
+  try {
+    await page.start();
+  } catch (error) {
+    // What can be shown of it stays, and goes on being followed.
+    complain(page.problem, error);
+  }
   return () => page.dispose();
 }
 
@@ -97,7 +102,7 @@ class LearningPage extends JobPage {
     this.curve = new Curve();
     this.downloads = new Downloads(job);
     this.repertoire = new Repertoire(job, { choose: (entry) => this.choose(entry), compare: (entry) => this.compare(entry) });
-    this.price = priceSection(job, () => this.player?.motion);
+    this.price = priceSection(job, () => this.shown);
     this.stages = make("div", { class: "stages" });
     this.judged = make("section", { class: "card", "aria-label": "Verdict" }, make("p", { class: "quiet" }, "The first motion appears here as soon as it is learned."));
     this.judgedSecond = make("section", { class: "card", "aria-label": "Verdict on the second motion" });
@@ -164,6 +169,7 @@ class LearningPage extends JobPage {
     if (this.playing === entry.number) return this.player.play();
     this.playing = entry.number;
     const motion = await api.get(`${this.job.links.motions}/${entry.number}?preliminary=true`);
+    this.shown = { name: words(entry.name), motion };
     this.player.setMotion(motion, words(entry.name));
     this.repertoire.mark(entry.number);
     this.judged.replaceChildren(verdict(entry.metrics));

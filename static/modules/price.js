@@ -7,10 +7,12 @@ const LOOK_EVERY = 1000;
 /** Length of what is studied, s: the way from standing into the first steps. */
 const STUDIED = 1;
 
-/** The section for the motion that `motion()` gives, of a character whose file is at `file`. */
-export function priceSection(job, motion) {
+/** The section for the motion of `job` that `shown()` gives, as `{ name, motion }`. */
+export function priceSection(job, shown) {
   const problem = make("div");
   const result = make("div");
+  /** Where this page keeps which study was made last, and of which motion. */
+  const kept = `price:${job.id}`;
   const start = button("Measure it for this motion", measure);
   start.hidden = true;
   const section = make("section", { class: "card", "aria-labelledby": "price-title" },
@@ -23,31 +25,40 @@ export function priceSection(job, motion) {
     start.disabled = true;
     try {
       const { id } = await api.characterOfJob(job);
-      const { preliminary, ...document } = motion();
+      const { name, motion } = shown();
+      const { preliminary, ...document } = motion;
       const scenario = { character: { id }, scene: document.scene, drive: { kind: "track", motion: document }, duration: STUDIED };
-      watch((await api.post("/v1/accuracy", { scenario })).links.self);
+      const path = (await api.post("/v1/accuracy", { scenario })).links.self;
+      localStorage.setItem(kept, JSON.stringify({ path, name }));
+      await watch(path, name);
     } catch (error) {
       start.disabled = false;
       complain(problem, error);
     }
   }
 
-  async function watch(path) {
-    start.hidden = true;
-    const study = await api.get(path);
-    result.replaceChildren(studyView(study));
-    if (!api.isOver(study) && section.isConnected) setTimeout(() => watch(path).catch((error) => complain(problem, error)), LOOK_EVERY);
+  /** Shows a study until it is over, and looks again where a look has failed. */
+  async function watch(path, name) {
+    start.disabled = true;
+    let study = null;
+    try {
+      study = await api.get(path);
+      complain(problem, null);
+      result.replaceChildren(make("h3", {}, `Of the motion “${name}”`), studyView(study));
+    } catch (error) {
+      complain(problem, error);
+      // It may have been deleted.
+      if (error.status === 404) localStorage.removeItem(kept);
+      if (error.status === 404) study = { state: "failed" };
+    }
+    if (study && api.isOver(study)) start.disabled = false;
+    else if (section.isConnected) setTimeout(() => watch(path, name), LOOK_EVERY);
   }
 
-  /** Shows the newest study of this character, where there is one. */
-  async function find() {
-    const { jobs } = await api.get("/v1/jobs?limit=200");
-    const known = jobs.find((other) => other.kind === "accuracy" && other.character.digest === job.character.digest && !["failed", "cancelled"].includes(other.state));
-    if (known) await watch(known.links.self);
-    else start.hidden = !motion();
-  }
-  find().catch((error) => complain(problem, error));
-  return { element: section, offer: () => (start.hidden = result.childElementCount > 0) };
+  const last = JSON.parse(localStorage.getItem(kept) ?? "null");
+  // Not before the page has it, or it would not be looked at again.
+  if (last) setTimeout(() => watch(last.path, last.name));
+  return { element: section, offer: () => (start.hidden = !shown()) };
 }
 
 /** How far a study is, and what came of it. */

@@ -41,7 +41,10 @@ export class SettingsForm {
 
   presets() {
     const buttons = PRESETS.map(([name, about, values]) => {
-      const made = button(name, () => this.fill(values), "chip");
+      const made = button(name, () => {
+        this.before = undefined;
+        this.fill(values);
+      }, "chip");
       made.title = about;
       return made;
     });
@@ -120,11 +123,13 @@ export class SettingsForm {
     this.ask();
   }
 
-  /** Takes over what another job was asked for. */
-  take({ task, learning, scene, accuracy, seed, accuracy_choice: chosen }) {
+  /** Takes over what another job was asked for; what the form does not show of it stays as it was. */
+  take({ task, learning, scene, accuracy, seed, priority, accuracy_choice: chosen }) {
+    this.before = { task, learning, scene, accuracy, priority, chosen: chosen?.tolerance ?? accuracy.tolerance };
     const effects = Object.entries(scene.effects).map(([name, value]) => [`effect:${name}`, value === "auto" ? "" : value]);
     const speed = typeof task.speed === "number" ? task.speed : task.froude;
-    const tolerance = chosen?.tolerance ?? accuracy.tolerance;
+    const tolerance = this.before.chosen ? written(this.before.chosen) : "";
+    this.offer("accuracy", tolerance, (text) => `error below ${Number(text)} m`);
     this.fill({
       gait: task.gait,
       pace: task.froude != null ? "froude" : task.speed === "fastest" ? "fastest" : task.speed != null ? "number" : "comfortable",
@@ -135,33 +140,49 @@ export class SettingsForm {
       trunk: learning.trunk,
       search: learning.search,
       energy: task.weights.energy,
-      accuracy: tolerance ? tolerance.toExponential().replace("+", "") : "",
+      accuracy: tolerance,
       seed,
       ...Object.fromEntries(effects),
     });
     this.dial.setVector(task.direction);
   }
 
-  /** The job document: only what differs from the defaults of an unknown character. */
+  /** Adds a choice to a list that does not have it. */
+  offer(name, value, text) {
+    const list = this.fields[name];
+    if (![...list.options].some((option) => option.value === value)) list.append(make("option", { value }, text(value)));
+  }
+
+  /** The job document: what the job before was asked for, if it is one with changes, and only what differs from the defaults of an unknown
+   * character. */
   document() {
     const value = (name) => this.fields[name].value;
     const number = (name) => (value(name) === "" ? undefined : Number(value(name)));
     const effects = Object.keys(EFFECTS).filter((name) => value(`effect:${name}`)).map((name) => [name, value(`effect:${name}`)]);
-    const task = { direction: this.dial.vector(), gait: value("gait") };
+    const { before = {} } = this;
+    const task = { ...before.task, direction: this.dial.vector(), gait: value("gait"), speed: undefined, froude: undefined };
     if (value("pace") === "fastest") task.speed = "fastest";
     if (value("pace") === "number") task.speed = number("speed");
     if (value("pace") === "froude") task.froude = number("speed");
-    if (number("energy") !== undefined) task.weights = { energy: number("energy") };
+    if (number("energy") !== undefined) task.weights = { ...before.task?.weights, energy: number("energy") };
     const document = {
       task,
       learning: {
+        ...before.learning,
         seconds: number("seconds"), generations: number("generations"), gait_generations: number("gait_generations"),
         trunk: value("trunk"), search: value("search"),
       },
       seed: number("seed"),
+      priority: before.priority,
     };
-    if (effects.length) document.scene = { effects: Object.fromEntries(effects) };
+    if (effects.length || before.scene) document.scene = { ...before.scene, effects: Object.fromEntries(effects) };
     if (value("accuracy")) document.accuracy = { tolerance: number("accuracy") };
+    else if (!before.chosen) document.accuracy = before.accuracy;
     return document;
   }
+}
+
+/** A number as the lists have it: "1e-3". */
+function written(number) {
+  return number.toExponential().replace("+", "");
 }

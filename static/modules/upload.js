@@ -34,12 +34,13 @@ export function uploadSection(opened) {
     if (file) take(file, file.name);
   });
 
-  async function take(blob, name) {
+  /** Takes a file, or one that has yet to come. */
+  async function take(file, name) {
     complain(problem, null);
     drop.classList.add("busy");
     hint.textContent = `Reading ${name}, and looking how it stands…`;
     try {
-      opened(await api.addCharacter(blob));
+      opened(await api.addCharacter(await file));
     } catch (error) {
       error.title = `${name} cannot be used`;
       complain(problem, error);
@@ -51,7 +52,7 @@ export function uploadSection(opened) {
   }
 
   const cards = BUNDLED.map(([file, name, about, outline]) =>
-    make("button", { type: "button", class: "specimen", onclick: async () => take(await api.file(`/characters/${file}`), name) },
+    make("button", { type: "button", class: "specimen", onclick: () => take(api.file(`/characters/${file}`), name) },
       svg("svg", { viewBox: "0 0 64 40", "aria-hidden": "true" }, svg("path", { d: outline })),
       make("strong", {}, name), make("span", {}, about)));
   return make("section", { class: "upload", "aria-labelledby": "upload-title" },

@@ -1,0 +1,64 @@
+//! Whether a task can be one of a character.
+
+use gaitwright_physics::fault::{Fault, InputError};
+use gaitwright_physics::model::Model;
+use gaitwright_physics::scene::Scene;
+use gaitwright_physics::stance::Stance;
+
+use crate::learn::{AskedSpeed, GREATEST_FROUDE, LEAST_HEIGHT, Task};
+use crate::program::gaits::gaits;
+use crate::program::legs::Legs;
+
+/// Whether a character that stands so has the legs for the task's gait, and is not asked for a speed beyond the greatest Froude number.
+///
+/// # Errors
+/// [`InputError::Impossible`] at `/task/gait`, with the gaits that there are, and at `/task/speed`.
+pub fn check_task(task: &Task, model: &Model, stance: &Stance, scene: &Scene) -> Result<(), InputError> {
+    let faults = [gait_fault(task, model, stance, scene), speed_fault(task, model, stance, scene)];
+    let faults: Vec<Fault> = faults.into_iter().flatten().collect();
+    if faults.is_empty() { Ok(()) } else { Err(InputError::Impossible(faults)) }
+}
+
+fn speed_fault(task: &Task, model: &Model, stance: &Stance, scene: &Scene) -> Option<Fault> {
+    let Some(AskedSpeed::Number(speed)) = task.speed else { return None };
+    let gravity = scene.acting_gravity().norm();
+    let height = hip_height(model, stance, task.direction);
+    let froude = speed * speed / (gravity * height);
+    (gravity > 0.0 && froude > GREATEST_FROUDE).then(|| {
+        let most = (GREATEST_FROUDE * gravity * height).sqrt();
+        let reason = format!(
+            "{speed} m/s is a Froude number of {froude:.3e} for this character, which can be {GREATEST_FROUDE} at most, or {most:.3} m/s"
+        );
+        Fault::new("/task/speed", reason)
+    })
+}
+
+/// Height of the hips by which a Froude number becomes a speed, or what stands in for it, m; of the root for who has
+/// neither legs nor its joints in a row.
+pub(super) fn hip_height(model: &Model, stance: &Stance, direction: [f64; 3]) -> f64 {
+    let legs = Legs::any(model, stance, direction);
+    legs.map_or(stance.root_height.max(LEAST_HEIGHT), |legs| legs.hip_height)
+}
+
+fn gait_fault(task: &Task, model: &Model, stance: &Stance, scene: &Scene) -> Option<Fault> {
+    if task.any_gait() {
+        return None;
+    }
+    // Without weight there is no stride.
+    let weight = scene.acting_gravity().norm() > 0.0;
+    let legs = Legs::of(model, stance, task.direction).filter(|_| weight).map_or(0, |legs| legs.legs.len());
+    let mut known: Vec<&str> = gaits(legs).iter().map(|gait| gait.gait).collect();
+    known.dedup();
+    if known.contains(&task.gait.as_str()) {
+        return None;
+    }
+    let reason = if known.is_empty() {
+        format!(
+            "the character has no legs for `{}`, or not as many on both sides; only `any` suits it",
+            task.gait
+        )
+    } else {
+        format!("a character with {legs} legs has no gait `{}`; there are {}", task.gait, known.join(", "))
+    };
+    Some(Fault::new("/task/gait", reason))
+}
