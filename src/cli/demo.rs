@@ -4,7 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, anyhow, bail, ensure};
 use gaitwright::jobs::{ServiceOptions, choose_cryptography};
 use gaitwright_learning::learn::Learning;
 use gaitwright_physics::fault::InputError;
@@ -65,7 +65,9 @@ impl DemoCommand {
             tell(format_args!("the page: {base}/"));
             let shown = tokio::select! {
                 shown = self.show(&base, token.as_deref()) => shown,
-                interrupted = interrupted() => interrupted.map_err(anyhow::Error::from),
+                interrupted = interrupted() => interrupted.map_err(anyhow::Error::from).and(Err(anyhow!(
+                    "interrupted before the results were there"
+                ))),
             };
             if shown.is_ok() && !self.exit {
                 tell(format_args!("serving at {base}/ until Ctrl-C"));
@@ -134,7 +136,8 @@ fn client(token: Option<&str>) -> anyhow::Result<Client> {
         let value = HeaderValue::try_from(format!("Bearer {token}")).context("the token cannot be sent")?;
         headers.insert(AUTHORIZATION, value);
     }
-    Ok(Client::builder().default_headers(headers).build()?)
+    // The service is on this machine, whatever proxy leads out of it.
+    Ok(Client::builder().default_headers(headers).no_proxy().build()?)
 }
 
 /// An answer that is no error; the detail of its problem document otherwise.

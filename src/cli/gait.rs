@@ -42,7 +42,7 @@ impl GaitCommand {
             return print(&StatedMetrics { format: "gaitwright/metrics@1", metrics: &motion.metrics });
         };
         let reading = read_character(path, false)?;
-        if reading.character.digest != motion.character.digest {
+        if !reading.character.has_digest(&motion.character.digest) {
             let reason = format!(
                 "the motion was made for \"{}\" ({}), not for this character ({})",
                 motion.character.name, motion.character.digest, reading.character.digest

@@ -1,7 +1,8 @@
 //! The recording of a job: whole, in ranges, and while it grows.
 
 use std::io::{self, SeekFrom};
-use std::path::PathBuf;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -154,9 +155,21 @@ async fn follow_file(jobs: &Jobs, path: PathBuf, live: Arc<Live>, sender: &Sende
                 }
             }
         }
-        if over || !pause(jobs, sender, POLL_EVERY).await {
+        // A run that goes on from a checkpoint writes a recording of its own. The one before it grows no more.
+        if over || replaced(file.as_ref(), &path).await? || !pause(jobs, sender, POLL_EVERY).await {
             return Ok(());
         }
+    }
+}
+
+/// Whether another file, or none, is at the path of an open one by now.
+async fn replaced(open: Option<&File>, path: &Path) -> io::Result<bool> {
+    let Some(open) = open else { return Ok(false) };
+    let open = open.metadata().await?;
+    match tokio::fs::metadata(path).await {
+        Ok(there) => Ok((open.dev(), open.ino()) != (there.dev(), there.ino())),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(true),
+        Err(error) => Err(error),
     }
 }
 

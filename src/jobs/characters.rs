@@ -105,25 +105,23 @@ impl Jobs {
     ///
     /// [`ServiceError::Input`] for an id that is none of a character.
     pub async fn with_character(&self, document: Vec<u8>, pointer: &str) -> Result<Vec<u8>, ServiceError> {
-        let Ok(mut whole) = serde_json::from_slice::<Value>(&document) else { return Ok(document) };
-        let Some(character) = whole.pointer_mut(pointer) else { return Ok(document) };
-        let id = match character.as_object().and_then(|fields| fields.get("id")) {
-            Some(Value::String(id)) if character.as_object().is_some_and(|fields| fields.len() == 1) => id,
-            _ => return Ok(document),
-        };
+        let place = pointer.to_owned();
+        let parsed = self.compute(move |_| Ok(WithNamed::parse(document, &place))).await?;
+        let WithNamed { document, whole, id } = parsed;
+        let (Some(mut whole), Some(id)) = (whole, id) else { return Ok(document) };
         let unknown =
             || InputError::impossible(format!("{pointer}/id"), format!("there is no character {id}"));
-        let id = Uuid::parse_str(id).map_err(|_| unknown())?;
+        let id = Uuid::parse_str(&id).map_err(|_| unknown())?;
         let bytes = self.shared().store.character(id).await?.ok_or_else(unknown)?;
         self.shared().store.use_character(id).await?;
-        *character = match Source::detect(&bytes) {
-            Some(Source::Json) => {
-                json!({ "json": serde_json::from_slice::<Value>(&bytes).map_err(io::Error::from)? })
+        let pointer = pointer.to_owned();
+        self.compute(move |_| {
+            if let Some(character) = whole.pointer_mut(&pointer) {
+                *character = in_full(&bytes)?;
             }
-            Some(Source::Zip) => json!({ "zip": BASE64_STANDARD.encode(&bytes) }),
-            Some(Source::Urdf) | None => json!({ "urdf": String::from_utf8_lossy(&bytes) }),
-        };
-        Ok(serde_json::to_vec(&whole).map_err(io::Error::from)?)
+            Ok(serde_json::to_vec(&whole).map_err(io::Error::from)?)
+        })
+        .await
     }
 
     /// The bytes of the character that the job called `id` works on; `None` of a study, whose character is part of a
@@ -160,4 +158,35 @@ impl Jobs {
         })
         .await
     }
+}
+
+/// A document in which a character may stand by its id alone.
+struct WithNamed {
+    document: Vec<u8>,
+    /// The same, where it is JSON.
+    whole: Option<Value>,
+    /// What is called the character's id, where it is nothing else.
+    id: Option<String>,
+}
+
+impl WithNamed {
+    /// Reads `document`, whose character is at `pointer`.
+    fn parse(document: Vec<u8>, pointer: &str) -> Self {
+        let whole: Option<Value> = serde_json::from_slice(&document).ok();
+        let character = whole.as_ref().and_then(|whole| whole.pointer(pointer)).and_then(Value::as_object);
+        let id = character.filter(|fields| fields.len() == 1).and_then(|fields| fields.get("id"));
+        let id = id.and_then(Value::as_str).map(str::to_owned);
+        Self { document, whole, id }
+    }
+}
+
+/// A posted character, as a document holds one.
+fn in_full(bytes: &[u8]) -> Result<Value, ServiceError> {
+    Ok(match Source::detect(bytes) {
+        Some(Source::Json) => {
+            json!({ "json": serde_json::from_slice::<Value>(bytes).map_err(io::Error::from)? })
+        }
+        Some(Source::Zip) => json!({ "zip": BASE64_STANDARD.encode(bytes) }),
+        Some(Source::Urdf) | None => json!({ "urdf": String::from_utf8_lossy(bytes) }),
+    })
 }

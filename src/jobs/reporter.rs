@@ -116,13 +116,14 @@ impl<'a> Reporter<'a> {
         self.kept = Some(Instant::now());
     }
 
-    /// Writes what has not been written yet.
-    pub(super) fn flush(&mut self) {
+    /// Writes what has not been written yet; whether the whole curve is written now.
+    pub(super) fn flush(&mut self) -> bool {
         // The curve first: a checkpoint is never ahead of it.
         self.record();
         if !self.live.is_lost() {
             self.keep();
         }
+        self.unwritten.is_empty()
     }
 }
 

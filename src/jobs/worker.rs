@@ -335,7 +335,15 @@ impl Worker {
         let place = (folder.clone(), upload);
         let mut reporter = Reporter::new((&self.shared.store, &self.runtime), job, live, place);
         let outcome = run(&order, threads, &folder, (&cancel, CANCELLED_CHECK), checkpoint, &mut reporter);
-        reporter.flush();
+        // The end of a job is recorded when its whole curve is. A service that ends before goes on from the checkpoint.
+        while !reporter.flush() && !live.is_lost() {
+            if !self.runtime.block_on(self.pause()) {
+                live.lose();
+            }
+        }
+        if live.is_lost() {
+            return Ok(());
+        }
         let outcome = outcome?;
         let not_begun = outcome.motion == Err(Unsuccessful::NotBegun);
         conclude(job, live, outcome);

@@ -110,6 +110,7 @@ pub fn quadruped() -> Character {
         loops: Vec::new(),
         standing: None,
         digest: "sha256:0".into(),
+        embedded_digest: None,
     }
 }
 

@@ -307,7 +307,7 @@ fn urdf_and_json_of_one_character_are_equal() {
     });
     let (urdf, json) = (read_urdf(ARM_URDF), read_json(&json));
     assert_eq!((&urdf.notes[..], &json.notes[..]), (&[][..], &[][..]));
-    let json = Character { digest: urdf.character.digest.clone(), ..json.character };
+    let json = Character { digest: urdf.character.digest.clone(), embedded_digest: None, ..json.character };
     assert_eq!(urdf.character, json);
     let names: Vec<_> = json.links.iter().map(|link| link.name.as_str()).collect();
     assert_eq!(names, ["base", "rod", "tip", "slide"], "depth first in the order of the joints");
@@ -458,6 +458,23 @@ fn the_digest_is_the_sha_256_of_the_bytes() {
     // sha256sum of the same bytes.
     let expected = "sha256:181ab946d2c77733c3798b879f20b13ac220aefcfa6a65907a8ad5af0e56147d";
     assert_eq!(reading.character.digest, expected);
+}
+
+/// A job's document holds a character as JSON that was read and written again, the motion it learns names that, and
+/// belongs to the file all the same.
+#[test]
+fn a_json_document_is_known_by_its_digest_within_another_one_too() {
+    let spaced = r#"{ "name": "x", "format": "gaitwright/character@1",
+        "links": [{"shapes": [{"kind": "sphere", "radius": 1.0}], "name": "a", "density": 0.1}]}"#;
+    let other = spaced.replace("0.1}", "0.2}");
+    let [file, other] = [spaced, &other]
+        .map(|text| character::read(text.as_bytes(), Source::Json, STRICT).unwrap().character);
+    let fields: serde_json::Value = serde_json::from_str(spaced).unwrap();
+    let embedded = serde_json::to_vec(&fields).unwrap();
+    let embedded = character::read(&embedded, Source::Json, STRICT).unwrap().character;
+    assert_ne!(file.digest, embedded.digest);
+    assert!(file.has_digest(&file.digest) && file.has_digest(&embedded.digest));
+    assert!(!other.has_digest(&embedded.digest) && !other.has_digest(&file.digest));
 }
 
 #[test]

@@ -445,6 +445,24 @@ fn demo_leaves_recording_and_motion() {
     assert!(String::from_utf8(output.stderr).unwrap().contains("http://127.0.0.1:"));
 }
 
+#[test]
+fn a_demo_that_is_interrupted_before_its_results_ends_at_once_and_says_so() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("demo");
+    let mut child = command(&["demo", "--seconds", "600", "--out", out.to_str().unwrap()])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut messages = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    messages.by_ref().find(|line| line.contains("the job:")).unwrap();
+    interrupt(&child);
+    let said = std::thread::spawn(move || messages.collect::<Vec<_>>().join("\n"));
+    assert_eq!(wait(&mut child), Some(1));
+    let said = said.join().unwrap();
+    assert!(said.contains("interrupted") && !said.contains("until Ctrl-C"), "{said}");
+}
+
 fn interrupt(child: &Child) {
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
 }

@@ -111,6 +111,38 @@ fn a_training_sweeps_what_one_before_it_has_left() {
     assert!(left.contains(&"notes.txt".to_owned()) && left.contains(&"motion.json".to_owned()), "{left:?}");
 }
 
+/// What a training replaces is what one before it has written, and only once it is known that it can begin.
+#[test]
+fn a_training_takes_away_results_of_trainings_alone() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("out");
+    let train = || ended(training(folder.path(), 2).spawn().unwrap(), END, "a training");
+    assert!(train().status.success());
+    let own = ["table.json", "notes.txt", "motions/2024-mine.json", "motions/trot.txt"];
+    own.iter().for_each(|name| std::fs::write(out.join(name), "mine").unwrap());
+    let contents = || -> Vec<(String, Vec<u8>)> {
+        let mut names = files(&out);
+        names.sort();
+        names.into_iter().map(|name| (name.clone(), std::fs::read(out.join(&name)).unwrap())).collect()
+    };
+    let before = contents();
+
+    let mut refused = training(folder.path(), 2);
+    let mut job: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("job.json")).unwrap()).unwrap();
+    job["task"]["gait"] = json!("trot");
+    std::fs::write(folder.path().join("job.json"), job.to_string()).unwrap();
+    let output = ended(refused.spawn().unwrap(), END, "a training that is refused");
+    assert!(!output.status.success() && output.stdout.is_empty());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("/task/gait"));
+    assert!(contents() == before, "{:?}", files(&out));
+
+    assert!(train().status.success());
+    for name in own {
+        assert_eq!(std::fs::read(out.join(name)).unwrap(), b"mine", "{name}");
+    }
+}
+
 #[test]
 fn a_training_ends_when_it_is_told_to() {
     let folder = TempDir::new().unwrap();

@@ -89,7 +89,7 @@ impl<'a> SampledMotion<'a> {
     /// [`InputError::Impossible`] when the motion is faulty or not of this character, and for a rate that is out of
     /// range.
     pub fn new(motion: &Motion, character: &'a Character, fps: f64) -> Result<Self, InputError> {
-        if character.digest != motion.character.digest {
+        if !character.has_digest(&motion.character.digest) {
             let reason = format!(
                 "the motion was made for \"{}\" ({}), not for this character ({})",
                 motion.character.name, motion.character.digest, character.digest

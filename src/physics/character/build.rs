@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use nalgebra::Matrix3;
 
 use super::bounds::{LENGTH, check_axis, check_lengths, shape_fault, unit};
+use super::digest::Digests;
 use super::draft::{At, Diagnostics, Draft, DraftInertial, DraftJoint, DraftLink};
 use super::{
     About, Character, Inertial, Joint, JointKind, Limits, Link, NoteKind, Options, Placed, Reading, inertia,
@@ -18,7 +19,7 @@ const MASS: f64 = 1e12;
 const INERTIA: f64 = MASS * LENGTH * LENGTH;
 
 /// Checks `draft` and makes it a character.
-pub fn build(mut draft: Draft, digest: String, options: Options) -> Result<Reading, InputError> {
+pub fn build(mut draft: Draft, digests: Digests, options: Options) -> Result<Reading, InputError> {
     let diagnostics = &mut draft.diagnostics;
     for link in &draft.links {
         check_link(link, diagnostics);
@@ -74,7 +75,14 @@ pub fn build(mut draft: Draft, digest: String, options: Options) -> Result<Readi
         angles.into_iter().map(|(name, angle)| (name.value, angle)).collect()
     });
     Ok(Reading {
-        character: Character { name, links, loops, standing, digest },
+        character: Character {
+            name,
+            links,
+            loops,
+            standing,
+            digest: digests.whole,
+            embedded_digest: digests.embedded,
+        },
         notes: diagnostics.notes.into_iter().map(|note| note.value).collect(),
     })
 }

@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use sha2::{Digest, Sha256};
-
+use super::digest::Digests;
 use super::size::ARCHIVE_BYTES;
 use super::supply::Supply;
 use super::types::{Options, Reading};
@@ -45,13 +44,13 @@ impl Source {
 /// [`InputError::Malformed`] when the bytes are no such document, [`InputError::TooLarge`] beyond the
 /// bounds on size, depth and count, and [`InputError::Impossible`] with every fault found otherwise.
 pub fn read(bytes: &[u8], source: Source, options: Options) -> Result<Reading, InputError> {
-    let digest = digest(bytes);
     let draft = match source {
         Source::Urdf => urdf::draft(bytes, &Supply::Nothing)?,
         Source::Json => json::draft(bytes)?,
         Source::Zip => archive::draft(bytes)?,
     };
-    build::build(draft, digest, options)
+    let digests = if source == Source::Json { Digests::of_json(bytes) } else { Digests::of(bytes) };
+    build::build(draft, digests, options)
 }
 
 /// Reads a character from the file at `path`, whatever its form. The meshes of a URDF are looked for
@@ -72,7 +71,7 @@ pub fn read_file(path: &Path, options: Options) -> Result<Reading, InputError> {
     match Source::detect(&bytes) {
         Some(Source::Urdf) => {
             let draft = urdf::draft(&bytes, &Supply::beside(path))?;
-            build::build(draft, digest(&bytes), options)
+            build::build(draft, Digests::of(&bytes), options)
         }
         Some(source) => read(&bytes, source, options),
         None => Err(InputError::Malformed(Fault::new(
@@ -80,9 +79,4 @@ pub fn read_file(path: &Path, options: Options) -> Result<Reading, InputError> {
             "is neither a URDF document, nor a character JSON document, nor a zip archive",
         ))),
     }
-}
-
-fn digest(bytes: &[u8]) -> String {
-    let hash = Sha256::digest(bytes);
-    hash.iter().fold(String::from("sha256:"), |text, byte| text + &format!("{byte:02x}"))
 }

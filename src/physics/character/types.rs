@@ -24,6 +24,16 @@ pub struct Character {
     pub standing: Option<Vec<(String, f64)>>,
     /// `sha256:…` of the bytes the character was read from.
     pub digest: String,
+    /// That of the same JSON document as it stands within another one: without white space, its fields in order. `None`
+    /// for a character from anything else.
+    pub embedded_digest: Option<String>,
+}
+
+impl Character {
+    /// Whether `digest` is that of this character, be it as the file that was read or within a larger document.
+    pub fn has_digest(&self, digest: &str) -> bool {
+        self.digest == digest || self.embedded_digest.as_deref() == Some(digest)
+    }
 }
 
 /// A rigid link, its inertia and its shapes, and the joint that carries it.

@@ -56,13 +56,13 @@ pub fn bound(
     (kept, without): (&mut Vec<f64>, &mut WithoutImpact),
 ) -> Solution {
     without.solve(rows, solver);
-    let whole = rows.work_of_impact(1.0, without);
+    let whole = rows.work_of_impact(1.0, &without.forces);
     kept.clone_from(&rows.force);
     let mut work_at = |rows: &mut Rows, share: f64| {
         rows.ask_for_rebounds(share);
         let (problem, force) = rows.problem(cone);
         let solution = solver.solve(&problem, force);
-        (solution, rows.work_of_impact(share, without))
+        (solution, rows.work_of_impact(share, &without.forces))
     };
     let (mut best, plastic) = work_at(rows, 0.0);
     let loss = (-plastic).max(0.0);

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use super::half_solved::{self, HalfSolved};
 use super::owner::RowOwner;
-use super::without_impact::WithoutImpact;
 use crate::model::wide::Lanes;
 use crate::sim::lcp::{Bound, Problem};
 
@@ -125,8 +124,8 @@ impl Rows {
     }
 
     /// Work of the forces of impact, J a second of the step, where rebounds have `share` of their speeds: λᵀ (w⁻ + w⁺) / 2 over their
-    /// rows, with w⁻ as it is `without` impact (see `sim/restitution.rs`).
-    pub fn work_of_impact(&self, share: f64, without: &WithoutImpact) -> f64 {
+    /// rows, with w⁻ as it is with the forces `without` impact, one a row (see `sim/restitution.rs`).
+    pub fn work_of_impact(&self, share: f64, without: &[f64]) -> f64 {
         let count = self.len();
         let mut work = 0.0;
         for (row, entries) in self.matrix.chunks_exact(count.max(1)).enumerate() {
@@ -135,7 +134,7 @@ impl Rows {
                 continue;
             }
             let mut velocity = self.offset[row];
-            for ((entry, with), without) in entries.iter().zip(&self.force).zip(&without.forces) {
+            for ((entry, with), without) in entries.iter().zip(&self.force).zip(without) {
                 velocity += 0.5 * entry * (with + without);
             }
             work += force * velocity;
