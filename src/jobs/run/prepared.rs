@@ -1,7 +1,9 @@
 //! A run about to learn: nothing is left open any more.
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use super::error::RunError;
 use crate::jobs::order::Order;
@@ -12,11 +14,14 @@ use gaitwright_learning::scenario::{ScenarioSetup, Script};
 use gaitwright_learning::training::{LearnedMotion, check_task};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::{Base, Model};
-use gaitwright_physics::scene::{AccuracyChoice, StepPlan};
+use gaitwright_physics::scene::{Accuracy, AccuracyChoice, AskedAccuracy, StepPlan};
 use gaitwright_physics::stance::Stance;
 
 /// How long a learned motion goes round its loop when its tolerance is checked, s.
 const LOOPED: f64 = 2.0;
+
+/// How often it is looked whether a run has been cancelled while the accuracy is chosen.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// A run about to learn.
 #[derive(Debug, Clone)]
@@ -44,8 +49,7 @@ impl PreparedRun {
         check_task(&task, &model, &stance, &scene)?;
         let scene = learning.trunk.in_scene(&scene);
         let swaying = swaying(&model, &stance, &scene);
-        let settled = settle(&swaying, &accuracy, &|| cancel.is_cancelled())?;
-        let Some((accuracy, accuracy_choice)) = settled else { return Ok(None) };
+        let Some((accuracy, accuracy_choice)) = settled(swaying, accuracy, cancel)? else { return Ok(None) };
         let parameters = learning
             .resolve(&stance, reference_gravity(&scene), accuracy.step)
             .map_err(|error| error.under("/learning"))?;
@@ -78,5 +82,33 @@ impl PreparedRun {
             script: Script::Track(player),
         };
         check(&played, accuracy, choice.tolerance, stop)
+    }
+}
+
+/// The accuracy for what is asked for, and why; `None` when it is cancelled.
+///
+/// One step at the finest settings may take seconds where many contacts depend on each other. When the run is cancelled it is
+/// not waited for: its thread ends after it.
+fn settled(
+    setup: ScenarioSetup,
+    asked: AskedAccuracy,
+    cancel: &Cancel,
+) -> Result<Option<(Accuracy, Option<AccuracyChoice>)>, RunError> {
+    let (sender, receiver) = mpsc::channel();
+    let called_off = cancel.clone();
+    let chooser = thread::Builder::new().name("accuracy".into()).spawn(move || {
+        // Nobody receives it once the run has been cancelled.
+        let _ = sender.send(settle(&setup, &asked, &|| called_off.is_cancelled()));
+    })?;
+    loop {
+        match receiver.recv_timeout(LOOK) {
+            Ok(settled) => return Ok(settled?),
+            Err(RecvTimeoutError::Timeout) if cancel.is_asked_for() => return Ok(None),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => match chooser.join() {
+                Err(panic) => std::panic::resume_unwind(panic),
+                Ok(()) => return Ok(None),
+            },
+        }
     }
 }

@@ -34,6 +34,11 @@ impl Cancel {
         self.0.cancelled.load(Ordering::Relaxed)
     }
 
+    /// The same for who only waits for a learner: it does not count as a look of the learner's own.
+    pub fn is_asked_for(&self) -> bool {
+        self.0.cancelled.load(Ordering::Relaxed)
+    }
+
     /// Whether anybody has asked [`Cancel::is_cancelled`] since this was asked last: a learner that does not is stuck.
     pub fn take_looked(&self) -> bool {
         self.0.looked.swap(false, Ordering::Relaxed)
