@@ -18,6 +18,8 @@ pub const HOLDS: f64 = 1000.0;
 const MARGIN: f64 = 0.05;
 /// What else than feet touches the ground is beyond its limit, which is none, by this times the share of the time in which it does.
 const SCUFFED: f64 = 20.0;
+/// What is set straight in the end costs nothing until then: of a turn, rad in a stride, and of the way to the side over the way ahead.
+const MENDED: f64 = 0.05;
 /// What a disturbance changes of the turn in a stride costs so much a rad, up to the most that counts, rad.
 const TURNED: f64 = 3.0;
 const MOST_TURNED: f64 = 0.2;
@@ -36,6 +38,12 @@ pub fn cost(
 
 /// What is known before a gait is disturbed: the least that [`cost`] can be.
 pub fn undisturbed(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutFigures) -> f64 {
+    if wanted.straightened_later {
+        let left = |off: f64| (off.abs() - MENDED).max(0.0).copysign(off);
+        let mended =
+            RolloutFigures { yaw: left(figures.yaw), sideways: left(figures.sideways), ..figures.clone() };
+        return undisturbed(&wanted.as_it_goes(), period, legs, &mended);
+    }
     let natural =
         effort(wanted, period, legs, figures) + wanted.strictness * beyond(wanted, legs, figures, MARGIN);
     // What holds the constraints costs less than this; both parts keep their slope.

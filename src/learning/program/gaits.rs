@@ -28,6 +28,18 @@ impl NamedGait {
         GaitLimits::of_gait(self.gait).symmetrical
     }
 
+    /// How much later left legs step than right ones, parts of a stride, where the gait is its own mirror image then: at once or half a
+    /// stride later.
+    pub fn mirrored_after(&self) -> Option<f64> {
+        let (left, right) = self.phases.split_at(self.phases.len() / 2);
+        [0.0, 0.5].into_iter().find(|later| {
+            left.iter().zip(right).all(|(left, right)| {
+                let apart = left - right - later;
+                (apart - apart.round()).abs() < 1e-6
+            })
+        })
+    }
+
     /// How many times the generations of a gait it takes. Leaps pitch, most of them turn, and their legs have times of their own; waves
     /// of a body have no template.
     pub fn share(&self) -> u32 {

@@ -23,6 +23,7 @@
 //! | [`cma`] | the evolution strategy |
 //! | [`subject`], [`candidate`] | who is to move where, and a gait that was tried there |
 //! | [`straightening`] | how the way of a gait is set straight |
+//! | [`starts`], [`searched`] | where a search begins, and which parameters it changes |
 //! | [`refine`] | a gait for a character at a speed |
 
 pub mod candidate;
@@ -37,8 +38,10 @@ pub mod legs;
 pub mod refine;
 pub mod ring;
 pub mod rollout;
+pub mod searched;
 mod seeds;
 pub mod spine;
+pub mod starts;
 pub mod steer;
 pub mod straightening;
 pub mod subject;

@@ -3,11 +3,13 @@
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-use super::candidate::{Candidate, evaluate};
+use super::candidate::Candidate;
 use super::cma::Cma;
-use super::cost::{HOLDS, undisturbed, when_disturbed};
+use super::cost::{undisturbed, when_disturbed};
 use super::ring::{Ring, Wanted};
 use super::rollout::Arena;
+use super::searched::searched;
+use super::starts::Starts;
 use super::straightening::{Straightened, Straightening, TRIMS};
 use super::subject::Subject;
 use crate::learn::{Interrupted, Stop};
@@ -25,12 +27,6 @@ const FINALISTS: usize = 8;
 /// How many of these have their ways set straight.
 pub const STRAIGHTENED: usize = 4;
 
-/// What speaks against a start: its cost, but what hardly breaks a constraint is not behind all that hold them, since the search soon
-/// mends that.
-fn promise(start: &Candidate) -> f64 {
-    if start.cost >= HOLDS { start.cost - HOLDS } else { start.cost }
-}
-
 /// How far a refinement has come.
 #[derive(Debug, Clone)]
 pub struct Refinement {
@@ -43,37 +39,29 @@ pub struct Refinement {
     /// s simulated.
     pub seconds: f64,
     search: Cma,
+    /// Indices of the parameters that the search changes; the others stay as they are in `start`.
+    searched: Vec<usize>,
+    start: Vec<f64>,
     /// Strides over which candidates are tried.
     strides: usize,
 }
 
 impl Refinement {
-    /// Starts from the best of `starts` (see [`Subject::seeds`]), of which there is at least one; candidates are tried over so many
-    /// strides, and come in pairs in so many generations ([`PAIRED`] where the search is short).
-    ///
-    /// # Errors
-    /// The reason of `stop` to break off.
+    /// From the one of rank `rank` among `starts`; candidates are tried over so many strides, and come in pairs in so many generations
+    /// ([`PAIRED`] where the search is short).
     pub fn new(
-        (pool, stop): (&ThreadPool, &Stop),
         subject: &Subject,
-        arena: &Arena,
         wanted: &Wanted,
-        starts: &[Vec<f64>],
+        (starts, rank): (&Starts, usize),
         (strides, paired, seed): (usize, u32, u64),
-    ) -> Result<Self, Interrupted> {
-        let mut tried: Vec<Candidate> = pool.install(|| {
-            let tried = starts.par_iter().with_max_len(1);
-            let one =
-                |parameters: &Vec<f64>| stop.whole(|| evaluate(subject, arena, wanted, parameters, strides));
-            tried.map(one).collect::<Result<_, Interrupted>>()
-        })?;
-        let seconds = tried.iter().map(Candidate::seconds).sum();
-        let evaluations = tried.len();
-        let costs = tried.iter().map(|candidate| candidate.cost).collect();
-        tried.sort_by(|a, b| promise(a).total_cmp(&promise(b)));
-        tried.truncate(1);
-        let search = Cma::new(&tried[0].parameters, SIGMA, CANDIDATES, seed).paired(paired);
-        Ok(Self { kept: tried, costs, evaluations, seconds, search, strides })
+    ) -> Self {
+        let kept = starts.at(rank).clone();
+        let start = kept.parameters.clone();
+        let searched = searched(&subject.legs, wanted, start.len());
+        let mean: Vec<f64> = searched.iter().map(|index| start[*index]).collect();
+        let search = Cma::new(&mean, SIGMA, CANDIDATES, seed).paired(paired);
+        let costs = vec![kept.cost];
+        Self { kept: vec![kept], costs, evaluations: 0, seconds: 0.0, search, searched, start, strides }
     }
 
     /// One generation on the threads of `pool`. What comes out does not depend on their number: candidates are
@@ -91,9 +79,14 @@ impl Refinement {
         let strides = self.strides;
         let mut search = self.search.clone();
         let asked = search.ask();
+        let whole = |asked: &Vec<f64>| {
+            let mut parameters = self.start.clone();
+            self.searched.iter().zip(asked).for_each(|(index, number)| parameters[*index] = *number);
+            parameters
+        };
         let tried: Vec<Candidate> = pool.install(|| {
-            let one = |parameters: &Vec<f64>| {
-                let tried = || Candidate::undisturbed(subject, arena, wanted, parameters, strides);
+            let one = |asked: &Vec<f64>| {
+                let tried = || Candidate::undisturbed(subject, arena, wanted, &whole(asked), strides);
                 let candidate = stop.whole(tried)?;
                 stop.count();
                 Ok(candidate)

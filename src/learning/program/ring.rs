@@ -21,34 +21,51 @@ pub const KEYFRAMES: usize = 8;
 /// share of gravity.
 const ENTRY_STRIDES: f64 = 2.0;
 const GAIN: f64 = 0.2;
-/// Number of a program's parameters for a character with more legs than two.
+/// Number of a program's parameters for a character with more legs than two. What each of them is: indices, and its unit. Those that
+/// make fore legs differ from hind legs are added to the former and taken from the latter.
 pub const PARAMETERS: usize = 26;
-/// Index of the parameter of the stride time: a fifth more or less a unit.
+/// Stride time: a fifth more or less.
 pub const PERIOD: usize = 0;
-/// Index of the parameters of the way to the side and of the turn.
+/// Duty factor, and that of fore legs: 0.04.
+pub const DUTY: usize = 1;
+pub const FORE_DUTY: usize = 2;
+/// Speed of the program: a tenth more or less.
+pub const SPEED: usize = 3;
+/// How far ahead the feet stand, of all and of fore legs, and how far apart; 0.06 hip heights. How far to the left they stand only
+/// feedback changes.
+pub const FOOTHOLD: usize = 4;
+pub const FORE_FOOTHOLD: usize = 5;
+pub const WIDTH: usize = 6;
+pub const FORE_WIDTH: usize = 7;
+pub const ASIDE: usize = PARAMETERS;
+/// Lift of the feet: three tenths more or less.
+pub const LIFT: usize = 8;
+pub const FORE_LIFT: usize = 9;
+/// How much of the computed force the legs give: a fifth of it.
+pub const PUSH: usize = 10;
+pub const FORE_PUSH: usize = 11;
+/// Extension of the legs: 0.04 of their length.
+pub const EXTENSION: usize = 12;
+/// Way to the side and turn: 0.03 of the way ahead, and 0.03 rad a hip height of it.
 pub const SIDEWAYS: usize = 13;
 pub const TURN: usize = 14;
-/// Index of the parameter of how far ahead the feet stand, and of how far to the left, which only feedback changes: 0.06 hip
-/// heights a unit.
-pub const FOOTHOLD: usize = 4;
-pub const ASIDE: usize = PARAMETERS;
-/// Index of the parameters of the feet's lift, and of how much of the computed heave the trunk has: 0.4 of it a unit.
-pub const LIFT: usize = 8;
+/// How much of the computed heave, of the lean and of the sway the trunk has: 0.4 of it.
 pub const HEAVE: usize = 15;
-/// Index of the parameter of the sway: 0.4 of it a unit.
+pub const LEAN: usize = 16;
 pub const SWAY: usize = 24;
-/// Index of the parameter of the aim: a fifth of the way to the centre of mass a unit.
-pub const AIM: usize = 25;
-/// Index of the parameter of how much longer fore legs stand than hind legs: 0.04 of the stride each way a unit.
-pub const FORE_DUTY: usize = 2;
-/// Index of the parameter of how much later fore legs touch down than hind legs.
+/// How much later fore legs touch down than hind legs, and left legs than right ones (all, and fore legs more than hind legs):
+/// [`PHASE_SHIFT`].
 pub const APART: usize = 17;
-/// Indices of the parameters of how much later left legs touch down than right ones: all, and fore legs more than hind legs.
 pub const ASIDE_LAGS: [usize; 2] = [18, 19];
-/// Index of the parameter of how late the feet are lifted.
+/// How much of its speed on the ground a foot has before it touches down: 0.4 of it.
+pub const RETRACTION: usize = 20;
+/// How late the feet are lifted.
 pub const SKEW: usize = 21;
-/// Index of the parameter of the legs' extension.
-pub const EXTENSION: usize = 12;
+/// Stiffness and damping of the legs: a fifth and three tenths more or less.
+pub const STIFFNESS: usize = 22;
+pub const DAMPING: usize = 23;
+/// Aim of the forces: a fifth of the way to the centre of mass.
+pub const AIM: usize = 25;
 /// Extension of the legs in mid-stance as a share of their length: at least, as a seed, and at most.
 const EXTENSIONS: [f64; 3] = [0.82, 0.86, 0.95];
 
@@ -81,13 +98,33 @@ pub struct Wanted {
     pub weights: Weights,
     /// Cost of being far beyond a limit of natural motion.
     pub strictness: f64,
+    /// Whether its way is set straight in the end (see [`straightening`](super::straightening)): turn and drift cost nothing until then as
+    /// far as that mends them.
+    pub straightened_later: bool,
 }
 
 impl Wanted {
     /// `gait` at Froude number v² / (g h), with the standing hip height h.
     pub fn at_froude(legs: &Legs, gait: NamedGait, froude: f64, gravity: f64) -> Self {
         let speed = (froude * gravity * legs.hip_height).sqrt();
-        Self { gait, speed, gravity, weights: Weights::default(), strictness: LENIENT }
+        Self {
+            gait,
+            speed,
+            gravity,
+            weights: Weights::default(),
+            strictness: LENIENT,
+            straightened_later: false,
+        }
+    }
+
+    /// The same, for a search after which the way is set straight.
+    pub fn straightened_later(self) -> Self {
+        Self { straightened_later: true, ..self }
+    }
+
+    /// The same, for a motion whose way stays as it is.
+    pub fn as_it_goes(&self) -> Self {
+        Self { straightened_later: false, ..self.clone() }
     }
 
     /// The same, with limits that are to be kept.
@@ -113,14 +150,8 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
     let p = |index: usize| parameters.get(index).copied().unwrap_or(0.0);
     let (size, speed) = (legs.hip_height, wanted.speed);
     let rows = legs.rows();
-    let (left, right) = wanted.gait.phases.split_at(rows);
-    // A gait that is its own mirror image, at once or half a stride later, stays so.
-    let mirrored = [0.0, 0.5].into_iter().any(|later| {
-        left.iter().zip(right).all(|(left, right)| {
-            let apart = left - right - later;
-            (apart - apart.round()).abs() < 1e-6
-        })
-    });
+    // A gait that is its own mirror image stays so.
+    let mirrored = wanted.gait.mirrored_after().is_some();
     let steps = legs.legs.iter().enumerate().map(|(index, leg)| {
         // From fore (+1) to hind (−1); all in the middle where there is one row only.
         let fore = if rows > 1 { 1.0 - 2.0 * leg.row as f64 / (rows - 1) as f64 } else { 0.0 };
@@ -134,15 +165,15 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         // A single row of legs has to stand below the centre of mass.
         let below = if rows > 1 { leg.hip.x } else { legs.center.x };
         let neutral = Vector2::new(
-            below + 0.06 * size * (p(FOOTHOLD) + p(5) * fore),
-            leg.foot.y + 0.06 * size * (p(ASIDE) + side * (p(6) + p(7) * fore)),
+            below + 0.06 * size * (p(FOOTHOLD) + p(FORE_FOOTHOLD) * fore),
+            leg.foot.y + 0.06 * size * (p(ASIDE) + side * (p(WIDTH) + p(FORE_WIDTH) * fore)),
         );
         Step {
             phase,
-            duty: (wanted.gait.duty_factor + 0.04 * (p(1) + p(FORE_DUTY) * fore)).clamp(0.15, 0.92),
+            duty: (wanted.gait.duty_factor + 0.04 * (p(DUTY) + p(FORE_DUTY) * fore)).clamp(0.15, 0.92),
             neutral,
-            lift: size * (0.15 * (0.3 * (p(LIFT) + p(9) * fore)).exp()).clamp(LIFTS[0], LIFTS[1]),
-            push: 1.0 + 0.2 * (p(10) + p(11) * fore),
+            lift: size * (0.15 * (0.3 * (p(LIFT) + p(FORE_LIFT) * fore)).exp()).clamp(LIFTS[0], LIFTS[1]),
+            push: 1.0 + 0.2 * (p(PUSH) + p(FORE_PUSH) * fore),
         }
     });
     let stood = legs.legs.iter().map(|leg| (leg.hip.z - leg.foot.z) / leg.length).sum::<f64>()
@@ -150,18 +181,18 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
     let extension = (EXTENSIONS[1] + 0.04 * p(EXTENSION)).clamp(EXTENSIONS[0], EXTENSIONS[2]);
     Program {
         period: wanted.usual_period(size) * (0.2 * p(PERIOD)).exp().clamp(PERIODS[0], PERIODS[1]),
-        speed: speed * (0.1 * p(3)).exp(),
+        speed: speed * (0.1 * p(SPEED)).exp(),
         sideways: 0.03 * speed * p(SIDEWAYS),
         turn: 0.03 * speed / size * p(TURN),
         raise: (extension - stood) * legs.length,
         heave: 1.0 + 0.4 * p(HEAVE),
-        lean: 1.0 + 0.4 * p(16),
+        lean: 1.0 + 0.4 * p(LEAN),
         aim: 0.2 * p(AIM),
         sway: 1.0 + 0.4 * p(SWAY),
-        retraction: 1.0 + 0.4 * p(20),
+        retraction: 1.0 + 0.4 * p(RETRACTION),
         skew: (0.2 * p(SKEW)).exp(),
-        stiffness: (0.2 * p(22)).exp(),
-        damping: (0.3 * p(23)).exp(),
+        stiffness: (0.2 * p(STIFFNESS)).exp(),
+        damping: (0.3 * p(DAMPING)).exp(),
         steps: steps.collect(),
     }
 }

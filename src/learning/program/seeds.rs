@@ -2,26 +2,32 @@
 
 use super::gaits::NamedGait;
 use super::ring::{
-    AIM, APART, ASIDE_LAGS, EXTENSION, FOOTHOLD, FORE_DUTY, HEAVE, LIFT, PARAMETERS, PERIOD, SKEW,
+    AIM, APART, DUTY, EXTENSION, FOOTHOLD, FORE_LIFT, FORE_PUSH, HEAVE, LIFT, PARAMETERS, PERIOD, PUSH, SKEW,
+    SPEED, STIFFNESS,
 };
 
 /// Parameters of a trunk without heave, and of feet that are lifted half as high as usual.
 const LEVEL: f64 = -2.5;
 const LOW: f64 = -2.0;
 
-/// What ten searches for bounds and gallops of two robots (the bundled quadruped and `a1`) came to from the template alone, in 60 to 240
-/// generations each, rounded: fore legs stand for less of the stride than hind legs, feet stand behind the hips and are lifted late, the forces of
-/// fore and hind legs point toward each other, and the trunk heaves less than the template says.
-const LEAP: [(usize, f64); 5] = [(FORE_DUTY, -1.5), (FOOTHOLD, -2.0), (HEAVE, -1.0), (SKEW, 3.0), (AIM, 3.0)];
-/// Difference of the phases of left and right, parts of a stride, that has the whole of [`ASIDE_LAGS`] as a seed: legs of a pair that
-/// are sent so shortly after each other touch down nearly together.
-const LAG: f64 = 0.05;
+/// What eight searches for bounds of two robots (`a1` and `anymal_b`) came to, in 180 generations each, rounded: feet are lifted late,
+/// fore feet higher than hind feet, by legs that give less force than the template says, hind legs less than fore legs, and stand for
+/// less of the stride; the trunk heaves less, and the forces of fore and hind legs point toward each other.
+const LEAP: [(usize, f64); 7] = [
+    (DUTY, -1.0),
+    (FORE_LIFT, 1.0),
+    (PUSH, -0.8),
+    (FORE_PUSH, 0.8),
+    (HEAVE, -0.9),
+    (SKEW, 3.0),
+    (STIFFNESS, -0.8),
+];
 
 /// Where a search for `gait` may start.
 pub fn seeds(gait: &NamedGait) -> Vec<Vec<f64>> {
     let mut seeds = templates(gait);
     if !gait.symmetrical() {
-        seeds.extend(leaping(gait));
+        seeds.extend(leaping());
     }
     seeds
 }
@@ -64,34 +70,27 @@ fn templates(gait: &NamedGait) -> Vec<Vec<f64>> {
     seeds
 }
 
-/// The gait as [`LEAP`] has it, with short stride times, legs as long as usual and longer, feet lifted as usual and less. Fore and hind
-/// legs are sent as the gait says or farther from each other, those of a pair as it says or as many times later as it takes them
-/// to touch down one after the other.
-fn leaping(gait: &NamedGait) -> Vec<Vec<f64>> {
-    let rows = gait.phases.len() / 2;
-    let lag = |row: usize| {
-        let apart = gait.phases[row] - gait.phases[row + rows];
-        ((apart - apart.round()) / LAG).clamp(-1.0, 1.0)
-    };
-    // Of all left legs, and of the left fore legs more than of the left hind legs.
-    let (fore, hind) = (lag(0), lag(rows - 1));
-    let lags = [0.5 * (fore + hind), 0.5 * (fore - hind)];
-    let asides = if lags == [0.0; 2] { &[0.0][..] } else { &[0.0, 1.0] };
+/// The gait as [`LEAP`] has it, with short stride times, feet that stand far behind the hips, lifted as usual and less, fore and hind legs sent
+/// as the gait says, nearer to each other or farther apart, for the speed that is wanted and for a higher one. Where feet land when the
+/// trunk pitches, and how much speed that costs, differs most from one body to the next.
+fn leaping() -> Vec<Vec<f64>> {
     let mut seeds = Vec::new();
-    for period in [-2.0, -3.5] {
-        for extension in [0.0, 1.0] {
-            for apart in [0.0, -1.0] {
-                for aside in asides {
-                    for lift in [0.0, -1.5] {
-                        let own = [
-                            (PERIOD, period),
-                            (EXTENSION, extension),
-                            (APART, apart),
-                            (ASIDE_LAGS[0], aside * lags[0]),
-                            (ASIDE_LAGS[1], aside * lags[1]),
-                            (LIFT, lift),
-                        ];
-                        seeds.push(seed(&[&LEAP[..], &own].concat()));
+    for period in [-2.5, -4.0] {
+        for foothold in [-2.5, -4.5] {
+            for apart in [-1.0, 0.0, 1.0] {
+                for speed in [0.0, 1.5] {
+                    for aim in [1.0, 3.0] {
+                        for lift in [-1.5, -3.5] {
+                            let own = [
+                                (PERIOD, period),
+                                (FOOTHOLD, foothold),
+                                (APART, apart),
+                                (SPEED, speed),
+                                (AIM, aim),
+                                (LIFT, lift),
+                            ];
+                            seeds.push(seed(&[&LEAP[..], &own].concat()));
+                        }
                     }
                 }
             }

@@ -8,6 +8,7 @@ use super::trail::{Found, Trail};
 use crate::learn::{Cancel, LearnError, Stop, Trunk};
 use crate::program::refine::{PAIRED, Refinement};
 use crate::program::rollout::STRIDES;
+use crate::program::starts::Starts;
 
 /// Searches until `seconds` have been simulated; the generation in which they are is the last.
 ///
@@ -25,9 +26,10 @@ pub(super) fn run(arena: &StudyArena, seed: u64, seconds: f64) -> Result<Trail, 
     let subject = &arena.subject;
     let starts = subject.seeds(&wanted.gait);
     let chances = (STRIDES, PAIRED, seed);
-    let begun = Refinement::new((&pool, &stop), subject, &trials, &wanted, &starts, chances);
+    let starts = Starts::new((&pool, &stop), subject, &trials, &wanted, &starts, STRIDES);
     // Nothing stops it.
-    let Ok(mut search) = begun else { return Ok(Trail::default()) };
+    let Ok(starts) = starts else { return Ok(Trail::default()) };
+    let mut search = Refinement::new(subject, &wanted, (&starts, 0), chances);
     let mut trail = Trail::default();
     let mut least = f64::INFINITY;
     loop {

@@ -15,6 +15,7 @@ use gaitwright_learning::learn::{Learning, Objective, Parameters, Posture, Repai
 use gaitwright_learning::program::refine::{PAIRED, Refinement};
 use gaitwright_learning::program::ring::Ring;
 use gaitwright_learning::program::rollout::STRIDES;
+use gaitwright_learning::program::starts::Starts;
 use gaitwright_learning::program::subject::Subject;
 use gaitwright_physics::motion::Player;
 use gaitwright_physics::scene::StepPlan;
@@ -156,9 +157,9 @@ fn learned_trot(generations: u32) -> Gait {
     let wanted = trot(&subject.legs);
     let (arena, stop) = (subject.arena().unwrap(), Stop::default());
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
-    let (starts, chances) = (subject.seeds(&wanted.gait), (STRIDES, PAIRED, 1));
-    let mut refinement =
-        Refinement::new((&pool, &stop), &subject, &arena, &wanted, &starts, chances).unwrap();
+    let seeds = subject.seeds(&wanted.gait);
+    let starts = Starts::new((&pool, &stop), &subject, &arena, &wanted, &seeds, STRIDES).unwrap();
+    let mut refinement = Refinement::new(&subject, &wanted, (&starts, 0), (STRIDES, PAIRED, 1));
     for _ in 0..generations {
         refinement.generation((&pool, &stop), &subject, &arena, &wanted).unwrap();
     }

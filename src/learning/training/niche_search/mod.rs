@@ -17,6 +17,7 @@ pub(super) use search::NicheSearch;
 
 use crate::gait::leaps;
 use crate::learn::Interrupted;
+use crate::program::ring::Wanted;
 use crate::program::steer;
 
 /// Share of the wanted speed below which a motion goes nowhere.
@@ -27,7 +28,8 @@ const FASTER: f64 = 1.25;
 const SLOWER: u32 = 3;
 /// A stage at another speed has this part of the generations of a gait.
 const STAGE: u32 = 6;
-/// Each of the two beginnings of a search for a leap has this part of the generations of a gait.
+/// How many times a search for a leap begins, and which part of the generations of a gait each beginning has.
+const BEGINNINGS: u32 = 3;
 const BEGINNING: u32 = 8;
 /// Into how many parts the starts are divided where balance is looked for.
 const PARTS: usize = 4;
@@ -106,19 +108,16 @@ impl NicheSearch<'_> {
             NichePace::Cheapest { first, .. } => *first,
             NichePace::Fastest { first } => first.min(self.greatest_froude),
         };
-        let mut leading =
-            if self.steered { self.balanced(first, &starts, all)? } else { self.stage(first, &starts)? };
-        self.found = Some(leading.found());
-        if self.stages == 1 && leading.best().figures.upright >= 1.0 {
-            let motion = self.motion(&leading.wanted, leading.best());
-            self.progress.show(motion, false, self.observer);
-        }
-        let spent = if leaps(self.niche.gait.gait) && !self.steered {
-            leading = self.begun_twice(leading, &starts, all / BEGINNING)?;
-            2 * (all / BEGINNING)
-        } else {
+        let wanted = self.wanted(first);
+        let (mut leading, spent) = if self.steered {
+            let mut leading = self.balanced(&wanted, &starts, all)?;
+            self.found = Some(leading.found());
             self.refine(&mut leading, Fidelity::Coarse, all / STAGE, Rank::Leading)?;
-            all / STAGE
+            (leading, all / STAGE)
+        } else {
+            let leaps = leaps(self.niche.gait.gait);
+            let (count, each) = if leaps { (BEGINNINGS, all / BEGINNING) } else { (1, all / STAGE) };
+            (self.begun(&wanted, &starts, count, each)?, count * each)
         };
         let fallen = leading.best().figures.upright < 1.0;
         if all > 0 && fallen && !self.steered && self.shared.used_up(self.progress).is_none() {
@@ -133,36 +132,50 @@ impl NicheSearch<'_> {
         self.finish(leading, all - all / 2)
     }
 
-    /// The better of `leading` and of another search from the same `starts`, after so many generations each: in which of several ways to
-    /// leap a search ends is soon decided, by chance.
-    fn begun_twice(
+    /// The best of `count` searches from the most promising of `starts`, one each, after so many generations each: in which of several
+    /// ways to leap a search ends is soon decided, by where it began and by chance.
+    fn begun(
         &mut self,
-        mut leading: Stage,
+        wanted: &Wanted,
         starts: &[Vec<f64>],
+        count: u32,
         generations: u32,
     ) -> Result<Stage, Interrupted> {
+        let starts = self.starts(wanted, starts)?;
+        let mut leading = self.stage(wanted, &starts, 0);
+        self.found = Some(leading.found());
+        if self.stages == 1 && leading.best().figures.upright >= 1.0 {
+            let motion = self.motion(&leading.wanted, leading.best());
+            self.progress.show(motion, false, self.observer);
+        }
         self.refine(&mut leading, Fidelity::Coarse, generations, Rank::Leading)?;
-        let froude = leading.wanted.froude(&self.shared.subject.legs);
-        let mut other = self.stage(froude, starts)?;
-        self.refine(&mut other, Fidelity::Coarse, generations, Rank::Rival)?;
-        if other.best().cost < leading.best().cost {
-            leading = other;
-            self.found = Some(leading.found());
+        for rank in 1..count {
+            let mut other = self.stage(wanted, &starts, rank as usize);
+            self.refine(&mut other, Fidelity::Coarse, generations, Rank::Rival)?;
+            if other.best().cost < leading.best().cost {
+                leading = other;
+                self.found = Some(leading.found());
+            }
         }
         Ok(leading)
     }
 
     /// The best of searches from parts of the `starts`, up to the first that stays up: what falls soon costs little time, and whether it
     /// learns not to depends on where it began.
-    fn balanced(&mut self, froude: f64, starts: &[Vec<f64>], generations: u32) -> Result<Stage, Interrupted> {
-        let mut best = self.stage(froude, starts)?;
+    fn balanced(
+        &mut self,
+        wanted: &Wanted,
+        starts: &[Vec<f64>],
+        generations: u32,
+    ) -> Result<Stage, Interrupted> {
+        let mut best = self.first_stage(wanted, starts)?;
         self.refine(&mut best, Fidelity::Coarse, generations, Rank::Rival)?;
         for part in 0..PARTS.min(starts.len()) {
             if best.best().figures.upright >= 1.0 || self.shared.used_up(self.progress).is_some() {
                 break;
             }
             let own: Vec<Vec<f64>> = starts.iter().skip(part).step_by(PARTS).cloned().collect();
-            let mut stage = self.stage(froude, &own)?;
+            let mut stage = self.first_stage(wanted, &own)?;
             self.refine(&mut stage, Fidelity::Coarse, generations, Rank::Rival)?;
             if stage.best().cost < best.best().cost {
                 best = stage;
@@ -219,6 +232,7 @@ impl NicheSearch<'_> {
         }
         self.refine(&mut leading, Fidelity::Fine, generations, Rank::Leading)?;
         let Stage { wanted, mut refinement } = leading;
+        let wanted = wanted.as_it_goes();
         let Shared { pool, stop, subject, .. } = self.shared;
         let before = refinement.seconds;
         let finalists = refinement.finalists((pool, stop), subject, &self.fine, &wanted, LONG)?;

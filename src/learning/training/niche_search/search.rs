@@ -14,6 +14,7 @@ use crate::program::cost::within_limits;
 use crate::program::refine::{PAIRED, Refinement, STRAIGHTENED};
 use crate::program::ring::Wanted;
 use crate::program::rollout::{Arena, STEERED_STRIDES, STRIDES};
+use crate::program::starts::Starts;
 use crate::program::straightening::{Straightened, Straightening};
 use crate::training::motion::LearnedMotion;
 use crate::training::niche::Niche;
@@ -141,28 +142,52 @@ impl<'a> NicheSearch<'a> {
         froude: f64,
         generations: u32,
     ) -> Result<Stage, Interrupted> {
-        let mut other = self.stage(froude, &[leading.best().parameters.clone()])?;
+        let wanted = self.wanted(froude);
+        let mut other = self.first_stage(&wanted, &[leading.best().parameters.clone()])?;
         self.refine(&mut other, Fidelity::Coarse, generations, Rank::Rival)?;
         Ok(other)
     }
 
-    /// Begins a refinement at a Froude number.
-    pub(super) fn stage(&mut self, froude: f64, starts: &[Vec<f64>]) -> Result<Stage, Interrupted> {
-        let Shared { setup, subject, pool, stop, .. } = self.shared;
-        let coarse = &self.coarse;
-        stop.check()?;
+    /// Begins a refinement from the most promising of `starts`.
+    pub(super) fn first_stage(&mut self, wanted: &Wanted, starts: &[Vec<f64>]) -> Result<Stage, Interrupted> {
+        let starts = self.starts(wanted, starts)?;
+        Ok(self.stage(wanted, &starts, 0))
+    }
+
+    /// What is asked of a gait at a Froude number while it is searched for.
+    pub(super) fn wanted(&self, froude: f64) -> Wanted {
+        let Shared { setup, subject, .. } = self.shared;
         let usual = Wanted::at_froude(&subject.legs, self.niche.gait, froude, subject.gravity());
         let wanted = Wanted { weights: setup.task.weights, ..usual };
+        // The waves of a body without legs turn by the form of the wave itself.
+        if subject.legs.spine.is_some() { wanted } else { wanted.straightened_later() }
+    }
+
+    /// Tries `starts`.
+    pub(super) fn starts(&mut self, wanted: &Wanted, starts: &[Vec<f64>]) -> Result<Starts, Interrupted> {
+        let Shared { subject, pool, stop, .. } = self.shared;
+        stop.check()?;
+        let starts = Starts::new((pool, stop), subject, &self.coarse, wanted, starts, self.strides())?;
+        self.progress.simulated += starts.seconds;
+        Ok(starts)
+    }
+
+    /// Begins a refinement from the one of rank `rank` among `starts`.
+    pub(super) fn stage(&mut self, wanted: &Wanted, starts: &Starts, rank: usize) -> Stage {
+        let Shared { setup, subject, .. } = self.shared;
         // Steps of the golden ratio keep the seeds of all stages apart (Steele, Lea & Flood 2014).
-        let strides = if self.steered { STEERED_STRIDES } else { STRIDES };
         let number = STREAMS * self.index as u64 + self.stages + 1;
         let seed = setup.seed.wrapping_add(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(number));
         self.stages += 1;
         let paired = if self.steered || leaps(self.niche.gait.gait) { 0 } else { PAIRED };
-        let chances = (strides, paired, seed);
-        let refinement = Refinement::new((pool, stop), subject, coarse, &wanted, starts, chances)?;
-        self.progress.simulated += refinement.seconds;
-        Ok(Stage { wanted, refinement })
+        let chances = (self.strides(), paired, seed);
+        let refinement = Refinement::new(subject, wanted, (starts, rank), chances);
+        Stage { wanted: wanted.clone(), refinement }
+    }
+
+    /// Strides over which candidates are tried.
+    fn strides(&self) -> usize {
+        if self.steered { STEERED_STRIDES } else { STRIDES }
     }
 
     /// So many generations, or as many as the budget has.
@@ -249,6 +274,7 @@ impl<'a> NicheSearch<'a> {
     pub(super) fn is_natural(&mut self, stage: &Stage) -> Result<bool, Interrupted> {
         let Shared { stop, subject, .. } = self.shared;
         let Stage { wanted, refinement } = stage;
+        let wanted = &wanted.as_it_goes();
         let straightening = Straightening { subject, arena: &self.fine, wanted, strides: LOOK_STRIDES, stop };
         let start = straightening.undisturbed(&refinement.best().parameters)?;
         self.progress.simulated += start.seconds();
