@@ -71,6 +71,8 @@ impl NicheSearch<'_> {
                 break;
             }
             let Some(before) = self.found.take() else { break };
+            // What only fails a trial is better left for another way to go; what is not natural yet may be in as many generations more.
+            self.unfinished = (!before.natural).then(|| before.candidate.parameters.clone());
             if matches!(self.niche.pace, NichePace::Fastest { .. }) {
                 // Whoever is too fast to be natural may be so when slower.
                 let tried = before.wanted.froude(&self.shared.subject.legs);
@@ -100,6 +102,7 @@ impl NicheSearch<'_> {
             .seeds(&self.niche.gait)
             .into_iter()
             .chain(known.map(|milestone| milestone.motion.parameters.clone()))
+            .chain(self.unfinished.clone())
             .collect();
         if self.shared.subject.can_steer() {
             starts = starts.iter().flat_map(|start| steer::starts(start, self.steered)).collect();
@@ -109,6 +112,8 @@ impl NicheSearch<'_> {
             NichePace::Fastest { first } => first.min(self.greatest_froude),
         };
         let wanted = self.wanted(first);
+        // What keeps most limits already has the others left.
+        let wanted = if self.unfinished.is_some() { wanted.strictly() } else { wanted };
         let (mut leading, spent) = if self.steered {
             let mut leading = self.balanced(&wanted, &starts, all)?;
             self.found = Some(leading.found());

@@ -59,6 +59,8 @@ pub(in crate::training) struct NicheSearch<'a> {
     pub(super) greatest_froude: f64,
     /// The best so far at the speed that leads.
     pub(super) found: Option<Found>,
+    /// The parameters of what an attempt before came to that was not natural.
+    pub(super) unfinished: Option<Vec<f64>>,
     /// Whether a natural motion has been shown.
     pub(super) shown_natural: bool,
     /// The parameters of what was looked at last.
@@ -92,6 +94,7 @@ impl<'a> NicheSearch<'a> {
             steered: false,
             greatest_froude: niches[index].gait.froude[2],
             found: None,
+            unfinished: None,
             shown_natural: false,
             looked_at: Vec::new(),
             fine: shared.fine.clone().suited(&niches[index].gait),
