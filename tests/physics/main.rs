@@ -18,6 +18,7 @@ mod drives;
 mod dry_friction;
 mod dynamics;
 mod effects;
+mod failures;
 mod flight;
 mod grain;
 mod groups;

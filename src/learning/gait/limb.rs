@@ -11,7 +11,7 @@ use gaitwright_physics::playback::Trace;
 /// A segment shorter than this share of the leg's longest one belongs to the hip: it only turns the leg out.
 const SHORT: f64 = 0.5;
 /// Thickness of a sole, share of the leg's length.
-const SOLE: f64 = 0.02;
+pub(crate) const SOLE: f64 = 0.02;
 /// Rounds in which one joint after the other is turned to where the leg is longest.
 const ROUNDS: usize = 20;
 
@@ -60,8 +60,7 @@ impl Limb {
             frames.iter().map(|(_, frame)| frame.translation.vector).collect();
         joints.push((ground_frame * point).coords);
         let segments: Vec<f64> = joints.windows(2).map(|pair| (pair[1] - pair[0]).norm()).collect();
-        let longest = segments.iter().copied().fold(0.0, f64::max);
-        let first_long = segments.iter().position(|&segment| segment > SHORT * longest).unwrap_or(0);
+        let first_long = first_long(&segments);
         let distal: Vec<usize> = chain[first_long + 1..].to_vec();
         let greatest = greatest_reach(model, &distal, place.pose * point);
         (greatest > 0.0).then_some(Self { hip: frames[first_long].0, foot: (support, point), greatest })
@@ -84,6 +83,12 @@ impl Limb {
             .collect();
         mean(&shares)
     }
+}
+
+/// Index of the first of a leg's `segments` (lengths from the trunk on, m) that does not belong to the hip.
+pub(crate) fn first_long(segments: &[f64]) -> usize {
+    let longest = segments.iter().copied().fold(0.0, f64::max);
+    segments.iter().position(|segment| *segment > SHORT * longest).unwrap_or(0)
 }
 
 /// The greatest distance, m, of `foot`, a point in the frame of the last of the bodies `distal` (each the parent of the

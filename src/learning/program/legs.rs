@@ -9,13 +9,8 @@ use gaitwright_physics::model::{Body, DofKind, Model, Surface};
 use gaitwright_physics::stance::Stance;
 
 use super::spine::{Frame, Spine};
-use crate::gait::limb::greatest_reach;
+use crate::gait::limb::{SOLE, first_long, greatest_reach};
 
-/// A segment shorter than this share of the leg's longest one does not count for its length: it only turns
-/// the leg out, as an abducting hip does.
-const SHORT: f64 = 0.5;
-/// Points of a foot within this share of the leg's length of the lowest one are its sole.
-const SOLE: f64 = 0.02;
 /// Shapes of a foot whose lowest points are within this share of the hip's height of each other stand together.
 const ASTAND: f64 = 0.002;
 /// Rounds of inverse kinematics at most, and the error with which they end, m over the leg's length.
@@ -397,8 +392,7 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], body: usize) -> Option<
     let far = points.iter().map(|(point, _)| point.norm()).fold(0.0, f64::max);
     let mut segments: Vec<f64> = chain.windows(2).map(|pair| model.bodies[pair[1]].offset.norm()).collect();
     segments.push(far);
-    let longest = segments.iter().copied().fold(0.0, f64::max);
-    let first_long = segments.iter().position(|segment| *segment > SHORT * longest).unwrap_or(0);
+    let first_long = first_long(&segments);
     let reach: f64 = segments[first_long..].iter().sum();
     let sole: Vec<&(Vector3<f64>, f64)> =
         points.iter().filter(|point| bottom(point) < lowest + SOLE * reach).collect();

@@ -1,7 +1,7 @@
 //! Why a simulation cannot go on.
 
 use super::lcp::SolveStatus;
-use super::rows::RowOwner;
+use super::rows::{RowOwner, Rows};
 use super::state::State;
 use crate::model::Model;
 
@@ -11,7 +11,7 @@ use crate::model::Model;
 pub struct Failure {
     /// Time of the state, s: the beginning of the substep that failed, or its end where a number became non-finite.
     pub time: f64,
-    /// The body or joint.
+    /// The body or joint, or what a row of the complementarity problem belongs to.
     pub place: String,
     /// What happened.
     pub cause: FailureCause,
@@ -53,8 +53,14 @@ pub enum FailureCause {
     OtherEngine(&'static str),
 }
 
-/// The failure that goes with a solver's `status`, if its forces cannot be used.
-pub(super) fn fail_unless_usable(status: SolveStatus, model: &Model, state: &State) -> Result<(), Failure> {
+/// The failure that goes with a solver's `status` for the problem of `rows`, if its forces cannot be used. It names the row that is not
+/// finite, where one is.
+pub(super) fn fail_unless_usable(
+    status: SolveStatus,
+    model: &Model,
+    state: &State,
+    rows: &Rows,
+) -> Result<(), Failure> {
     let cause = match status {
         SolveStatus::Solved | SolveStatus::IterationLimit | SolveStatus::Singular => return Ok(()),
         SolveStatus::Ray => FailureCause::NoSolution,
@@ -62,7 +68,11 @@ pub(super) fn fail_unless_usable(status: SolveStatus, model: &Model, state: &Sta
         SolveStatus::NotFinite => FailureCause::NonFiniteProblem,
         SolveStatus::Unsupported => FailureCause::UnsupportedProblem,
     };
-    Err(Failure { time: state.time, place: format!("character {}", model.character.name), cause })
+    let place = match rows.worst() {
+        Some(owner) if status == SolveStatus::NotFinite => describe(model, owner),
+        _ => format!("character {}", model.character.name),
+    };
+    Err(Failure { time: state.time, place, cause })
 }
 
 /// The failure of `body`, which needs shorter substeps than the shortest.

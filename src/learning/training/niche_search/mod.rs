@@ -240,7 +240,10 @@ impl NicheSearch<'_> {
         let wanted = wanted.as_it_goes();
         let Shared { pool, stop, subject, .. } = self.shared;
         let before = refinement.seconds;
-        let finalists = refinement.finalists((pool, stop), subject, &self.fine, &wanted, LONG)?;
+        let mut finalists = refinement.finalists((pool, stop), subject, &self.fine, &wanted, LONG)?;
+        // What was natural on the way is not lost where what came after it costs less but is not.
+        let seen = self.seen_natural.iter().filter(|seen| seen.wanted.speed == wanted.speed);
+        finalists.extend(seen.map(|seen| seen.candidate.clone()));
         self.progress.simulated += refinement.seconds - before;
         let Some(found) = self.first_proven(&wanted, finalists) else { return Ok(()) };
         // Kept before the clock is looked at: what was straightened and proven is not lost where time ends in the proof.

@@ -33,8 +33,10 @@ pub(super) const LONG: usize = 40;
 const STEERED_TIMES: u32 = 4;
 /// Numbers of random streams kept for one niche: more than it has stages.
 const STREAMS: u64 = 64;
-/// Generations after which it is looked whether the best is natural already, and strides over which its way is set straight for that.
+/// Generations after which it is looked whether the best is natural already, once one was natural, and strides over which its way is set
+/// straight for that.
 const LOOK: usize = 5;
+const LOOK_AGAIN: usize = 20;
 const LOOK_STRIDES: usize = 20;
 
 /// A search in one niche.
@@ -61,6 +63,8 @@ pub(in crate::training) struct NicheSearch<'a> {
     pub(super) found: Option<Found>,
     /// The parameters of what an attempt before came to that was not natural.
     pub(super) unfinished: Option<Vec<f64>>,
+    /// The natural motion on the way that costs least.
+    pub(super) seen_natural: Option<Found>,
     /// Whether a natural motion has been shown.
     pub(super) shown_natural: bool,
     /// The parameters of what was looked at last.
@@ -95,6 +99,7 @@ impl<'a> NicheSearch<'a> {
             greatest_froude: niches[index].gait.froude[2],
             found: None,
             unfinished: None,
+            seen_natural: None,
             shown_natural: false,
             looked_at: Vec::new(),
             fine: shared.fine.clone().suited(&niches[index].gait),
@@ -223,8 +228,9 @@ impl<'a> NicheSearch<'a> {
             let figures = self.figures(&stage.refinement);
             self.observer.generation(&figures);
             self.progress.curve.push(figures);
-            if rank == Rank::Leading && self.progress.curve.len().is_multiple_of(LOOK) {
-                self.show_first_natural(stage)?;
+            let pause = if self.shown_natural { LOOK_AGAIN } else { LOOK };
+            if rank == Rank::Leading && self.progress.curve.len().is_multiple_of(pause) {
+                self.look(stage)?;
             }
         }
         Ok(())
@@ -261,12 +267,13 @@ impl<'a> NicheSearch<'a> {
         }
     }
 
-    /// Shows the best of `stage` if it is natural and none has been so far: whoever waits has something to look at while it gets better.
-    fn show_first_natural(&mut self, stage: &Stage) -> Result<(), Interrupted> {
+    /// Looks whether the best of `stage` is natural, if it may be. The first that is, is shown: whoever waits has something to look at while
+    /// it gets better.
+    fn look(&mut self, stage: &Stage) -> Result<(), Interrupted> {
         let Stage { wanted, refinement } = stage;
         let best = refinement.best();
         let promising = within_limits(wanted, &self.shared.subject.legs, &best.figures.if_straight());
-        if promising && !self.shown_natural && self.looked_at != best.parameters {
+        if promising && self.looked_at != best.parameters {
             self.looked_at.clone_from(&best.parameters);
             self.is_natural(stage)?;
         }
@@ -287,6 +294,11 @@ impl<'a> NicheSearch<'a> {
         let natural = self.natural(wanted, std::slice::from_ref(&straight)).iter().any(Option::is_some);
         let checked = self.progress.simulated - before;
         self.check_time = (checked > 0.0).then(|| begun.elapsed().as_secs_f64() / checked);
+        let cheaper = |seen: &Found| seen.wanted.speed != wanted.speed || straight.cost < seen.candidate.cost;
+        if natural && self.seen_natural.as_ref().is_none_or(cheaper) {
+            let (wanted, candidate) = (wanted.clone(), straight.clone());
+            self.seen_natural = Some(Found { wanted, candidate, natural, trials: None });
+        }
         if natural && !self.shown_natural {
             let motion = self.motion(wanted, &straight);
             self.progress.show(motion, false, self.observer);

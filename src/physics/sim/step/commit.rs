@@ -25,7 +25,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
             return self.recovery();
         }
         let StepData { model, state, work, .. } = &mut self.data;
-        fail_unless_usable(status, model, state)?;
+        fail_unless_usable(status, model, state, &work.problem.rows)?;
         let Workspace { placed, free, problem, recovery, changes, .. } = &mut **work;
         recovery.rates.copy_from_slice(&free.rates);
         self.system.respond(model, &placed.bodies, &problem.half, &mut recovery.rates, changes);

@@ -67,7 +67,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         }
         feedforward.rows = rows;
         feedforward.unsolved = solution.status != SolveStatus::Solved;
-        fail_unless_usable(solution.status, model, state)
+        fail_unless_usable(solution.status, model, state, &feedforward.rows)
     }
 
     /// The rows that give the driven joints what the targets ask for in a step of `step` seconds, at the end of the pass, and those of

@@ -135,7 +135,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         if status == SolveStatus::Ray && friction.modes.contains(&FrictionMode::Stuck) {
             return Ok(false);
         }
-        fail_unless_usable(status, model, state)?;
+        fail_unless_usable(status, model, state, &problem.rows)?;
         Ok(status == SolveStatus::Solved)
     }
 

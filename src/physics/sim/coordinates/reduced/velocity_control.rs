@@ -69,7 +69,7 @@ impl ReducedCoordinates {
             let (problem_of_contacts, force) = feedforward.rows.problem(plan.circular_friction());
             let solution = problem.solver.solve(&problem_of_contacts, force);
             feedforward.unsolved = solution.status != SolveStatus::Solved;
-            fail_unless_usable(solution.status, model, state)?;
+            fail_unless_usable(solution.status, model, state, &feedforward.rows)?;
             let mut half = [0.0; ROOT];
             feedforward.rows.impulse(1.0, &mut half);
             control.accelerate_root(control.root.finish(half));
