@@ -1,5 +1,6 @@
 //! Why a simulation cannot go on.
 
+use super::command::Command;
 use super::lcp::SolveStatus;
 use super::rows::{RowOwner, Rows};
 use super::state::State;
@@ -39,6 +40,12 @@ pub enum FailureCause {
     /// A body needs shorter substeps than the shortest.
     #[error("turns or swings too fast to be followed")]
     TooFast,
+    /// A number of the state that a simulation is to go on from is not finite.
+    #[error("a number of the state to go on from is not finite")]
+    NonFiniteStart,
+    /// A number of the command is not finite.
+    #[error("a number of the command is not finite")]
+    NonFiniteCommand,
     /// A number of the state is not finite, and no row acted.
     #[error("the state became non-finite; no constraint was active")]
     NonFinite,
@@ -92,12 +99,44 @@ pub fn check_finite(model: &Model, state: &State) -> Result<(), Failure> {
     check_finite_with(model, state, || None)
 }
 
+/// Fails if a number of `state`, from which a simulation is to go on, is not finite, naming the body.
+pub(super) fn check_start(model: &Model, state: &State) -> Result<(), Failure> {
+    let failure = |place| Failure { time: state.time, place, cause: FailureCause::NonFiniteStart };
+    not_finite(model, state).map_or(Ok(()), |place| Err(failure(place)))
+}
+
+/// Fails if a number of `command` is not finite, naming the joint. `time` is that of the state, s.
+pub(super) fn check_command(model: &Model, command: Command<'_>, time: f64) -> Result<(), Failure> {
+    let not_finite = |numbers: &[f64]| numbers.iter().position(|number| !number.is_finite());
+    let joint = match command {
+        Command::Passive => None,
+        Command::Torque(torque) => not_finite(torque),
+        Command::Velocity(wanted) => {
+            wanted.iter().position(|wanted| wanted.is_some_and(|wanted| !wanted.is_finite()))
+        }
+        Command::Track { now, next } => not_finite(now).or_else(|| not_finite(next)),
+    };
+    let Some(joint) = joint else { return Ok(()) };
+    let place = format!("joint {}", model.joint_names[joint]);
+    Err(Failure { time, place, cause: FailureCause::NonFiniteCommand })
+}
+
 /// Fails if a number of `state` is not finite, naming the body and the row with the largest residual.
 pub(super) fn check_finite_with(
     model: &Model,
     state: &State,
     worst: impl FnOnce() -> Option<RowOwner>,
 ) -> Result<(), Failure> {
+    let Some(place) = not_finite(model, state) else { return Ok(()) };
+    let cause = match worst() {
+        None => FailureCause::NonFinite,
+        Some(owner) => FailureCause::NonFiniteWithRows { owner: describe(model, owner) },
+    };
+    Err(Failure { time: state.time, place, cause })
+}
+
+/// Which body has a number in `state` that is not finite, in words.
+fn not_finite(model: &Model, state: &State) -> Option<String> {
     let root = &state.root;
     let root_is_finite = root.position.coords.sum().is_finite()
         && root.orientation.coords.sum().is_finite()
@@ -108,16 +147,11 @@ pub(super) fn check_finite_with(
         .iter()
         .zip(&state.velocities)
         .position(|(angle, velocity)| !(angle.is_finite() && velocity.is_finite()));
-    let place = match (root_is_finite, joint) {
-        (true, None) => return Ok(()),
-        (_, Some(joint)) => format!("body of joint {}", model.joint_names[joint]),
-        (false, None) => format!("root link {}", model.character.links[0].name),
-    };
-    let cause = match worst() {
-        None => FailureCause::NonFinite,
-        Some(owner) => FailureCause::NonFiniteWithRows { owner: describe(model, owner) },
-    };
-    Err(Failure { time: state.time, place, cause })
+    match (root_is_finite, joint) {
+        (true, None) => None,
+        (_, Some(joint)) => Some(format!("body of joint {}", model.joint_names[joint])),
+        (false, None) => Some(format!("root link {}", model.character.links[0].name)),
+    }
 }
 
 /// A row's owner in words.

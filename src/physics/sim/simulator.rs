@@ -30,6 +30,8 @@ pub struct Simulator {
     /// The coordinates that the plan chose.
     pub(super) system: ChosenCoordinates,
     pub(super) step_control: StepControl,
+    /// Whether the state was given from outside and no step has looked at it.
+    pub(super) unchecked: bool,
 }
 
 /// The coordinates that a plan chose.
@@ -55,7 +57,7 @@ impl Simulator {
         let work = Workspace::new(&model, &plan);
         let step_control = StepControl::new(&model, &plan);
         let system = ChosenCoordinates::new(&model, &plan);
-        Self { model, plan, state, work, system, step_control }
+        Self { model, plan, state, work, system, step_control, unchecked: true }
     }
 
     /// The model.
@@ -76,6 +78,7 @@ impl Simulator {
     /// Continues from `state`, which is copied without allocating.
     pub fn set_state(&mut self, state: &State) {
         self.state.clone_from(state);
+        self.unchecked = true;
     }
 
     /// Torques of the actuators, N m or N, one a joint: the means over the last step.

@@ -3,7 +3,7 @@
 
 use super::command::Command;
 use super::coordinates::outcome::StepOutcome;
-use super::failure::{Failure, too_fast};
+use super::failure::{Failure, check_command, check_start, too_fast};
 use super::root_freedom::RootFreedom;
 use super::simulator::{ChosenCoordinates, Simulator};
 use super::state::State;
@@ -23,7 +23,7 @@ impl Simulator {
     ///
     /// # Errors
     /// [`Failure`] when nothing resists an acceleration, when the problem has no solution, when a body
-    /// rotates too fast for the finest substep, or when a number became non-finite. The state is then that of the
+    /// rotates too fast for the finest substep, or when a number became non-finite, or was in the state or the command given. The state is then that of the
     /// failed step; do not continue from it.
     ///
     /// # Panics
@@ -38,6 +38,11 @@ impl Simulator {
                 assert_eq!((now.len(), next.len()), (joints, joints), "one target a joint");
             }
         }
+        if self.unchecked {
+            check_start(&self.model, &self.state)?;
+            self.unchecked = false;
+        }
+        check_command(&self.model, command, self.state.time)?;
         if self.state.memory.pendulum.is_none() {
             self.measure_pendulum(command)?;
         }
@@ -156,7 +161,7 @@ impl Simulator {
         if self.feeds_forward() {
             self.refer_to_targets(command, from);
         }
-        let Self { model, plan, state, work, system, step_control } = self;
+        let Self { model, plan, state, work, system, step_control, .. } = self;
         let whole = plan.step();
         let command = match command {
             Command::Track { now, next } if until - from < whole => {
