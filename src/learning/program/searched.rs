@@ -12,8 +12,8 @@ const OF_ROWS: [usize; 6] = [FORE_DUTY, FORE_FOOTHOLD, FORE_WIDTH, FORE_LIFT, FO
 /// Indices of those of `count` parameters that a search changes.
 ///
 /// Not those that do nothing for the gait or for the legs: a search is the slower the more it has. Nor those that a way is set straight
-/// with, where that is done in the end: the turns and drifts that they cause by chance hide what the others do. Bounds of
-/// two robots came to a third less cost of transport without these two.
+/// with, where that is done in the end: the turns and drifts that they cause by chance hide what the others do. Bounds of two
+/// robots cost a quarter less without these two, and from seeds that such searches came to.
 pub fn searched(legs: &Legs, wanted: &Wanted, count: usize) -> Vec<usize> {
     let mut left_out = Vec::new();
     if legs.spine.is_none() {
