@@ -54,7 +54,7 @@ pub const HEAVE: usize = 15;
 pub const LEAN: usize = 16;
 pub const SWAY: usize = 24;
 /// How much later fore legs touch down than hind legs, and left legs than right ones (all, and fore legs more than hind legs):
-/// [`PHASE_SHIFT`].
+/// 0.04 of the stride.
 pub const APART: usize = 17;
 pub const ASIDE_LAGS: [usize; 2] = [18, 19];
 /// How much of its speed on the ground a foot has before it touches down: 0.4 of it.
