@@ -13,6 +13,7 @@ mod learn;
 mod loops;
 mod program;
 mod rapier;
+mod refinement;
 mod scenarios;
 mod starts;
 mod study;

@@ -10,7 +10,7 @@ use super::ring::{
 const LEVEL: f64 = -2.5;
 const LOW: f64 = -2.0;
 
-/// What eight searches for bounds of two robots (`a1` and `anymal_b`) came to, in 180 generations each, rounded: feet are lifted late,
+/// What five searches for bounds of two robots (`a1` and `anymal_b`) came to, in 180 generations each, rounded: feet are lifted late,
 /// fore feet higher than hind feet, by legs that give less force than the template says, hind legs less than fore legs, and stand for
 /// less of the stride; the trunk heaves less, and the forces of fore and hind legs point toward each other.
 const LEAP: [(usize, f64); 7] = [

@@ -23,8 +23,6 @@ const PROMISING: usize = 4;
 #[derive(Debug, Clone)]
 pub struct Starts {
     ranked: Vec<Candidate>,
-    /// Gaits tried.
-    pub evaluations: usize,
     /// s simulated.
     pub seconds: f64,
 }
@@ -57,7 +55,7 @@ impl Starts {
         })?;
         seconds += ranked.iter().map(Candidate::disturbed_seconds).sum::<f64>();
         ranked.sort_by(|a, b| promise(a).total_cmp(&promise(b)));
-        Ok(Self { ranked, evaluations: starts.len(), seconds })
+        Ok(Self { ranked, seconds })
     }
 
     /// The one of rank `rank`, from 0; the last if there are fewer.

@@ -30,6 +30,8 @@ pub(super) fn run(arena: &StudyArena, seed: u64, seconds: f64) -> Result<Trail, 
     // Nothing stops it.
     let Ok(starts) = starts else { return Ok(Trail::default()) };
     let mut search = Refinement::new(subject, &wanted, (&starts, 0), chances);
+    // What the starts took is part of the budget.
+    search.seconds += starts.seconds;
     let mut trail = Trail::default();
     let mut least = f64::INFINITY;
     loop {

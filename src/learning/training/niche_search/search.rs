@@ -33,10 +33,10 @@ pub(super) const LONG: usize = 40;
 const STEERED_TIMES: u32 = 4;
 /// Numbers of random streams kept for one niche: more than it has stages.
 const STREAMS: u64 = 64;
-/// Generations after which it is looked whether the best is natural already, once one was natural, and strides over which its way is set
-/// straight for that.
+/// Generations from one look whether the best is natural to the next: until one is, and from then on.
 const LOOK: usize = 5;
 const LOOK_AGAIN: usize = 20;
+/// Strides over which a way is set straight for such a look.
 const LOOK_STRIDES: usize = 20;
 
 /// A search in one niche.
@@ -61,7 +61,7 @@ pub(in crate::training) struct NicheSearch<'a> {
     pub(super) greatest_froude: f64,
     /// The best so far at the speed that leads.
     pub(super) found: Option<Found>,
-    /// The parameters of what an attempt before came to that was not natural.
+    /// Parameters of what the attempt before this one found, where that was not natural.
     pub(super) unfinished: Option<Vec<f64>>,
     /// The natural motion on the way that costs least.
     pub(super) seen_natural: Option<Found>,
