@@ -2,9 +2,6 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Looks at the posture in a stance of which there is a middle.
-const SHORTEST: usize = 3;
-
 /// What was seen of one leg.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LegFigures {
@@ -46,8 +43,8 @@ pub(super) struct LegWatch {
     begun: Option<[f64; 2]>,
     /// Phase of the last touch-down, and how much later than a stride after the one before it was, parts of a stride.
     last: Option<(f64, Option<f64>)>,
-    /// Extensions in that stance.
-    stance: Vec<f64>,
+    /// Extensions seen in that stance, each with the steps from touch-down to it.
+    stance: Vec<(usize, f64)>,
     /// Greatest height of the foot in the swing that has begun, over the hip height; `None` before the first.
     lift: Option<f64>,
     /// Force on the foot without impacts, N.
@@ -113,8 +110,8 @@ impl LegWatch {
                 self.sums.beat[0] += cosine;
                 self.sums.beat[1] += sine;
                 self.touched_down(sine.atan2(cosine) / TAU);
-                if self.stance.len() >= SHORTEST {
-                    self.sums.extended += self.stance[self.stance.len() / 2];
+                if let Some(extension) = at(0.5 * self.length as f64, &self.stance) {
+                    self.sums.extended += extension;
                     self.sums.stances += 1.0;
                 }
                 if let Some(lift) = self.lift {
@@ -145,7 +142,7 @@ impl LegWatch {
     /// Takes in a look at the leg: how far it is extended, and the height of its foot over the hip height.
     pub(super) fn look(&mut self, extension: f64, height: f64) {
         if self.down {
-            self.stance.push(extension);
+            self.stance.push((self.length + self.gap, extension));
         } else if let Some(lift) = &mut self.lift {
             *lift = lift.max(height);
         }
@@ -183,4 +180,16 @@ impl LegWatch {
             clearance: mean(lifted, swings),
         }
     }
+}
+
+/// What was seen after so many steps: between two looks on the straight line from one to the other, outside of them the nearest. A few looks
+/// have no middle one that is near enough: feet of fast gaits stand for less than five of them.
+fn at(steps: f64, looks: &[(usize, f64)]) -> Option<f64> {
+    let next = looks.partition_point(|(seen, _)| (*seen as f64) < steps);
+    let (&(from, first), &(to, second)) = match looks {
+        [] => return None,
+        _ => (&looks[next.saturating_sub(1)], &looks[next.min(looks.len() - 1)]),
+    };
+    let share = if to > from { (steps - from as f64) / (to - from) as f64 } else { 0.0 };
+    Some(first + share.clamp(0.0, 1.0) * (second - first))
 }
