@@ -26,6 +26,9 @@ const CRAWL: f64 = 0.1;
 const FASTER: f64 = 1.25;
 /// How many slower ones are tried where the fastest is not natural.
 const SLOWER: u32 = 3;
+/// How many more times at most a gait is searched for that is not natural or fails a trial; leaps, which more searches miss, more often.
+const AGAIN: u32 = 1;
+const LEAP_AGAIN: u32 = 2;
 /// A stage at another speed has this part of the generations of a gait.
 const STAGE: u32 = 6;
 /// How many times a search for a leap begins, and which part of the generations of a gait each beginning has.
@@ -48,7 +51,7 @@ impl NicheSearch<'_> {
         (found.map(motion), outcome)
     }
 
-    /// Searches once, with feedback where nothing stays up without, and once more with other chances where what was found stays
+    /// Searches once, with feedback where nothing stays up without, and again with other chances where what was found stays
     /// up but is not natural or fails a trial; where it was to be the fastest, at lower speeds.
     fn search(&mut self) -> Result<(), Interrupted> {
         self.attempt()?;
@@ -62,7 +65,8 @@ impl NicheSearch<'_> {
         }
         let again = |found: &Found| found.proof() != Proof::WHOLE && found.candidate.figures.upright >= 1.0;
         let attempts = match self.niche.pace {
-            NichePace::Cheapest { .. } => 1,
+            NichePace::Cheapest { .. } if leaps(self.niche.gait.gait) => LEAP_AGAIN,
+            NichePace::Cheapest { .. } => AGAIN,
             NichePace::Fastest { .. } => SLOWER,
         };
         for _ in 0..attempts {
