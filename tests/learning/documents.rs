@@ -60,6 +60,22 @@ fn a_bolted_root_that_moves_is_refused() {
 }
 
 #[test]
+fn numbers_beyond_all_use_are_refused_before_anything_is_computed() {
+    let ground = |height: f64| json!({ "scene": { "ground": { "kind": "plane", "height": height } } });
+    let root = json!({ "start": { "root": { "position": [0, 1e300, 0] } } });
+    let joint = json!({ "start": { "joints": { "motor": { "velocity": -1e7 } } } });
+    for (parts, place) in [
+        (json!({ "scene": { "gravity": [1.8e19, 0, -9.81] } }), "/scene/gravity"),
+        (ground(1e16), "/scene/ground/height"),
+        (ground(-1e308), "/scene/ground/height"),
+        (root, "/start/root"),
+        (joint, "/start/joints/motor"),
+    ] {
+        assert_fault(&parts, place, "within 1e6");
+    }
+}
+
+#[test]
 fn a_bolted_root_is_at_the_origin_where_left_out() {
     let ground = json!({ "kind": "plane", "height": -3 });
     let document = scenario(&json!({ "fixed_base": true, "scene": { "ground": ground } }));

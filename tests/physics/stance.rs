@@ -160,6 +160,38 @@ fn a_hull_of_many_corners_rests_on_its_lowest() {
     assert_eq!(stance.support, [0]);
 }
 
+/// Nine hundred links that stand on a point each: one step of as many rows may take minutes, so that it is not begun.
+#[test]
+fn a_character_on_very_many_points_counts_as_not_stable_without_being_simulated() {
+    let links: Vec<_> = (0..900)
+        .map(|index| {
+            let capsule = serde_json::json!({ "kind": "capsule", "radius": 0.02, "length": 0.1 });
+            serde_json::json!({ "name": format!("link{index}"), "density": 1000.0, "shapes": [capsule] })
+        })
+        .collect();
+    let joints: Vec<_> = (1..900)
+        .map(|index| {
+            serde_json::json!({
+                "name": format!("joint{index}"), "kind": "revolute", "axis": [0, 1, 0],
+                "parent": format!("link{}", index - 1), "child": format!("link{index}"),
+                "origin": { "position": [0.15, 0, 0] }, "limits": { "lower": -1, "upper": 1 },
+            })
+        })
+        .collect();
+    let document = serde_json::json!({
+        "format": "gaitwright/character@1", "name": "comb", "links": links, "joints": joints,
+    });
+    let reading = character::read(document.to_string().as_bytes(), Source::Json, Options::default()).unwrap();
+    let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
+    let steps = std::cell::Cell::new(0);
+    let stance = Stance::find_until(&model, &Scene::default(), &|| {
+        steps.set(steps.get() + 1);
+        false
+    });
+    assert!(!stance.stable && stance.support.len() == 900);
+    assert_eq!(steps.get(), 0);
+}
+
 #[test]
 fn a_character_has_fallen_by_its_height_over_the_ground_below_it() {
     let model = common::example("quadruped.urdf");

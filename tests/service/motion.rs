@@ -242,8 +242,18 @@ fn every_fault_of_a_document_is_named() {
     faulty["keyframes"][2]["time"] = json!(0.2);
     faulty["drive"]["damping"] = json!([1, -2]);
     faulty["joints"][1] = json!("a");
+    // Finite, but no 32-bit number, as exports have them.
+    faulty["keyframes"][1]["root"]["position"][0] = json!(1e40);
+    faulty["scene"]["ground"] = json!({ "kind": "plane", "height": 1e16 });
     let InputError::Impossible(faults) = parse(&faulty).unwrap_err() else { panic!("well-formed") };
-    for place in ["/keyframes/1/angles", "/keyframes/2/time", "/drive/damping/1", "/joints/1"] {
+    for place in [
+        "/keyframes/1/angles",
+        "/keyframes/1/root/position/0",
+        "/keyframes/2/time",
+        "/drive/damping/1",
+        "/joints/1",
+        "/scene/ground/height",
+    ] {
         assert!(faults.iter().any(|fault| fault.pointer == place), "{place} is not among {faults:?}");
     }
 }

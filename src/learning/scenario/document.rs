@@ -8,6 +8,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
+use gaitwright_physics::character::LENGTH;
 use gaitwright_physics::fault::{Fault, InputError, member};
 use gaitwright_physics::motion::RootMotion;
 use gaitwright_physics::scene::{Accuracy, AskedAccuracy, Drive, Scene};
@@ -192,8 +193,9 @@ impl Scenario {
         }
         if let Some(root) = &self.start.root {
             let numbers = [&root.position[..], &root.linear_velocity, &root.angular_velocity].concat();
-            if numbers.iter().any(|number| !number.is_finite()) {
-                faults.push(Fault::new("/start/root", "every number must be finite"));
+            if !numbers.iter().all(|number| number.abs() <= LENGTH) {
+                let reason = format!("every number must be finite and within {LENGTH:e} m, m/s or rad/s");
+                faults.push(Fault::new("/start/root", reason));
             }
             let length = root.orientation.iter().map(|part| part * part).sum::<f64>().sqrt();
             if (length - 1.0).abs() > 1e-3 || length.is_nan() {
@@ -208,8 +210,10 @@ impl Scenario {
             }
         }
         for (name, joint) in &self.start.joints {
-            if !(joint.angle.unwrap_or(0.0).is_finite() && joint.velocity.is_finite()) {
-                faults.push(Fault::new(member("/start/joints", name), "every number must be finite"));
+            if !(joint.angle.unwrap_or(0.0).abs() <= LENGTH && joint.velocity.abs() <= LENGTH) {
+                let reason =
+                    format!("every number must be finite and within {LENGTH:e} rad, m, rad/s or m/s");
+                faults.push(Fault::new(member("/start/joints", name), reason));
             }
         }
         faults

@@ -28,6 +28,7 @@ mod types;
 mod urdf;
 mod weld;
 
+pub use bounds::LENGTH;
 pub use json::{ShapeDocument, read_shape, schema};
 pub use read::{Source, read, read_file};
 pub use size::{ARCHIVE_BYTES, DOCUMENT_BYTES, LINKS};

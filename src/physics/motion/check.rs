@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::document::{Keyframe, Motion, RootAdvance, RootMotion};
+use crate::character::LENGTH;
 use crate::fault::{self, Fault, InputError, member};
 
 /// Greatest size of a document that is read, bytes.
@@ -115,7 +116,7 @@ impl Motion {
             let place = format!("/poses/{index}");
             length_fault(&format!("{place}/angles"), pose.angles.len(), self.joints.len(), faults);
             finite_faults(&format!("{place}/angles"), &pose.angles, faults);
-            finite_faults(&format!("{place}/root/position"), &pose.root.position, faults);
+            place_faults(&format!("{place}/root/position"), &pose.root.position, faults);
             unit_fault(&format!("{place}/root/orientation"), &pose.root.orientation, faults);
         }
     }
@@ -237,7 +238,7 @@ fn keyframe_faults(place: &str, keyframes: &[Keyframe], joints: usize, faults: &
             finite_faults(&format!("{place}/{field}"), values, faults);
         }
         let root = &keyframe.root;
-        finite_faults(&format!("{place}/root/position"), &root.position, faults);
+        place_faults(&format!("{place}/root/position"), &root.position, faults);
         unit_fault(&format!("{place}/root/orientation"), &root.orientation, faults);
         finite_faults(&format!("{place}/root/linear_velocity"), &root.linear_velocity, faults);
         finite_faults(&format!("{place}/root/angular_velocity"), &root.angular_velocity, faults);
@@ -269,6 +270,15 @@ fn finite_faults(place: &str, values: &[f64], faults: &mut Vec<Fault>) {
     for (index, value) in values.iter().enumerate() {
         if !value.is_finite() {
             faults.push(Fault::new(format!("{place}/{index}"), format!("{value} is not a finite number")));
+        }
+    }
+}
+
+fn place_faults(place: &str, position: &[f64; 3], faults: &mut Vec<Fault>) {
+    for (index, coordinate) in position.iter().enumerate() {
+        if coordinate.is_nan() || coordinate.abs() > LENGTH {
+            let reason = format!("{coordinate} m is not finite and within {LENGTH:e} m");
+            faults.push(Fault::new(format!("{place}/{index}"), reason));
         }
     }
 }

@@ -14,10 +14,17 @@ use crate::sim::{Command, Simulator, State};
 /// For how many of the character's usual steps a pose is held: 3 s of a dog.
 const STEPS: usize = 1500;
 
-/// Bound on the cost of verifying, as the sum over all steps of the cube of their number of rows; a pose that exceeds it
+/// Bound on the cost of verifying, as the sum over all substeps of the cube of their number of rows; a pose that exceeds it
 /// counts as not stable. About ten seconds of computing: a quadruped takes a thousandth of it, a chain of hundreds of
 /// boxes that lie on the ground would take hours.
 const WORK: f64 = 2e10;
+
+/// The least that a substep counts: as the ten rows of a body that begins to fall.
+const LEAST_WORK: f64 = 1e3;
+
+/// The first step may cost as much as so many others: no forces are known to begin with, and the solver may have to try every method
+/// that it has.
+const FIRST_STEP: f64 = 10.0;
 
 /// A surface point no farther from the ground than this touches it, in sizes of the character ([`Model::size`]).
 const TOUCHING: f64 = 0.01;
@@ -58,7 +65,7 @@ pub fn verify(
     let mut touching = vec![0; model.ground_shapes.len()];
     posed.surface.iter().filter(touches).for_each(|point| touching[point.shape] += 1);
     let rows = 3 * touching.into_iter().map(|points: usize| points.min(CORNERS_KEPT_WHOLE)).sum::<usize>();
-    let settled = if work_of(rows) > WORK { None } else { hold(model, scene, &stance, stop) };
+    let settled = if FIRST_STEP * work_of(rows) > WORK { None } else { hold(model, scene, &stance, stop) };
     if let Some(settled) = settled {
         stance.state = settled;
         stance.stable = true;
@@ -69,9 +76,9 @@ pub fn verify(
     stance
 }
 
-/// How much a step of `rows` rows adds to [`WORK`].
+/// How much a substep of `rows` rows adds to [`WORK`]; without rows the kinematics remain.
 fn work_of(rows: usize) -> f64 {
-    (rows as f64).powi(3)
+    (rows as f64).powi(3).max(LEAST_WORK)
 }
 
 /// The state at rest, or `None` if the character falls, does not come to rest, exceeds [`WORK`], or `stop` returns true.
@@ -87,8 +94,9 @@ fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> b
         if stop() {
             return None;
         }
+        let before = simulator.substeps();
         simulator.step(targets).ok()?;
-        work += work_of(simulator.rows().len());
+        work += (simulator.substeps() - before) as f64 * work_of(simulator.rows().len());
         if work > WORK {
             return None;
         }

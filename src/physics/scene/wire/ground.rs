@@ -3,13 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::character::LENGTH;
 use crate::fault::Fault;
 
 /// Greatest number of points of a height field along an edge.
 const POINTS: usize = 1000;
-/// Greatest length and height, m.
-const LENGTH: f64 = 1e6;
-
 /// The ground.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
@@ -49,8 +47,9 @@ impl Ground {
         let mut faults = Vec::new();
         match self {
             Self::Plane { height } => {
-                if !height.is_finite() {
-                    faults.push(Fault::new("/height", "the height must be a finite number"));
+                if height.is_nan() || height.abs() > LENGTH {
+                    let reason = format!("the height must be finite and within {LENGTH:e} m");
+                    faults.push(Fault::new("/height", reason));
                 }
             }
             Self::HeightField { heights, size, center } => {

@@ -9,6 +9,10 @@ use serde::{Deserialize, Serialize};
 use super::{Ground, Obstacle, obstacle::obstacle_faults};
 use crate::fault::Fault;
 
+/// Greatest component of gravity, m/s²: a hundred thousand times the Earth's. What falls much faster crosses more in a step than
+/// numbers of any length resolve.
+const GRAVITY: f64 = 1e6;
+
 /// The world around the character and the effects to be simulated in it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -60,8 +64,9 @@ impl Scene {
     /// Everything in the scene that is impossible.
     pub fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
-        if self.gravity.iter().any(|g| !g.is_finite()) {
-            faults.push(Fault::new("/gravity", "gravity must be three finite numbers"));
+        if !self.gravity.iter().all(|component| component.abs() <= GRAVITY) {
+            let reason = format!("gravity must be three finite numbers within {GRAVITY:e} m/s²");
+            faults.push(Fault::new("/gravity", reason));
         }
         if let Some(ground) = &self.ground {
             faults.extend(ground.faults().into_iter().map(|fault| fault.under("/ground")));
