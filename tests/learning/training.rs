@@ -8,7 +8,9 @@ use gaitwright_learning::learn::{
 };
 use gaitwright_learning::program::subject::Subject;
 use gaitwright_learning::training::niche::{NichePace, niches};
-use gaitwright_learning::training::{LearnedMotion, Trained, TrainingCheckpoint, TrainingObserver, train};
+use gaitwright_learning::training::{
+    LearnedMotion, Milestone, Trained, TrainingCheckpoint, TrainingObserver, train,
+};
 use gaitwright_physics::character::read_file;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::Trial;
@@ -314,24 +316,55 @@ fn the_smallest_and_the_largest_learn_a_natural_trot_and_so_does_who_is_on_the_m
     }
 }
 
-#[test]
-fn without_seeds_qdsega_searches() {
-    let learning = Learning {
-        generations: Some(1),
+/// The least that QDSEGA can be asked for.
+fn brief_qdsega(generations: u32) -> Learning {
+    Learning {
+        generations: Some(generations),
         population: 4,
         islands: 1,
         elite: 1,
         episodes: 2,
         check_seconds: 2.0,
+        cache_generations: 1,
+        seeds: Seeds::None,
         ..Learning::default()
-    };
-    for (character, seeds) in [("quadruped.urdf", Seeds::None), ("snake.json", Seeds::None)] {
-        let setup = setup(character, Task::default(), Learning { seeds, ..learning.clone() }, 2);
-        let trained = train(&setup, &mut Witness::default(), &Cancel::default(), None).unwrap();
+    }
+}
+
+#[test]
+fn without_seeds_qdsega_searches() {
+    for character in ["quadruped.urdf", "snake.json"] {
+        let setup = setup(character, Task::default(), brief_qdsega(1), 2);
+        let mut witness = Witness::default();
+        let trained = train(&setup, &mut witness, &Cancel::default(), None).unwrap();
         assert_eq!(trained.ended, StopReason::Generations);
         assert_eq!(trained.curve.len(), 1);
-        assert!(
-            trained.motions.iter().all(|motion| motion.gait.is_none() && motion.gains == setup.stance.gains)
-        );
+        assert!(trained.curve[0].gait.is_none() && !witness.improved.is_empty());
+        for motion in trained.motions.iter().chain(&witness.improved) {
+            assert!(motion.gait.is_none() && motion.gains == setup.stance.gains);
+        }
     }
+}
+
+/// Where QDSEGA took over from the search gait by gait, a resumed training still knows what that one showed.
+#[test]
+fn what_was_shown_before_qdsega_took_over_is_not_lost_when_it_is_resumed() {
+    let first =
+        setup("quadruped.urdf", gait("trot"), Learning { generations: Some(1), ..Learning::default() }, 2);
+    let mut witness = Witness::default();
+    let trot = train(&first, &mut witness, &Cancel::default(), None).unwrap();
+    let shown = vec![Milestone { motion: witness.improved.remove(0), finished: false }];
+
+    let qdsega = setup("quadruped.urdf", Task::default(), brief_qdsega(1), 2);
+    let mut witness = Witness::default();
+    train(&qdsega, &mut witness, &Cancel::default(), None).unwrap();
+    let Some(TrainingCheckpoint::Qdsega { learner, .. }) = witness.checkpoints.pop() else { panic!() };
+    let resumed = TrainingCheckpoint::Qdsega { learner, before: trot.curve.clone(), shown: shown.clone() };
+
+    let more = setup("quadruped.urdf", Task::default(), brief_qdsega(2 + trot.curve.len() as u32), 2);
+    let mut witness = Witness::default();
+    train(&more, &mut witness, &Cancel::default(), Some(resumed)).unwrap();
+    let last = witness.checkpoints.pop().unwrap();
+    assert_eq!(last.curve().len(), trot.curve.len() + 2);
+    assert_eq!(last.milestones(&more)[..1], shown);
 }

@@ -18,6 +18,9 @@ pub enum TrainingCheckpoint {
         learner: Box<Checkpoint>,
         /// The curve of the gaits that were searched for before, in vain.
         before: Vec<Generation>,
+        /// The motions that were shown of them.
+        #[serde(default)]
+        shown: Vec<Milestone>,
     },
     /// Of the search gait by gait; handed out when one is done.
     Gaits {
@@ -53,11 +56,20 @@ pub struct Milestone {
     pub finished: bool,
 }
 
+/// What was learned by the search gait by gait before QDSEGA took over.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Earlier {
+    /// Its learning curve.
+    pub(super) curve: Vec<Generation>,
+    /// The motions that it showed, in order.
+    pub(super) milestones: Vec<Milestone>,
+}
+
 impl TrainingCheckpoint {
     /// The learning curve so far.
     pub fn curve(&self) -> Vec<Generation> {
         match self {
-            Self::Qdsega { learner, before } => {
+            Self::Qdsega { learner, before, .. } => {
                 let later = learner.curve.iter().map(|figures| figures.after(before));
                 before.iter().cloned().chain(later).collect()
             }
@@ -68,13 +80,13 @@ impl TrainingCheckpoint {
     /// Every motion shown so far of the training of `setup`, in order.
     pub fn milestones(&self, setup: &LearningSetup) -> Vec<Milestone> {
         match self {
-            Self::Qdsega { learner, before } => {
+            Self::Qdsega { learner, before, shown } => {
                 let unnamed = UnnamedMotions::of(setup);
-                let shown = |best: &Behaviour| Milestone {
+                let improved = |best: &Behaviour| Milestone {
                     motion: unnamed.motion(best.clone(), before.len() as u32),
                     finished: false,
                 };
-                learner.improved.iter().map(shown).collect()
+                shown.iter().cloned().chain(learner.improved.iter().map(improved)).collect()
             }
             Self::Gaits { milestones, .. } => milestones.clone(),
         }

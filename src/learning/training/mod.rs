@@ -13,7 +13,8 @@
 //! | [`LearnedMotion`], [`Trained`] | what comes out |
 //! | [`TrainingObserver`], [`TrainingCheckpoint`] | who is informed, how to resume |
 //!
-//! The result depends on the setup and the seed alone, bit for bit, whatever the number of threads.
+//! The result depends on the setup and the seed alone, bit for bit, whatever the number of threads; unless the limit of seconds ended
+//! the search or decided what was searched for: the result then says so ([`StopReason::Seconds`]).
 
 mod checkpoint;
 mod motion;
@@ -32,6 +33,7 @@ use crate::learn::{Cancel, LearnError, LearningSetup, StopReason};
 use crate::program::gaits::ways;
 use crate::program::subject::Subject;
 
+use checkpoint::Earlier;
 pub use checkpoint::{Milestone, TrainingCheckpoint};
 pub use motion::{LearnedMotion, Trained};
 pub use observer::TrainingObserver;
@@ -52,14 +54,14 @@ pub fn train(
         && !matches!(resume, Some(TrainingCheckpoint::Qdsega { .. }))
     {
         let niches = niche::niches(&setup.task, &subject);
-        let trained = repertoire::run(setup, &subject, &niches, observer, cancel, resume)?;
+        let (trained, milestones) = repertoire::run(setup, &subject, &niches, observer, cancel, resume)?;
         if !trained.motions.is_empty() || trained.ended != StopReason::Complete {
             return Ok(trained);
         }
         // None of its gaits keeps this character up: it is taught as one without legs, with what is left of the budget.
-        return qdsega::run(setup, observer, cancel, None, trained.curve);
+        return qdsega::run(setup, observer, cancel, None, Earlier { curve: trained.curve, milestones });
     }
-    qdsega::run(setup, observer, cancel, resume, Vec::new())
+    qdsega::run(setup, observer, cancel, resume, Earlier::default())
 }
 
 /// The character with its legs or its spine, where gaits are searched for one by one; `None` where QDSEGA is to search.

@@ -1,6 +1,6 @@
 //! Training by QDSEGA: one motion, driven with the gains of the stance.
 
-use super::checkpoint::TrainingCheckpoint;
+use super::checkpoint::{Earlier, TrainingCheckpoint};
 use super::motion::Trained;
 use super::observer::TrainingObserver;
 use super::unnamed::{UnnamedMotions, in_speed};
@@ -11,7 +11,7 @@ use crate::learn::{
     learn,
 };
 
-/// Trains by QDSEGA, after a search whose curve is `before`: with what that has left of the budget.
+/// Trains by QDSEGA after what was learned `earlier`: with what that has left of the budget.
 ///
 /// # Errors
 /// As [`learn`], and for a checkpoint of another search.
@@ -20,24 +20,26 @@ pub(super) fn run(
     observer: &mut dyn TrainingObserver,
     cancel: &Cancel,
     resume: Option<TrainingCheckpoint>,
-    before: Vec<Generation>,
+    earlier: Earlier,
 ) -> Result<Trained, LearnError> {
-    let (learner, before) = match resume {
-        None => (None, before),
-        Some(TrainingCheckpoint::Qdsega { learner, before }) => (Some(*learner), before),
+    let (learner, earlier) = match resume {
+        None => (None, earlier),
+        Some(TrainingCheckpoint::Qdsega { learner, before, shown }) => {
+            (Some(*learner), Earlier { curve: before, milestones: shown })
+        }
         Some(TrainingCheckpoint::Gaits { .. }) => {
             let reason = "the checkpoint was made by another search";
             return Err(InputError::impossible("/checkpoint/search", reason).into());
         }
     };
     let unnamed = UnnamedMotions::of(setup);
-    let spent = before.last().map_or(0.0, |figures| figures.elapsed);
-    let budget = setup.parameters.budget.after(before.len() as u32, spent);
+    let spent = earlier.curve.last().map_or(0.0, |figures| figures.elapsed);
+    let budget = setup.parameters.budget.after(earlier.curve.len() as u32, spent);
     let parameters = Parameters { budget, ..setup.parameters.clone() };
     let left = LearningSetup { parameters, task: in_speed(setup), ..setup.clone() };
-    let mut adapter = Adapter { observer, unnamed: unnamed.clone(), before };
+    let mut adapter = Adapter { observer, unnamed: unnamed.clone(), earlier };
     let Learned { ended, best, curve, .. } = learn(&left, &mut adapter, cancel, learner)?;
-    let Adapter { observer, before, .. } = adapter;
+    let Adapter { observer, earlier: Earlier { curve: before, .. }, .. } = adapter;
     let best = best.map(|best| unnamed.motion(best, before.len() as u32));
     if let Some(best) = &best {
         observer.finished(best);
@@ -51,21 +53,21 @@ pub(super) fn run(
 struct Adapter<'a> {
     observer: &'a mut dyn TrainingObserver,
     unnamed: UnnamedMotions,
-    /// The curve of the search before.
-    before: Vec<Generation>,
+    earlier: Earlier,
 }
 
 impl Observer for Adapter<'_> {
     fn generation(&mut self, figures: &Generation) {
-        self.observer.generation(&figures.after(&self.before));
+        self.observer.generation(&figures.after(&self.earlier.curve));
     }
 
     fn improved(&mut self, best: &Behaviour) {
-        self.observer.improved(&self.unnamed.motion(best.clone(), self.before.len() as u32));
+        self.observer.improved(&self.unnamed.motion(best.clone(), self.earlier.curve.len() as u32));
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) {
-        let (learner, before) = (Box::new(checkpoint.clone()), self.before.clone());
-        self.observer.checkpoint(&TrainingCheckpoint::Qdsega { learner, before });
+        let Earlier { curve, milestones } = self.earlier.clone();
+        let learner = Box::new(checkpoint.clone());
+        self.observer.checkpoint(&TrainingCheckpoint::Qdsega { learner, before: curve, shown: milestones });
     }
 }

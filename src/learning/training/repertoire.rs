@@ -2,7 +2,7 @@
 
 use rayon::ThreadPoolBuilder;
 
-use super::checkpoint::TrainingCheckpoint;
+use super::checkpoint::{Milestone, TrainingCheckpoint};
 use super::motion::Trained;
 use super::niche::Niche;
 use super::niche_search::NicheSearch;
@@ -23,7 +23,7 @@ const SWEEPS: u32 = 100;
 /// Residual at which the solver then ends, in √(g h): a hundredth of a per cent of usual speeds.
 const ROUGH: f64 = 5e-5;
 
-/// Searches for the motion of each of `niches`.
+/// Searches for the motion of each of `niches`; with what was learned comes every motion that was shown.
 ///
 /// # Errors
 /// [`LearnError`], before anything is simulated.
@@ -34,7 +34,7 @@ pub(super) fn run(
     observer: &mut dyn TrainingObserver,
     cancel: &Cancel,
     resume: Option<TrainingCheckpoint>,
-) -> Result<Trained, LearnError> {
+) -> Result<(Trained, Vec<Milestone>), LearnError> {
     let mut progress = Progress::default();
     let mut next = 0;
     if let Some(checkpoint) = resume {
@@ -83,9 +83,10 @@ pub(super) fn run(
     if ended == StopReason::Complete && progress.by_the_clock {
         ended = StopReason::Seconds;
     }
-    let finished = progress.milestones.into_iter().filter(|milestone| milestone.finished);
-    let motions = finished.map(|milestone| milestone.motion).collect();
-    Ok(Trained { ended, motions, curve: progress.curve })
+    let Progress { milestones, curve, .. } = progress;
+    let finished = milestones.iter().filter(|milestone| milestone.finished);
+    let motions = finished.map(|milestone| milestone.motion.clone()).collect();
+    Ok((Trained { ended, motions, curve }, milestones))
 }
 
 /// Where `subject` is tried with another accuracy.
