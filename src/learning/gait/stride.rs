@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use super::footfall::Footing;
 use super::report::Spread;
 
-/// Strides whose period differs from the median by more than this share of it are odd and left out of all means: the
-/// foot stumbled, or a touch-down was missed.
+/// Strides whose period differs from the median by more than this share of it are odd: the foot stumbled, or a touch-down was missed.
+/// A gait is named without them, by means over the others; how regular it is counts every stride.
 const ODD_STRIDE: f64 = 0.3;
 /// A touch-down farther than this share of a stride from the mean phase of its foot belongs to a stumble, too.
 const ODD_STEP: f64 = 0.5 * ODD_STRIDE;
@@ -16,8 +16,8 @@ const ODD_STEP: f64 = 0.5 * ODD_STRIDE;
 pub(super) struct Phase {
     /// Circular mean, share of a stride, 0 up to 1.
     pub(super) mean: f64,
-    /// Circular standard deviation, share of a stride.
-    deviation: f64,
+    /// Circular standard deviation of all touch-downs, and of those that [`ODD_STEP`] leaves, share of a stride.
+    deviations: [f64; 2],
     /// Number of touch-downs, and of those that [`ODD_STEP`] leaves out.
     steps: [usize; 2],
 }
@@ -31,8 +31,10 @@ pub(super) struct Strides {
     pub(super) phases: Vec<Option<Phase>>,
     /// Share of the time in stance of each foot over its whole strides.
     pub(super) duties: Vec<f64>,
-    /// How much strides differ; `None` with fewer than two.
+    /// How much all strides differ, stumbles as well; `None` with fewer than two.
     pub(super) spread: Option<Spread>,
+    /// The same without odd ones.
+    pub(super) usual_spread: Option<Spread>,
     /// Share of the strides, or of the touch-downs if that is more, that are odd and left out, 0 to 1.
     pub(super) odd: f64,
 }
@@ -44,8 +46,8 @@ impl Strides {
             .iter()
             .map(|footing| footing.touch_downs.iter().map(|&at| times[at]).collect())
             .collect();
-        let all = steps.iter().map(|steps| steps.len().saturating_sub(1)).sum::<usize>();
-        let periods = periods(&steps);
+        let all = periods(&steps);
+        let periods = usual(&all);
         let phases = match steps.iter().find(|steps| steps.len() >= 2) {
             Some(reference) => steps.iter().map(|steps| phase(steps, reference)).collect(),
             None => vec![None; steps.len()],
@@ -58,8 +60,13 @@ impl Strides {
         Self {
             period: mean(&periods),
             duties: footings.iter().map(duty_factor).collect(),
-            spread: spread(&periods, &phases),
-            odd: if all > 0 { (1.0 - periods.len() as f64 / all as f64).max(odd_steps) } else { 0.0 },
+            spread: spread(&all, &phases, |phase| phase.deviations[0]),
+            usual_spread: spread(&periods, &phases, |phase| phase.deviations[1]),
+            odd: if all.is_empty() {
+                0.0
+            } else {
+                (1.0 - periods.len() as f64 / all.len() as f64).max(odd_steps)
+            },
             phases,
         }
     }
@@ -76,10 +83,11 @@ fn phase(steps: &[f64], reference: &[f64]) -> Option<Phase> {
             Some((step - from) / (to - from))
         })
         .collect();
-    let (rough, _) = circular_mean(&shares)?;
+    let (rough, with_odd) = circular_mean(&shares)?;
     let usual: Vec<f64> = shares.iter().copied().filter(|share| apart(share - rough) <= ODD_STEP).collect();
     let (mean, deviation) = circular_mean(&usual).or_else(|| circular_mean(&shares))?;
-    Some(Phase { mean, deviation, steps: [shares.len(), shares.len() - usual.len()] })
+    let steps = [shares.len(), shares.len() - usual.len()];
+    Some(Phase { mean, deviations: [with_odd, deviation], steps })
 }
 
 /// Mean and standard deviation of shares of a stride, averaged as unit vectors (Batschelet 1981, *Circular Statistics in
@@ -102,14 +110,18 @@ pub(super) fn apart(phase: f64) -> f64 {
     (phase - phase.round()).abs()
 }
 
-/// Periods of all strides of all feet, s, ascending, without those that [`ODD_STRIDE`] leaves out.
+/// Periods of all strides of all feet, s, ascending.
 fn periods(steps: &[Vec<f64>]) -> Vec<f64> {
     let mut periods: Vec<f64> =
         steps.iter().flat_map(|steps| steps.windows(2).map(|pair| pair[1] - pair[0])).collect();
     periods.sort_by(f64::total_cmp);
-    let Some(&median) = periods.get(periods.len() / 2) else { return periods };
-    periods.retain(|period| (period - median).abs() <= ODD_STRIDE * median);
     periods
+}
+
+/// Those of `periods` (ascending) that [`ODD_STRIDE`] leaves.
+fn usual(periods: &[f64]) -> Vec<f64> {
+    let Some(&median) = periods.get(periods.len() / 2) else { return Vec::new() };
+    periods.iter().copied().filter(|period| (period - median).abs() <= ODD_STRIDE * median).collect()
 }
 
 /// Share of the time in stance over all whole strides, 0 to 1; over all samples where there is no stride.
@@ -121,11 +133,11 @@ fn duty_factor(footing: &Footing) -> f64 {
     whole.iter().filter(|&&stands| stands).count() as f64 / whole.len().max(1) as f64
 }
 
-/// How much strides differ; `None` with fewer than two strides.
-fn spread(periods: &[f64], phases: &[Option<Phase>]) -> Option<Spread> {
+/// How much strides differ in their `periods` and in what `deviation` gives of their phases; `None` with fewer than two strides.
+fn spread(periods: &[f64], phases: &[Option<Phase>], deviation: fn(&Phase) -> f64) -> Option<Spread> {
     let mean = mean(periods).filter(|_| periods.len() >= 2)?;
     let variance = periods.iter().map(|period| (period - mean).powi(2)).sum::<f64>() / periods.len() as f64;
-    let phase = phases.iter().flatten().map(|phase| phase.deviation).fold(0.0, f64::max);
+    let phase = phases.iter().flatten().map(deviation).fold(0.0, f64::max);
     Some(Spread { period: variance.sqrt() / mean, phase })
 }
 

@@ -29,7 +29,7 @@ pub(super) fn unnamed(
     named: Option<&Classified>,
 ) -> Option<UnnamedBecause> {
     let Some(named) = named else { return Some(UnnamedBecause::NoSteps) };
-    let (Some(period), Some(spread)) = (strides.period, strides.spread) else {
+    let (Some(period), Some(spread)) = (strides.period, strides.usual_spread) else {
         return Some(UnnamedBecause::TooFewStrides);
     };
     let size = hip_height.unwrap_or(0.0);

@@ -243,6 +243,26 @@ fn every_measure_has_a_motion_that_breaks_it_and_no_other() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
+/// One foot of a trot that touches down once a fifth of a stride late stumbles: the gait keeps its name, and is not regular.
+#[test]
+fn a_stumble_leaves_a_gait_its_name_and_is_not_natural() {
+    let stumble = Case::new(trot()).by(|time| {
+        let late = if (5.0..5.5).contains(&time) { 0.2 } else { 0.0 };
+        (Gait { phases: [0.0, 0.5, 0.5, late], ..trot() }, time)
+    });
+    let report = stumble.judged();
+    assert_eq!(report.gait.as_deref(), Some("trot"), "{:?}", report.unnamed_because);
+    // Circular standard deviation of n touch-downs of which one is d of a stride beside the others. One sample is a hundredth of a
+    // stride, of which the deviation changes by a quarter at most.
+    let count = f64::from(report.feet[3].strides);
+    let turn = 2.0 * PI * 0.2_f64;
+    let length = (count - 1.0 + turn.cos()).hypot(turn.sin()) / count;
+    let spread = report.naturalness["phase_spread"];
+    let expected = (-2.0 * length.ln()).sqrt() / (2.0 * PI);
+    assert!((spread.value - expected).abs() < 2.5e-3, "{spread:?}, not {expected}");
+    assert!(!spread.holds && !report.natural);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
