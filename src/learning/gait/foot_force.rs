@@ -7,7 +7,7 @@ use gaitwright_physics::playback::Trace;
 
 /// Forces are averaged over this share of √(h / g) before their peak is taken: what rigid contact gives within one step
 /// depends on the step, and no sensor would show it.
-const IMPACT: f64 = 0.05;
+pub(crate) const IMPACT: f64 = 0.05;
 
 /// Peak force of each foot that stands, over the peak of a half-sine of the same duty factor β and the same mean over the
 /// stride, that is π / (2 β) times the share of the weight that the foot carries. 1 is a half-sine, 2 / π a constant

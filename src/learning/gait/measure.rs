@@ -42,10 +42,16 @@ impl GaitContext<'_> {
         legs::hip_height(self.model, self.support, self.standing, self.ground)
     }
 
+    /// Standing height of the hips over the ground, or what [stands in for it](Model::height_scale) where there are none, m.
+    pub(super) fn size(&self) -> f64 {
+        let root = || self.standing.first().map_or(0.0, |root| root.translation.z - self.ground);
+        let hips = self.hip_height().filter(|height| *height > 0.0);
+        hips.unwrap_or_else(|| self.model.height_scale(root()))
+    }
+
     /// How stances are told from swings.
     pub(crate) fn detection(&self) -> Detection {
-        let root = || self.standing.first().map_or(0.0, |root| root.translation.z - self.ground);
-        let height = self.hip_height().unwrap_or_else(root).max(0.0);
+        let height = self.size();
         let unit_time = if self.gravity > 0.0 { (height / self.gravity).sqrt() } else { 0.0 };
         Detection::of(self.mass * self.gravity, unit_time)
     }
@@ -113,7 +119,7 @@ pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
         .filter(|&height| height * setting.gravity > 0.0)
         .map(|height| travel.horizontal_speed.powi(2) / (setting.gravity * height));
     let cost = |work: f64| {
-        let least = 0.1 * hip_height.unwrap_or(0.1);
+        let least = 0.1 * setting.size();
         let resistance = setting.mass * setting.gravity * travel.distance;
         (travel.distance > least && resistance > 0.0).then(|| work / resistance)
     };

@@ -5,7 +5,7 @@
 //! on the ground; its phase is the share of the stride by which it touches down after the reference foot.
 
 mod foot;
-mod foot_force;
+pub(crate) mod foot_force;
 mod footfall;
 pub(crate) mod harmonics;
 mod legs;

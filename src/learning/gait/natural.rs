@@ -42,7 +42,7 @@ pub fn least_travel(height: f64, gravity: f64) -> f64 {
 /// Whether the motion whose gait is `report` goes along the task's direction at all: faster than [`least_travel`] for the hip
 /// height, or for the height of the root where there are no legs.
 pub fn travels(report: &GaitReport, setting: &GaitContext<'_>) -> bool {
-    report.speed > least_travel(size(report, setting), setting.gravity)
+    report.speed > least_travel(setting.size(), setting.gravity)
 }
 
 /// Judges the motion in `trace`, whose gait is `report`, and writes the measures and the verdict into it. A trace of fewer
@@ -122,7 +122,7 @@ fn whole_character(
             found.one("asked_gait", MeasureLimit::at_least(1.0), f64::from(u8::from(name == asked)));
         }
     }
-    let least = least_travel(size(report, gait), gait.gravity);
+    let least = least_travel(gait.size(), gait.gravity);
     if least > 0.0 {
         let froude_speed = limits::TRAVEL * report.speed / least;
         found.one("travel", MeasureLimit::at_least(limits::TRAVEL), froude_speed);
@@ -235,13 +235,6 @@ fn joints(
         let shares = smooth_shares(trace, (stride, harmonics), &slides);
         found.worst("smoothness", MeasureLimit::at_least(limits::SMOOTHNESS), shares);
     }
-}
-
-/// Standing height of the hips, or of the root's origin where there are none, over the ground, m; of the latter at least 1 cm, since
-/// it may lie on the ground.
-fn size(report: &GaitReport, gait: &GaitContext<'_>) -> f64 {
-    let root = || gait.standing.first().map_or(0.0, |root| root.translation.z - gait.ground).max(0.01);
-    report.hip_height.filter(|height| *height > 0.0).unwrap_or_else(root)
 }
 
 /// Standard deviation over the mean of the way along `direction` in one round of the loop of `period` seconds; `None`

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Behaviour {
-    /// Fitness in the continuous check, m/s: the least of those from the standing pose and after small pushes.
+    /// How good it is, the more the better. From QDSEGA, m/s: the least reward per time of the continuous checks from the standing pose
+    /// and after small pushes. From the search gait by gait 1 / (1 + cost) with its [`cost`](crate::program::cost::cost).
     pub fitness: f64,
     /// Number of the generation that found it.
     pub generation: u32,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
 
-use super::objective::{LEAST_HEIGHT, Terms, reference_gravity};
+use super::objective::{Terms, reference_gravity};
 use super::parameters::Parameters;
 use super::stop::{Interrupted, Stop};
 use gaitwright_physics::fault::InputError;
@@ -149,7 +149,7 @@ impl SimulatedWorld {
         let plan = StepPlan::compile(scene, accuracy, Some(&stance.gains), model)?;
         let weight = model.mass * reference_gravity(scene);
         let torque_share = |joint: usize| match model.bodies[joint + 1].dof {
-            DofKind::Revolute => 1.0 / (weight * stance.root_height.max(LEAST_HEIGHT)),
+            DofKind::Revolute => 1.0 / (weight * model.height_scale(stance.root_height)),
             DofKind::Prismatic => 1.0 / weight,
         };
         Ok(Self {
@@ -293,7 +293,7 @@ fn pushes(model: &Model, stance: &Stance, gravity: f64, [x, y, _]: [f64; 3]) -> 
     if model.fixed_base {
         return Vec::new();
     }
-    let speed = PUSH * (gravity * stance.root_height.max(LEAST_HEIGHT)).sqrt();
+    let speed = PUSH * (gravity * model.height_scale(stance.root_height)).sqrt();
     let length = x.hypot(y);
     let pushed = [-1.0, 1.0].map(|side| {
         let mut state = stance.state.clone();

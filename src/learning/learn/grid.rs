@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 
 use super::behaviour::Posture;
 use super::limb::{JointChain, Sagittal, limbs};
-use super::objective::LEAST_HEIGHT;
 use super::parameters::Parameters;
 use super::repairs::Repair;
 use super::symmetry::Symmetry;
@@ -36,7 +35,7 @@ impl Grid {
             let reach = match model.bodies[joint + 1].dof {
                 DofKind::Revolute => parameters.reach,
                 // The arc of the same angle at a radius of half the standing height.
-                DofKind::Prismatic => parameters.reach * 0.5 * stance.root_height.max(LEAST_HEIGHT),
+                DofKind::Prismatic => parameters.reach * 0.5 * model.height_scale(stance.root_height),
             };
             let crossing = parameters.swing * reach / parameters.transition_time;
             // A joint without an actuator has no targets to choose from.

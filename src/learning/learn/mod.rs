@@ -19,7 +19,8 @@
 //! | [`ga`], [`population`], [`search`] | the next subsets, the loop over generations |
 //! | [`Observer`], [`Stop`], [`Checkpoint`] | who is informed, when to stop, how to resume |
 //!
-//! The result depends on the setup and the seed alone, bit for bit, whatever the number of threads.
+//! The result depends on the setup and the seed alone, bit for bit, whatever the number of threads; unless a limit of seconds ended the
+//! search, which the result then says ([`StopReason::Seconds`]).
 
 mod behaviour;
 mod breeding;
@@ -65,7 +66,7 @@ pub use budget::Budget;
 pub use checkpoint::Checkpoint;
 pub use generation::Generation;
 pub use learned::Learned;
-pub use objective::{Earnings, LEAST_HEIGHT, Objective, Terms, reference_gravity};
+pub use objective::{Earnings, Objective, Terms, reference_gravity};
 pub use observer::Observer;
 pub use parameters::{Coding, Learning, Parameters, SearchMethod, Seeds};
 pub use repairs::{Repair, Repairs};

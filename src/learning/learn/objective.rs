@@ -17,9 +17,6 @@ pub fn reference_gravity(scene: &Scene) -> f64 {
     if gravity > 0.0 { gravity } else { STANDARD_GRAVITY }
 }
 
-/// Height that a root is taken for that lies on the ground and gives no scale, m.
-pub const LEAST_HEIGHT: f64 = 0.01;
-
 /// Cost of each kind at its usual weight, m: of energy a metre of ∫ Σ |τ q̇| dt / (m g), of drift a metre across the
 /// direction, of turn and of sway a standing root height of arc, of slip a metre that a contact slides, of impact the way at
 /// Froude number 1 in the time for which a link carries twice the weight, of torque variation a standing root height for torques that
@@ -124,10 +121,10 @@ impl Objective {
     /// # Errors
     /// Every fault of the task ([`Task::faults`]).
     pub fn new(task: &Task, model: &Model, stance: &Stance, gravity: f64) -> Result<Self, InputError> {
-        Self::of(task, model.mass, stance.root_height, gravity)
+        Self::of(task, model.mass, model.height_scale(stance.root_height), gravity)
     }
 
-    /// `task` for a character of `mass` (kg) whose root stands at `height` (m) under `gravity` (m/s²).
+    /// `task` for a character of `mass` (kg) whose root stands at `height` (m, greater than 0) under `gravity` (m/s²).
     ///
     /// # Errors
     /// Every fault of the task ([`Task::faults`]).
@@ -138,7 +135,6 @@ impl Objective {
         }
         let [x, y, _] = task.direction;
         let length = x.hypot(y);
-        let height = height.max(LEAST_HEIGHT);
         Ok(Self {
             direction: [x / length, y / length],
             speed: match task.pace(gravity * height) {

@@ -213,7 +213,7 @@ parameters! {
 }
 
 impl Parameters {
-    /// Whether gaits are searched for one by one, for a character that has legs in pairs.
+    /// Whether gaits are searched for one by one, for a character that has legs in pairs or a body whose joints are a row.
     pub fn gait_by_gait(&self) -> bool {
         self.search == SearchMethod::Natural && self.seeds == Seeds::Templates
     }

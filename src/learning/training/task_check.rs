@@ -5,7 +5,7 @@ use gaitwright_physics::model::Model;
 use gaitwright_physics::scene::Scene;
 use gaitwright_physics::stance::Stance;
 
-use crate::learn::{AskedSpeed, GREATEST_FROUDE, LEAST_HEIGHT, Task};
+use crate::learn::{AskedSpeed, GREATEST_FROUDE, Task};
 use crate::program::gaits::gaits;
 use crate::program::legs::Legs;
 
@@ -37,7 +37,7 @@ fn speed_fault(task: &Task, model: &Model, stance: &Stance, scene: &Scene) -> Op
 /// neither legs nor its joints in a row.
 pub(super) fn hip_height(model: &Model, stance: &Stance, direction: [f64; 3]) -> f64 {
     let legs = Legs::any(model, stance, direction);
-    legs.map_or(stance.root_height.max(LEAST_HEIGHT), |legs| legs.hip_height)
+    legs.map_or(model.height_scale(stance.root_height), |legs| legs.hip_height)
 }
 
 fn gait_fault(task: &Task, model: &Model, stance: &Stance, scene: &Scene) -> Option<Fault> {

@@ -120,6 +120,12 @@ impl Model {
         self.loops.is_empty() && self.driven.iter().all(|driven| *driven)
     }
 
+    /// Height by which speeds, times and torques are scaled for a character without hips whose root's origin stands `root_height` over
+    /// the ground, m: that height, or a tenth of [`size`](Self::size) where the root lies on the ground and gives no scale.
+    pub fn height_scale(&self, root_height: f64) -> f64 {
+        root_height.max(0.1 * self.size)
+    }
+
     /// The first body that can move and has no mass or no positive definite inertia of its own, if
     /// there is one.
     pub fn body_without_inertia(&self) -> Option<usize> {
