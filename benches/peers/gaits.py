@@ -4,7 +4,7 @@
     python benches/peers/gaits.py examples/quadruped.urdf path/to/a1.urdf --seeds 5 --out gaits
 
 Trains every case on every character with every seed, as `gaitwright train` does for a job that asks for that gait at that Froude
-number and for nothing else, plays what comes out in MuJoCo, and prints a table a character: medians over the seeds, with the least and
+number and for nothing else (but for more time, where `--budget` says so), plays what comes out in MuJoCo, and prints a table a character: medians over the seeds, with the least and
 the greatest. What is in the folder already is not trained again. `--gaits repertoire` trains the whole repertoire of jobs
 that ask for nothing, and prints a row a motion.
 """
@@ -36,7 +36,8 @@ def train(options, robot, case, seed):
         gait, froude = case.split(":")
         task = {"gait": gait, "froude": float(froude), "direction": [*options.direction, 0]}
         job = folder / "job.json"
-        job.write_text(json.dumps({"task": task}))
+        budget = {"learning": {"seconds": options.budget}} if options.budget else {}
+        job.write_text(json.dumps({"task": task, **budget}))
         command += ["--job", str(job)]
     begun = time.monotonic()
     with open(folder / "log", "w") as log:
@@ -167,6 +168,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--first", type=int, default=1, help="the first seed")
     parser.add_argument("--seconds", type=float, default=10.0, help="played in MuJoCo, s")
+    parser.add_argument("--budget", type=float, help="of a job, s: on a slow machine more than the usual, so that no search is cut short")
     parser.add_argument("--gaitwright", default="target/release/gaitwright")
     parser.add_argument("--out", type=pathlib.Path, required=True)
     options = parser.parse_args()
