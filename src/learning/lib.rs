@@ -17,7 +17,8 @@
 //! `learn` and `gait` know neither each other nor any of the rest; `accuracy` simulates scenarios.
 //!
 //! The same document and the same seed give the same result, bit for bit, whatever the number of threads. Only
-//! computing times differ.
+//! computing times differ; a limit of seconds that ends or shapes a search makes the result depend on them, and the result says so
+//! ([`learn::StopReason::Seconds`]).
 //!
 //! ```
 //! use gaitwright_learning::accuracy::prepare;

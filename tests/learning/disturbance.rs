@@ -1,4 +1,4 @@
-//! What gaits have to withstand: the same in the search as in the trials, and what it changes.
+//! What gaits have to withstand in the search and in the trials, and what it changes.
 
 use std::sync::Arc;
 

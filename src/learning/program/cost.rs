@@ -11,21 +11,24 @@ use super::legs::Legs;
 use super::ring::Wanted;
 use crate::gait::limits::{self, GaitLimits};
 
-/// What a gait that holds all constraints costs at most (see [`cost`]).
+/// What a gait that holds all constraints costs at most before it is disturbed (see [`cost`]).
 pub const HOLDS: f64 = 1000.0;
 /// How far inside the limits a gait should stay, as a share of them: what holds for a few strides by a hair does not hold
 /// for long.
 const MARGIN: f64 = 0.05;
-/// What else than feet touches the ground is beyond its limit, which is none, by this times the share of the time in which it does.
+/// Contact of anything but a foot has 0 as its limit, of which there is no share: its excess is this times the share of the time.
 const SCUFFED: f64 = 20.0;
-/// What is set straight in the end costs nothing until then: of a turn, rad in a stride, and of the way to the side over the way ahead.
+/// A turn (rad in a stride) and a drift to the side (share of the way ahead) up to this cost nothing in the search: the way is set
+/// straight at its end.
 const MENDED: f64 = 0.05;
 /// What a disturbance changes of the turn in a stride costs so much a rad, up to the most that counts, rad.
 const TURNED: f64 = 3.0;
 const MOST_TURNED: f64 = 0.2;
 
-/// Whether and how well a gait does what is wanted of it: less is better, and what does not hold a constraint is
-/// worse than all that does.
+/// Whether and how well a gait does what is wanted of it: less is better. Undisturbed, what breaks a constraint costs at least
+/// [`HOLDS`], and more than all that holds them. A fall under a disturbance adds [`HOLDS`] to twice that, of which the mean over all
+/// disturbances counts: a gait that falls in one of two costs less than one that breaks a constraint, and one that falls in both about
+/// as much.
 pub fn cost(
     wanted: &Wanted,
     period: f64,
@@ -50,7 +53,8 @@ pub fn undisturbed(wanted: &Wanted, period: f64, legs: &Legs, figures: &RolloutF
     natural.min(0.9 * HOLDS) + broken(violation(wanted, figures))
 }
 
-/// Whether a gait holds all constraints and keeps the limits of natural motion, undisturbed, over the strides of `figures`.
+/// Whether a gait holds all constraints and keeps the limits of natural motion, undisturbed, over the strides of `figures`, as far as
+/// the search knows them: not those of tilt, height, phase spread and Froude number, which only a judged motion has to keep.
 pub fn within_limits(wanted: &Wanted, legs: &Legs, figures: &RolloutFigures) -> bool {
     violation(wanted, figures) <= 0.0 && beyond(wanted, legs, figures, 0.0) <= 0.0
 }

@@ -1,4 +1,5 @@
-//! What a motion has to withstand, in the search as in the trials that it is played in at its end.
+//! What a motion has to withstand in the search and in the trials that it is played in at its end: by how much each thing is changed.
+//! The search changes friction, gains and speed at once; the trials change one thing each.
 
 use std::sync::Arc;
 

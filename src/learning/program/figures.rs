@@ -11,13 +11,11 @@ use gaitwright_physics::sim::{Simulator, State};
 use super::leg_watch::{LegFigures, LegRule, LegWatch};
 use super::legs::Legs;
 use crate::gait::Detection;
+use crate::gait::foot_force::IMPACT;
 use crate::gait::harmonics::{MOST_HARMONICS, MOVING, harmonics};
 
 /// Steps between two looks at the joints' angles, which change slowly beside the step.
 const POSTURE_STEPS: usize = 4;
-/// Forces are averaged over this share of √(h / g) before their peak is taken: what rigid contact gives within one step
-/// depends on the step.
-const IMPACT: f64 = 0.05;
 
 /// What was seen of a gait over the judged strides.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -11,6 +11,8 @@ pub struct NamedGait {
     pub name: &'static str,
     /// Name of the gait that it is a kind of.
     pub gait: &'static str,
+    /// Which of several gaits with that name it is, as a gait report calls it.
+    pub variant: Option<&'static str>,
     /// Touch-down of each leg after that of the first, parts of a stride; left legs before right ones,
     /// front to back.
     pub phases: &'static [f64],
@@ -103,7 +105,7 @@ pub fn gaits(legs: usize) -> Vec<NamedGait> {
         let template =
             templates(legs).iter().find(|template| template.name == gait && template.variant == variant)?;
         let (phases, tolerance) = (template.phases, template.tolerance());
-        Some(NamedGait { name, gait, phases, tolerance, duty_factor, froude })
+        Some(NamedGait { name, gait, variant, phases, tolerance, duty_factor, froude })
     };
     ways.iter().filter_map(named).collect()
 }
@@ -122,6 +124,7 @@ pub fn ways(legs: &Legs) -> Vec<NamedGait> {
         .map(|&(name, _, usual)| NamedGait {
             name,
             gait: name,
+            variant: None,
             phases: &[],
             tolerance: 1.0,
             duty_factor: 1.0,

@@ -41,7 +41,7 @@ pub(super) struct LegWatch {
     gap: usize,
     /// Cosine and sine of the stride's phase when that stance began; `None` where that was before the judged strides.
     begun: Option<[f64; 2]>,
-    /// Phase of the last touch-down, and how much later than a stride after the one before it was, parts of a stride.
+    /// Phase of the last touch-down, and its change since the touch-down before, parts of a stride; later is positive.
     last: Option<(f64, Option<f64>)>,
     /// Extensions seen in that stance, each with the steps from touch-down to it.
     stance: Vec<(usize, f64)>,

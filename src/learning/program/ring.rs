@@ -17,10 +17,10 @@ use crate::learn::{Behaviour, Posture, Weights};
 
 /// Keyframes of a stride.
 pub const KEYFRAMES: usize = 8;
-/// Fewest strides of the entry, over which the standing pose grows into the gait, and how fast it may gain speed at most, as a
-/// share of gravity.
+/// Fewest strides of the entry, over which the standing pose grows into the gait, and its greatest mean acceleration, as a share of
+/// gravity.
 const ENTRY_STRIDES: f64 = 2.0;
-const GAIN: f64 = 0.2;
+const ENTRY_ACCELERATION: f64 = 0.2;
 /// Number of a program's parameters for a character with more legs than two. What each of them is: indices, and its unit. Those that
 /// make fore legs differ from hind legs are added to the former and taken from the latter.
 pub const PARAMETERS: usize = 26;
@@ -81,7 +81,7 @@ const PERIODS: [f64; 2] = [0.5, 2.0];
 /// Least and greatest height of a swinging foot, in hip heights.
 const LIFTS: [f64; 2] = [0.06, 0.35];
 
-/// [`Wanted::strictness`] while a gait takes shape, and when it is finished: whoever is strict at once gets a costly gait.
+/// [`Wanted::strictness`] early in the search, and late: the late one from the start gave costlier gaits.
 const LENIENT: f64 = 20.0;
 const STRICT: f64 = 60.0;
 
@@ -289,13 +289,13 @@ pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, wanted
         }
     }
     let moved = Wanted { speed: program.speed, ..wanted.clone() };
-    let ring = within_limits(model, &legs.standing, cycle, program.period, &moved);
+    let ring = within_joint_limits(model, &legs.standing, cycle, program.period, &moved);
     Ring { missed, ..ring }
 }
 
 /// The ring of a `cycle` of `period` seconds, entered from the pose `standing`, with targets that stay within the joints' ranges
 /// and speeds: ways are shortened, or all is slowed down.
-pub fn within_limits(
+pub fn within_joint_limits(
     model: &Model,
     standing: &[f64],
     mut cycle: Vec<Posture>,
@@ -379,7 +379,7 @@ fn shorten(cycle: &mut [Posture], joint: usize, standing: f64, speed: f64, durat
 
 /// Strides of `period` seconds in which a gait is entered at whose end it goes at `speed` (m/s) under `gravity` (m/s²).
 pub fn entry_strides(speed: f64, gravity: f64, period: f64) -> usize {
-    (speed / (GAIN * gravity * period)).ceil().max(ENTRY_STRIDES) as usize
+    (speed / (ENTRY_ACCELERATION * gravity * period)).ceil().max(ENTRY_STRIDES) as usize
 }
 
 /// From the standing pose at rest into the cycle, `duration` seconds between two of its postures: its own postures, grown from

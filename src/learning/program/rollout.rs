@@ -54,7 +54,7 @@ struct Conditions {
     accuracy: Accuracy,
     /// Factor of stiffness and damping.
     gains: f64,
-    /// Change of the velocity to one side and back in the middle of the run, m/s.
+    /// Change of the velocity in the middle of the run, m/s: so much to the left and so much backward.
     push: f64,
 }
 
@@ -220,7 +220,7 @@ impl Arena {
         watch.figures(done as f64 / total as f64, done as f64 * step)
     }
 
-    /// Pushes the trunk aside and back, by `speed` each.
+    /// Changes the trunk's velocity by `speed` (m/s) to the left and by as much backward.
     fn push(&self, simulator: &mut Simulator, speed: f64) {
         let mut state = simulator.state().clone();
         let [x, y] = self.direction;

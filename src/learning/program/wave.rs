@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 use gaitwright_physics::model::Model;
 
 use super::legs::Legs;
-use super::ring::{KEYFRAMES, Ring, Wanted, within_limits};
+use super::ring::{KEYFRAMES, Ring, Wanted, within_joint_limits};
 use super::spine::{Spine, SpineJoint};
 use crate::learn::Posture;
 
@@ -88,7 +88,7 @@ pub fn ring(model: &Model, legs: &Legs, spine: &Spine, wanted: &Wanted, paramete
             posture.velocities[joint.joint] = change / waves.period;
         }
     }
-    within_limits(model, &legs.standing, cycle, waves.period, wanted)
+    within_joint_limits(model, &legs.standing, cycle, waves.period, wanted)
 }
 
 /// How the springs and dampers change with `parameters`: factors of both.

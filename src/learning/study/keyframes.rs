@@ -95,10 +95,7 @@ impl<'a> Keyframes<'a> {
     pub(super) fn seeds(&self) -> Vec<(Vec<Posture>, f64)> {
         let mut found = Vec::new();
         for gait in self.arena.gaits() {
-            let (left, right) = gait.phases.split_at(gait.phases.len() / 2);
-            let apart =
-                |(left, right): (&f64, &f64)| (left - right - 0.5 - (left - right - 0.5).round()).abs();
-            if left.iter().zip(right).any(|pair| apart(pair) > 1e-6) {
+            if gait.mirrored_after() != Some(0.5) {
                 continue;
             }
             for mut parameters in self.arena.subject.seeds(&gait) {

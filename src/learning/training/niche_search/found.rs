@@ -30,8 +30,7 @@ pub(super) enum Proof {
 }
 
 impl Proof {
-    /// It kept every trial.
-    pub(super) const WHOLE: Self = Self::Tried(Reverse(0));
+    pub(super) const ALL_TRIALS_KEPT: Self = Self::Tried(Reverse(0));
 
     /// Of a natural motion.
     pub(super) fn of(trials: Option<&[Trial]>) -> Self {

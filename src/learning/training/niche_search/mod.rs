@@ -63,7 +63,8 @@ impl NicheSearch<'_> {
             self.steered = true;
             self.attempt()?;
         }
-        let again = |found: &Found| found.proof() != Proof::WHOLE && found.candidate.figures.upright >= 1.0;
+        let again =
+            |found: &Found| found.proof() != Proof::ALL_TRIALS_KEPT && found.candidate.figures.upright >= 1.0;
         let attempts = match self.niche.pace {
             NichePace::Cheapest { .. } if leaps(self.niche.gait.gait) => LEAP_AGAIN,
             NichePace::Cheapest { .. } => AGAIN,
@@ -141,8 +142,8 @@ impl NicheSearch<'_> {
         self.finish(leading, all - all / 2)
     }
 
-    /// The best of `count` searches from the most promising of `starts`, one each, after so many generations each: in which of several
-    /// ways to leap a search ends is soon decided, by where it began and by chance.
+    /// Runs `count` searches of so many generations each, from the most promising of `starts`, and keeps the best: where a search for a
+    /// leap ends is soon decided, by where it began and by chance.
     fn begun(
         &mut self,
         wanted: &Wanted,
@@ -253,7 +254,8 @@ impl NicheSearch<'_> {
         // Kept before the clock is looked at: what was straightened and proven is not lost where time ends in the proof.
         self.found = Some(found.clone());
         stop.check()?;
-        let steered = if found.proof() == Proof::WHOLE { None } else { self.steered_by_heading(&found)? };
+        let steered =
+            if found.proof() == Proof::ALL_TRIALS_KEPT { None } else { self.steered_by_heading(&found)? };
         self.found = Some(steered.unwrap_or(found));
         Ok(())
     }

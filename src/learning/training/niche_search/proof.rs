@@ -38,8 +38,8 @@ impl NicheSearch<'_> {
                 best = Some((proof, index, trials));
             }
             let short = stop.left().is_some_and(|left| left < begun.elapsed().as_secs_f64());
-            self.progress.by_the_clock |= short && proof != Proof::WHOLE;
-            if proof == Proof::WHOLE || short {
+            self.progress.by_the_clock |= short && proof != Proof::ALL_TRIALS_KEPT;
+            if proof == Proof::ALL_TRIALS_KEPT || short {
                 break;
             }
         }

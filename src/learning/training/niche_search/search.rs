@@ -11,6 +11,7 @@ use crate::gait::leaps;
 use crate::learn::{Generation, Interrupted};
 use crate::program::candidate::Candidate;
 use crate::program::cost::within_limits;
+use crate::program::gaits::NamedGait;
 use crate::program::refine::{PAIRED, Refinement, STRAIGHTENED};
 use crate::program::ring::Wanted;
 use crate::program::rollout::{Arena, STEERED_STRIDES, STRIDES};
@@ -315,7 +316,8 @@ impl<'a> NicheSearch<'a> {
     ) -> Vec<Option<CheckedMotion>> {
         let shared = self.shared;
         let motions: Vec<_> = candidates.iter().map(|candidate| self.motion(wanted, candidate)).collect();
-        let judged = || motions.par_iter().with_max_len(1).map(|motion| natural(shared, motion)).collect();
+        let judge = |motion| natural(shared, &self.niche.gait, motion);
+        let judged = || motions.par_iter().with_max_len(1).map(judge).collect();
         let checked: Vec<(f64, Option<CheckedMotion>)> = shared.pool.install(judged);
         self.progress.simulated += checked.iter().map(|(seconds, _)| seconds).sum::<f64>();
         checked.into_iter().map(|(_, natural)| natural).collect()
@@ -323,14 +325,15 @@ impl<'a> NicheSearch<'a> {
 }
 
 /// How many seconds of a motion were simulated in one piece to judge it, and what was seen if the motion is natural there, goes by the
-/// gait that was looked for, and nothing broke it off.
-fn natural(shared: &Shared<'_>, motion: &LearnedMotion) -> (f64, Option<CheckedMotion>) {
+/// name of `gait`, and nothing broke it off. Which variant of a gait it is matters where several are learned.
+fn natural(shared: &Shared<'_>, gait: &NamedGait, motion: &LearnedMotion) -> (f64, Option<CheckedMotion>) {
     let player = motion.player(&shared.setup.stance.angles);
     let check = motion.check(shared.setup, &player);
     let stopped = || shared.stop.check().is_err();
     let Ok(checked) = check.run(&stopped) else { return (0.0, None) };
     let named = checked.gait.gait.as_deref();
-    let as_wanted = named.is_none() || named == motion.gait.as_deref();
+    let same_variant = !shared.setup.task.any_gait() || checked.gait.variant.as_deref() == gait.variant;
+    let as_wanted = named.is_none() || (named == Some(gait.gait) && same_variant);
     let seconds = checked.trace.samples.last().map_or(0.0, |sample| sample.time);
     let natural = checked.gait.natural && as_wanted && !stopped();
     (seconds, natural.then_some(checked))
