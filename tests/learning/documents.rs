@@ -108,8 +108,11 @@ fn values_of_the_wrong_type_are_named() {
         (json!({ "character": {} }), "/character", "`urdf`, `json`, `zip` and `id`"),
         (json!({ "character": 7 }), "/character", "a path"),
         (hold("max_torque", json!("foo")), "/drive/max_torque", "\"character\", a number, or null"),
-        (hold("stiffness", json!("foo")), "/drive/stiffness", "expected f64"),
-        (hold("joints", json!({ "motor": "foo" })), "/drive/joints/motor", "expected f64"),
+        (hold("stiffness", json!("foo")), "/drive/stiffness", "expected a number"),
+        (hold("joints", json!({ "motor": "foo" })), "/drive/joints/motor", "expected a number"),
+        (json!({ "drive": null }), "/drive", "invalid type: null, expected an object"),
+        (json!({ "start": { "joints": [1] } }), "/start/joints", "invalid type: list, expected an object"),
+        (json!({ "fixed_base": 1.5 }), "/fixed_base", "number `1.5`, expected true or false"),
         (json!({ "drive": { "kind": "hovld" } }), "/drive/kind", "unknown variant"),
         (json!({ "drive": { "stiffness": 1 } }), "/drive", "missing field `kind`"),
     ] {

@@ -307,8 +307,11 @@ impl Learning {
         faults.count("/episode_length", self.episode_length.into(), 1, 100_000);
         faults.count("/migration", self.migration.into(), 1, 1_000_000);
         faults.count("/patience", self.patience.into(), 1, 1_000_000);
-        faults.count("/elite", self.elite as u64, 1, self.population.saturating_sub(1) as u64);
-        faults.count("/tournament", self.tournament as u64, 1, self.population as u64);
+        // Of a population that cannot be there is nothing more to say.
+        if self.population >= 2 {
+            faults.count("/elite", self.elite as u64, 1, self.population as u64 - 1);
+            faults.count("/tournament", self.tournament as u64, 1, self.population as u64);
+        }
         faults.count("/cache_generations", self.cache_generations.into(), 1, 1_000_000);
         faults.count("/cache_transitions", self.cache_transitions as u64, 0, 100_000_000);
         faults.odd("/trunk_cells", self.trunk_cells, 1, 15);

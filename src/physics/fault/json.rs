@@ -6,6 +6,7 @@ use serde_path_to_error::{Path, Segment};
 
 use super::strict::Strict;
 use super::tree::Tree;
+use super::words::plain;
 use super::{Fault, InputError};
 
 /// Objects with more members than this are not searched for the faulty one: the search reads the document once for
@@ -65,7 +66,7 @@ fn read<T: DeserializeOwned>(tree: &mut Value) -> Result<T, Fault> {
 
 fn attempt<T: DeserializeOwned>(tree: &Value) -> Result<T, Fault> {
     serde_path_to_error::deserialize(Strict::new(tree))
-        .map_err(|error| Fault::new(pointer(error.path()), error.inner().to_string()))
+        .map_err(|error| Fault::new(pointer(error.path()), plain(&error.inner().to_string())))
 }
 
 /// The member of the object at `place` that causes `fault`. Serde reads tagged objects from a buffer and loses the path

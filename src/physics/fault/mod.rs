@@ -6,6 +6,7 @@
 mod json;
 mod strict;
 mod tree;
+mod words;
 
 use std::borrow::Cow;
 use std::fmt;
