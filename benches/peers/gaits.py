@@ -75,9 +75,9 @@ def played(options, robot, motion, path):
 
 
 def kept(trial):
-    """Whether a motion stayed upright in a trial and kept its speed to within a fifth."""
+    """Whether a motion stayed upright in a trial and kept its speed to within the tolerance."""
     share = trial["relative_speed"]
-    return trial["upright_seconds"] >= 0.99 * trial["of_seconds"] and share is not None and abs(share - 1) <= 0.2
+    return trial["upright_seconds"] >= 0.99 * trial["of_seconds"] and share is not None and abs(share - 1) <= trial["tolerance"]
 
 
 def spread(values, form):

@@ -66,6 +66,7 @@ fn a_trial_is_kept_by_who_stays_up_and_goes_on_as_fast() {
         upright_seconds,
         speed: 1.0,
         relative_speed,
+        tolerance: Trial::usual_tolerance(),
         of_seconds: 20.0,
     };
     for share in [0.81, 1.0, 1.19] {
@@ -76,6 +77,12 @@ fn a_trial_is_kept_by_who_stays_up_and_goes_on_as_fast() {
     }
     // It fell, though fast until then.
     assert!(!trial(19.0, Some(1.0)).kept());
+    // A document that says nothing of a tolerance has the usual one; a smaller one is kept to.
+    let document = serde_json::to_value(trial(20.0, Some(0.9))).unwrap();
+    let mut older = document.clone();
+    older.as_object_mut().unwrap().remove("tolerance");
+    assert_eq!(serde_json::from_value::<Trial>(older).unwrap(), trial(20.0, Some(0.9)));
+    assert!(!Trial { tolerance: 0.05, ..trial(20.0, Some(0.9)) }.kept());
 }
 
 #[test]

@@ -28,6 +28,10 @@ const ROUNDS: [f64; 2] = [10.0, 120.0];
 const SAMPLED: f64 = 0.02;
 const SAMPLED_SHARE: f64 = 1.0 / 12.0;
 
+/// By what share the speed may change with the step of the simulation. What moves is the same at any step; only the simulation's error
+/// differs.
+const STEP_TOLERANCE: f64 = 0.05;
+
 /// What a trial changes, as factors of what the motion was learned with.
 #[derive(Debug, Clone)]
 struct Change {
@@ -43,6 +47,8 @@ struct Change {
     /// Time constant of contacts where they are softer than in the scene, s.
     soft: Option<f64>,
     engine: Engine,
+    /// By what share the speed may change.
+    tolerance: f64,
 }
 
 impl Change {
@@ -56,6 +62,7 @@ impl Change {
             push: None,
             soft: None,
             engine: Engine::Gaitwright,
+            tolerance: Trial::usual_tolerance(),
         }
     }
 
@@ -148,6 +155,7 @@ impl MotionCheck<'_> {
             if (Accuracy { step, ..*self.accuracy }).faults().is_empty() {
                 changes.push(Change {
                     step: factor,
+                    tolerance: STEP_TOLERANCE,
                     ..Change::none(format!("step of {} ms", rounded(1000.0 * step)))
                 });
             }
@@ -244,6 +252,7 @@ impl MotionCheck<'_> {
                 upright_seconds: course.fell_at.unwrap_or(end),
                 speed: speed.unwrap_or(0.0),
                 relative_speed: speed.zip(usual).map(|(speed, usual)| speed / usual),
+                tolerance: change.tolerance,
                 of_seconds: self.trial_seconds(),
             }
         }))

@@ -167,6 +167,7 @@ impl Motion {
                 (format!("{place}/upright_seconds"), trial.upright_seconds),
                 (format!("{place}/speed"), trial.speed),
                 (format!("{place}/relative_speed"), trial.relative_speed.unwrap_or(0.0)),
+                (format!("{place}/tolerance"), trial.tolerance),
                 (format!("{place}/of_seconds"), trial.of_seconds),
             ]
         });

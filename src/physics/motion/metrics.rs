@@ -119,19 +119,27 @@ pub struct Trial {
     /// That speed over the undisturbed one in the same time; `null` where that is 0 or the trial fell before the loop.
     #[serde(default)]
     pub relative_speed: Option<f64>,
+    /// By how much that may differ from 1.
+    #[serde(default = "Trial::usual_tolerance")]
+    pub tolerance: f64,
     /// How long the trial lasted, s.
     pub of_seconds: f64,
 }
 
 impl Trial {
+    /// By what share a change of the character or its world may change the speed. (Another step is none: see the trials' own.)
+    pub fn usual_tolerance() -> f64 {
+        0.2
+    }
+
     /// Whether the character stayed upright to the end, but for the rounding of the time.
     pub fn stood(&self) -> bool {
         self.upright_seconds >= 0.99 * self.of_seconds
     }
 
-    /// Whether it stayed upright to the end and kept its speed to within a fifth: whoever turns aside does not.
+    /// Whether it stayed upright to the end and kept its speed to within the tolerance: whoever turns aside does not.
     pub fn kept(&self) -> bool {
-        self.stood() && self.relative_speed.is_some_and(|share| (share - 1.0).abs() <= 0.2)
+        self.stood() && self.relative_speed.is_some_and(|share| (share - 1.0).abs() <= self.tolerance)
     }
 }
 

@@ -43,8 +43,9 @@ fn impossible_parameters_are_named() {
         error.faults().iter().map(|fault| fault.pointer.clone()).collect()
     };
     let bad = Learning {
-        population: 1,
+        population: 4,
         elite: 5,
+        islands: 0,
         seconds: Some(-1.0),
         transition_time: Some(f64::NAN),
         states: 0,
@@ -53,17 +54,13 @@ fn impossible_parameters_are_named() {
         ..Learning::default()
     };
     let found = pointers(&bad);
-    for pointer in [
-        "/seconds",
-        "/population",
-        "/elite",
-        "/states",
-        "/transition_time",
-        "/angle_levels",
-        "/mutation/angle",
-    ] {
+    for pointer in
+        ["/seconds", "/elite", "/islands", "/states", "/transition_time", "/angle_levels", "/mutation/angle"]
+    {
         assert!(found.iter().any(|found| found == pointer), "{pointer} is not among {found:?}");
     }
+    // What depends on a population that cannot be is no fault of its own.
+    assert_eq!(pointers(&Learning { population: 1, ..Learning::default() }), ["/population"]);
     assert_eq!(pointers(&Learning { generations: Some(0), ..Learning::default() }), ["/generations"]);
     let resolved =
         Learning { transition_time: Some(0.1013), ..Learning::default() }.resolve(&stance, 9.81, 0.002);
