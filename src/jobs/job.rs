@@ -157,11 +157,11 @@ pub struct Timings {
     /// When it ended.
     #[schemars(with = "Option<String>")]
     pub ended: Option<Timestamp>,
-    /// s of the wall clock spent finding the standing pose.
+    /// s of the wall clock spent finding the standing pose since it was last taken up.
     pub standing_seconds: Option<f64>,
-    /// s of the wall clock spent learning since it was last taken up.
+    /// s of the wall clock spent learning since then, without what is checked between two generations.
     pub learning_seconds: Option<f64>,
-    /// s of the wall clock spent checking and writing the results.
+    /// s of the wall clock spent checking and recording motions since then, and writing the results.
     pub checking_seconds: Option<f64>,
 }
 
@@ -208,14 +208,19 @@ impl Job {
         };
         learned.best_fitness = Some(figures.best);
         learned.cache_hit_rate = Some(figures.cache_hit_rate);
-        self.timings.learning_seconds = Some(figures.elapsed);
     }
 
     /// Has a worker begin.
     pub fn take_up(&mut self) {
         self.state = JobState::Running;
         self.attempts += 1;
-        self.timings.started = Some(Timestamp::now());
+        self.timings = Timings {
+            started: Some(Timestamp::now()),
+            standing_seconds: None,
+            learning_seconds: None,
+            checking_seconds: None,
+            ..self.timings
+        };
     }
 
     /// Takes note that it need not be begun from the same place again; whether that was not known before.

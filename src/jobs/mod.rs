@@ -50,7 +50,8 @@ pub use request::{CharacterChoice, JobRequest, JobTerms, Priority, PriorityError
 pub use results::JobFile;
 pub use retention::{Expiry, KeptThing, Retention, RetentionError, RetentionOptions, Upkeep};
 pub use run::{
-    PreparedRun, ReplayError, RunError, RunOutcome, RunWatcher, TrainingReport, Unsuccessful, replay, run,
+    PreparedRun, ReplayError, RunError, RunOutcome, RunTimes, RunWatcher, TrainingReport, Unsuccessful,
+    replay, run,
 };
 pub use service::{Jobs, ServiceOptions};
 pub use start::{start, start_workers};

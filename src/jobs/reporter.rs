@@ -12,7 +12,7 @@ use super::files::{Artefact, Upload};
 use super::job::{Job, Stage};
 use super::live::Live;
 use super::repertoire::{MotionSummary, RepertoireEntry};
-use super::run::{PreparedRun, RunWatcher};
+use super::run::{PreparedRun, RunTimes, RunWatcher};
 use super::store::Store;
 use super::work::Work;
 use gaitwright_learning::accuracy;
@@ -172,6 +172,11 @@ impl RunWatcher for Reporter<'_> {
         if self.kept.is_none_or(|kept| kept.elapsed() >= CHECKPOINT_EVERY) {
             self.flush();
         }
+    }
+
+    fn spent(&mut self, times: RunTimes) {
+        self.job.timings.learning_seconds = Some(times.learning.as_secs_f64());
+        self.job.timings.checking_seconds = Some(times.checking.as_secs_f64());
     }
 }
 

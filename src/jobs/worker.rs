@@ -399,7 +399,6 @@ fn withdraw(folder: &Path) {
 /// Writes what came of a job that learns into its record.
 fn conclude(job: &mut Job, live: &Live, outcome: RunOutcome) {
     let cancelled = outcome.ended == StopReason::Cancelled;
-    job.timings.checking_seconds = Some(outcome.checking_seconds);
     if let Work::Learning(learned) = &mut job.work {
         learned.ended_by = (!cancelled || live.is_abandoned()).then_some(outcome.ended);
         learned.metrics = outcome.motion.as_ref().ok().cloned();

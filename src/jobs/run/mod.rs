@@ -35,7 +35,7 @@ pub use prepared::PreparedRun;
 pub use report::TrainingReport;
 use report::report;
 use shelve::json;
-pub use watcher::RunWatcher;
+pub use watcher::{RunTimes, RunWatcher};
 
 /// Plays a motion document with its character for a long stretch, and measures its gait. Of a character that falls
 /// it is the gait until then.
@@ -80,7 +80,7 @@ pub fn run(
     let Some(prepared) = prepared else {
         let motion = Err(Unsuccessful::NotBegun);
         let ended = StopReason::Cancelled;
-        return Ok(RunOutcome { ended, motion, accuracy_check: None, checking_seconds: 0.0 });
+        return Ok(RunOutcome { ended, motion, accuracy_check: None });
     };
     watcher.prepared(&prepared);
 
@@ -89,7 +89,7 @@ pub fn run(
     let limit = CancelLimit::new(cancel, check_limit);
     let mut recorder = Recorder::create(folder, order, &prepared, checkpoint.as_ref(), &limit, watcher)?;
     let trained = train(&prepared.setup, &mut recorder, cancel, checkpoint)?;
-    let (mut recording, shelved) = recorder.finish()?;
+    let (mut recording, shelved, times) = recorder.finish()?;
 
     watcher.stage(Stage::Checking);
     let start = Instant::now();
@@ -103,6 +103,6 @@ pub fn run(
     recording.job(&describe(order, &prepared, Some(&report)))?;
     recording.finish()?;
     files::sync(&Artefact::Recording.path(folder))?;
-    let checking_seconds = start.elapsed().as_secs_f64();
-    Ok(RunOutcome { ended: trained.ended, motion: shelved.outcome(), accuracy_check, checking_seconds })
+    watcher.spent(RunTimes { checking: times.checking + start.elapsed(), ..times });
+    Ok(RunOutcome { ended: trained.ended, motion: shelved.outcome(), accuracy_check })
 }

@@ -1,6 +1,7 @@
 //! What a run shows and writes while it learns.
 
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use sha2::{Digest, Sha256};
 
@@ -10,7 +11,7 @@ use super::limit::CancelLimit;
 use super::outcome::Unsuccessful;
 use super::prepared::PreparedRun;
 use super::shelve::Shelved;
-use super::watcher::RunWatcher;
+use super::watcher::{RunTimes, RunWatcher};
 use crate::export::{Recording, RecordingSubject};
 use crate::jobs::files::{Artefact, Unfinished};
 use crate::jobs::order::Order;
@@ -42,6 +43,9 @@ pub(super) struct Recorder<'a> {
     limit: &'a CancelLimit<'a>,
     watcher: &'a mut dyn RunWatcher,
     shelved: Shelved,
+    /// When the learning began, and how much of the time since then has gone into checking and recording motions.
+    begun: Instant,
+    checking: Duration,
     /// The first thing that went wrong; the training is cancelled then.
     failure: Option<RunError>,
 }
@@ -57,6 +61,7 @@ impl<'a> Recorder<'a> {
         limit: &'a CancelLimit<'a>,
         watcher: &'a mut dyn RunWatcher,
     ) -> Result<Self, RunError> {
+        let begun = Instant::now();
         let character = &order.reading.character;
         let id = identity(order, prepared)?;
         let subject = RecordingSubject {
@@ -74,10 +79,21 @@ impl<'a> Recorder<'a> {
         place.appear(&path)?;
         recording.set_path(&path);
         let (folder, shelved) = (folder.to_owned(), Shelved::default());
-        let mut recorder =
-            Self { recording, order, prepared, folder, limit, watcher, shelved, failure: None };
+        let checking = Duration::ZERO;
+        let mut recorder = Self {
+            recording,
+            order,
+            prepared,
+            folder,
+            limit,
+            watcher,
+            shelved,
+            begun,
+            checking,
+            failure: None,
+        };
         if let Some(checkpoint) = checkpoint {
-            recorder.replay(checkpoint)?;
+            recorder.checked(|recorder| recorder.replay(checkpoint))?;
         }
         Ok(recorder)
     }
@@ -146,12 +162,27 @@ impl<'a> Recorder<'a> {
         Ok(self.recording.motion((motion.behaviour.generation, &text), shown)?)
     }
 
-    /// The recording, to which more may be added, and what was kept.
-    pub(super) fn finish(self) -> Result<(Recording, Shelved), RunError> {
+    /// The recording, to which more may be added, what was kept, and what the time was spent on.
+    pub(super) fn finish(self) -> Result<(Recording, Shelved, RunTimes), RunError> {
+        let times = self.times();
         match self.failure {
-            None => Ok((self.recording, self.shelved)),
+            None => Ok((self.recording, self.shelved, times)),
             Some(error) => Err(error),
         }
+    }
+
+    /// Does what is no learning although the learner waits for it, and counts its time apart.
+    fn checked(&mut self, work: impl FnOnce(&mut Self) -> Result<(), RunError>) -> Result<(), RunError> {
+        let start = Instant::now();
+        let done = work(self);
+        self.checking += start.elapsed();
+        self.watcher.spent(self.times());
+        done
+    }
+
+    fn times(&self) -> RunTimes {
+        let learning = self.begun.elapsed().saturating_sub(self.checking);
+        RunTimes { learning, checking: self.checking }
     }
 
     fn note(&mut self, outcome: Result<(), RunError>) {
@@ -166,16 +197,17 @@ impl TrainingObserver for Recorder<'_> {
     fn generation(&mut self, figures: &Generation) {
         let recorded = self.recording.generation(figures);
         self.note(recorded.map_err(RunError::from));
+        self.watcher.spent(self.times());
         self.watcher.generation(figures);
     }
 
     fn improved(&mut self, motion: &LearnedMotion) {
-        let recorded = self.play(motion);
+        let recorded = self.checked(|recorder| recorder.play(motion));
         self.note(recorded);
     }
 
     fn finished(&mut self, motion: &LearnedMotion) {
-        let kept = self.keep(motion);
+        let kept = self.checked(|recorder| recorder.keep(motion));
         self.note(kept);
     }
 

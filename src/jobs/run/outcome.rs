@@ -13,8 +13,6 @@ pub struct RunOutcome {
     pub motion: Result<Metrics, Unsuccessful>,
     /// Whether that motion keeps the tolerance that was asked for, where one was.
     pub accuracy_check: Option<AccuracyCheck>,
-    /// s of the wall clock spent checking and writing.
-    pub checking_seconds: f64,
 }
 
 /// Why a run that came to its end has no motion to show.

@@ -1,11 +1,22 @@
 //! Who watches a run.
 
+use std::time::Duration;
+
 use super::prepared::PreparedRun;
 use crate::jobs::job::Stage;
 use crate::jobs::repertoire::RepertoireEntry;
 use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::learn::Generation;
 use gaitwright_learning::training::{LearnedMotion, TrainingCheckpoint};
+
+/// What the wall clock's time since the learning began was spent on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RunTimes {
+    /// Learning.
+    pub learning: Duration,
+    /// Checking and recording motions, also between two generations, and writing the results.
+    pub checking: Duration,
+}
 
 /// Watches a run.
 pub trait RunWatcher {
@@ -21,6 +32,8 @@ pub trait RunWatcher {
     fn learned(&mut self, entry: &RepertoireEntry);
     /// The run can be resumed from here.
     fn checkpoint(&mut self, checkpoint: &TrainingCheckpoint);
+    /// What the time was spent on so far; told with every generation, after every check and at the end.
+    fn spent(&mut self, _times: RunTimes) {}
 }
 
 /// Nobody watches.

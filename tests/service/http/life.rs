@@ -343,3 +343,20 @@ fn candidates_are_counted_as_they_are_tried() {
     assert!(counts.len() >= 2 && counts.windows(2).all(|pair| pair[0] < pair[1]), "{counts:?}");
     assert!(of("generation").is_empty());
 }
+
+/// What a job's time was spent on is all of its time, and what checks motions between two generations is no learning.
+#[test]
+fn the_times_of_a_job_add_up() {
+    let service = Service::start();
+    let path = service.post_two_gaits();
+    let job = service.wait_for_end(&path);
+    assert_eq!(job["state"], "succeeded", "{job}");
+    let timings = &job["timings"];
+    let spent = |name: &str| timings[name].as_f64().unwrap();
+    let at = |name: &str| timings[name].as_str().unwrap().parse::<jiff::Timestamp>().unwrap();
+    let whole = at("ended").duration_since(at("started")).as_secs_f64();
+    let told = spent("standing_seconds") + spent("learning_seconds") + spent("checking_seconds");
+    assert!(told <= whole && told > 0.9 * whole - 0.5, "{told} s of {whole} s: {timings}");
+    // Every motion shown is played for as long as a finished one.
+    assert!(spent("checking_seconds") > 0.05 * whole, "{timings}");
+}
