@@ -178,7 +178,7 @@ impl EventSender {
             tokio::select! {
                 _ = moment.changed() => {}
                 _ = seconds.tick() => {
-                    let evaluations = live.cancel().tried();
+                    let evaluations = live.tried();
                     if evaluations > sent {
                         self.send("progress", &Tried { evaluations }, None).await?;
                         sent = evaluations;

@@ -134,7 +134,8 @@ pub struct CharacterName {
 pub struct Progress {
     /// Share of the learning's budget, or of the study's settings, used so far, 0 to 1.
     pub fraction: f64,
-    /// Candidates tried since the job was taken up; it grows from the first moments of learning on.
+    /// Candidates tried since the job was posted, from the first moments of learning on. Those that are tried once more
+    /// after an interruption count once more.
     #[serde(default)]
     pub evaluations: u64,
     /// Generations evaluated.

@@ -25,6 +25,8 @@ pub struct Moment {
 pub struct Live {
     claim: Claim,
     cancel: Cancel,
+    /// Candidates that were tried before the job was taken up.
+    tried_before: u64,
     /// Somebody asked for the end of the job, rather than for the end of the service.
     unwanted: AtomicBool,
     /// The claim no longer holds.
@@ -38,10 +40,12 @@ pub struct Live {
 }
 
 impl Live {
-    /// A job that has been taken up; its lease has not begun before `since`.
-    pub fn new(claim: Claim, since: Instant) -> Self {
+    /// A job that has been taken up, of which `tried_before` candidates have been tried before; its lease has not begun
+    /// before `since`.
+    pub fn new(claim: Claim, tried_before: u64, since: Instant) -> Self {
         Self {
             claim,
+            tried_before,
             renewed: Mutex::new(since),
             cancel: Cancel::default(),
             unwanted: AtomicBool::new(false),
@@ -60,6 +64,11 @@ impl Live {
     /// The flag its learner polls.
     pub fn cancel(&self) -> &Cancel {
         &self.cancel
+    }
+
+    /// Candidates tried so far.
+    pub fn tried(&self) -> u64 {
+        self.tried_before + self.cancel.tried()
     }
 
     /// Stops the job for good.

@@ -146,7 +146,7 @@ impl Jobs {
         let mut job = self.shared().store.job(id).await?.ok_or_else(|| ServiceError::UnknownJob(id))?;
         // The record of a running job is written now and then.
         if let Some(live) = self.live(id).filter(|_| job.state == JobState::Running) {
-            job.progress.evaluations = live.cancel().tried();
+            job.progress.evaluations = live.tried();
         }
         Ok(job)
     }

@@ -70,7 +70,7 @@ impl<'a> Reporter<'a> {
     }
 
     fn record(&mut self) {
-        self.job.progress.evaluations = self.live.cancel().tried();
+        self.job.progress.evaluations = self.live.tried();
         if self.upload.as_ref().is_some_and(|upload| upload.take_kept()) {
             self.job.get_further();
         }

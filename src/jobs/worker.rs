@@ -162,7 +162,7 @@ impl Worker {
         if job.attempts == 1 && job.progress.generations == 0 {
             figures::taken_up_first(&job);
         }
-        let live = Arc::new(Live::new(claim, now));
+        let live = Arc::new(Live::new(claim, job.progress.evaluations, now));
         self.shared.running.add(&live);
         // Somebody may have asked for its end before it could be found among those that run.
         lease::renew(&self.shared.store, &live, length).await;

@@ -36,13 +36,22 @@ fn a_killed_service_goes_on_to_the_same_result() {
     let mut service = Service::on(data.path(), &[]);
     let path = service.post_two_gaits();
     let waiting = service.post_job(&json!({ "generations": 1 }));
-    service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 13);
+    let after = |generations: u64| {
+        service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= generations)
+    };
+    let tried = |job: &Value| job["progress"]["evaluations"].as_u64().unwrap();
+    // How many candidates have been tried is written now and then: by the second look, what the first has seen.
+    let earlier = tried(&after(6));
+    after(13);
     service.signal("KILL");
     assert!(!service.wait_for_exit());
 
     let service = Service::on(data.path(), &[]);
+    let resumed = service.wait(&path, "resumed", |job| job["state"] == "running");
+    assert!(tried(&resumed) >= earlier, "{earlier} before, then {resumed}");
     let job = service.wait_for_end(&path);
     assert_eq!(job["state"], "succeeded", "{job}");
+    assert!(tried(&job) > tried(&resumed), "{job}");
     assert_eq!(job["progress"]["generations"], 24);
     let (curve, motion, _) = undisturbed();
     assert_eq!(figures(&service, &path), curve);
