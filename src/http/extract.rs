@@ -5,6 +5,7 @@ use axum::extract::{FromRequest, FromRequestParts, Multipart, Request};
 use axum::http::StatusCode;
 
 use super::problem::{ProblemDetails, media_type};
+use crate::jobs::JobTerms;
 use gaitwright_physics::character::Source;
 use gaitwright_physics::fault::{Fault, InputError};
 
@@ -119,6 +120,20 @@ impl<S: Send + Sync> FromRequest<S> for JsonBody {
 }
 
 impl Form {
+    /// What the part `job` says. Its fields are named by their pointers, as in a job document; a place that is none
+    /// would otherwise be one of either part.
+    ///
+    /// # Errors
+    ///
+    /// As [`JobTerms::parse`].
+    pub(super) fn terms(&self) -> Result<JobTerms, InputError> {
+        let Some(job) = &self.job else { return Ok(JobTerms::default()) };
+        JobTerms::parse(job).map_err(|error| {
+            let of_a_field = error.faults().iter().all(|fault| fault.pointer.starts_with('/'));
+            if of_a_field { error } else { error.under("part \"job\"") }
+        })
+    }
+
     async fn read(mut parts: Multipart) -> Result<Self, ProblemDetails> {
         let (mut character, mut job) = (None, None);
         let mut faults = Vec::new();

@@ -179,11 +179,12 @@ pub(super) async fn submit(
             app.jobs.submit(request.character, request.terms, posting).await?
         }
         (None, Upload::Urdf(body) | Upload::Zip(body)) => {
-            submit_bytes(&app, body, JobTerms::default(), posting).await?
+            submit_bytes(&app, body, "", JobTerms::default(), posting).await?
         }
         (None, Upload::Form(form)) => {
-            let terms = form.job.as_deref().map(JobTerms::parse).transpose()?.unwrap_or_default();
-            submit_bytes(&app, form.character, terms, posting).await?
+            let terms = form.terms()?;
+            // As in a job document, whose character stands there: the part `job` has no field of this name.
+            submit_bytes(&app, form.character, "/character", terms, posting).await?
         }
     };
     Ok(accepted(job))
@@ -209,10 +210,11 @@ fn idempotency_key(headers: &HeaderMap, upload: &Upload) -> Result<Option<Idempo
 async fn submit_bytes(
     app: &App,
     body: Bytes,
+    place: &'static str,
     terms: JobTerms,
     posting: Posting,
 ) -> Result<Job, ServiceError> {
-    app.jobs.submit_bytes((body.into(), None, ""), terms, posting).await
+    app.jobs.submit_bytes((body.into(), None, place), terms, posting).await
 }
 
 /// The answer to a request that changes the job in time.

@@ -220,6 +220,22 @@ fn forms() {
     assert_eq!(pointers(&post(&["job={}"]).problem(422)), ["part \"character\""]);
     assert_eq!(pointers(&post(&[PADDLER_PART, "jab={}"]).problem(422)), ["part \"jab\""]);
     assert_eq!(pointers(&post(&[PADDLER_PART, "job={\"sede\":1}"]).problem(422)), ["/sede"]);
+    // Both parts have lines, and either may be a JSON document: what is wrong says in which of them.
+    let rest = "job={\"learning\":{\"seconds\":-1.0}}";
+    let cases: [(&[&str], u16, &[&str]); 5] = [
+        (&[PADDLER_PART, "job={\"a\": }"], 400, &["part \"job\": line 1, column 7"]),
+        (&[PADDLER_PART, "job=[]"], 422, &["part \"job\""]),
+        (&["character={\"a\": }", "job={}"], 400, &["/character: line 1, column 7"]),
+        (&["character=neither", "job={}"], 400, &["/character: line 1"]),
+        (&["character={\"name\":\"x\",\"joints\":1}", rest], 422, &["/character", "/learning/seconds"]),
+    ];
+    for (parts, status, places) in cases {
+        let pointers = pointers(&post(parts).problem(status));
+        for place in places {
+            assert!(pointers.iter().any(|pointer| pointer.starts_with(place)), "{parts:?}: {pointers:?}");
+        }
+        assert!(pointers.iter().all(|pointer| places.iter().any(|place| pointer.starts_with(place))));
+    }
     service.post("/v1/jobs", "multipart/form-data", b"no boundary").problem(400);
     assert_goes_on(&service);
 }
