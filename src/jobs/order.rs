@@ -9,7 +9,7 @@ use std::sync::Arc;
 use super::memory::MemoryEstimate;
 use super::request::Settings;
 use gaitwright_learning::learn::AskedSpeed;
-use gaitwright_learning::training::check_task;
+use gaitwright_learning::training;
 use gaitwright_physics::character::{self, JointKind, Link, Options, Reading, Source};
 use gaitwright_physics::fault::{Fault, InputError};
 use gaitwright_physics::model::{Base, Model};
@@ -38,14 +38,40 @@ impl Order {
         place: &str,
         settings: Settings,
     ) -> Result<Self, InputError> {
-        match read_character(bytes, source, Options::default()).map_err(|error| error.under(place)) {
-            Ok(reading) => Self::new(reading, settings),
-            Err(InputError::Impossible(mut faults)) => {
-                faults.extend(settings.faults());
-                Err(InputError::Impossible(faults))
-            }
-            Err(error) => Err(error),
+        Self::new(reading((bytes, source, place), &settings)?, settings)
+    }
+
+    /// The same for a job that is posted, with what takes finding how the character stands: whether it has the legs for the gait and
+    /// the speed that are asked for. A job that may come to need more than `budget` bytes of memory on `threads` threads is
+    /// refused; `None` when `stop` returns true before all is known.
+    ///
+    /// # Errors
+    ///
+    /// As [`Order::read`], and at `/task/gait` and `/task/speed`.
+    pub fn read_posted(
+        document: (&[u8], Option<Source>, &str),
+        settings: Settings,
+        (threads, budget): (usize, u64),
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Option<Self>, InputError> {
+        let reading = reading(document, &settings)?;
+        let mut faults = faults(&reading, &settings);
+        if faults.is_empty() {
+            let order = Self { reading, settings };
+            order.memory(threads).check(budget)?;
+            return Ok(check_task(&order.reading, &order.settings, stop)?.map(|()| order));
         }
+        // All faults are told at once, as far as the others leave it open how the character stands.
+        let Settings { scene, task, accuracy, .. } = &settings;
+        let stands = scene.faults().is_empty() && task.faults().is_empty();
+        let memory = MemoryEstimate::of_simulation(&reading.character, scene, accuracy);
+        if stands
+            && memory.check(budget).is_ok()
+            && let Err(InputError::Impossible(of_task)) = check_task(&reading, &settings, stop)
+        {
+            faults.extend(of_task);
+        }
+        Err(InputError::Impossible(faults))
     }
 
     /// Checks what is wanted of a character.
@@ -54,37 +80,64 @@ impl Order {
     ///
     /// Every fault of what is wanted, with JSON pointers into the job document.
     pub fn new(reading: Reading, settings: Settings) -> Result<Self, InputError> {
-        let mut faults = settings.faults();
-        let movable = |link: &Link| link.joint.as_ref().is_some_and(|joint| joint.kind != JointKind::Fixed);
-        if !reading.character.links.iter().any(movable) {
-            faults.push(Fault::new("/character", "the character has no joint that could move"));
-        }
+        let faults = faults(&reading, &settings);
         if faults.is_empty() { Ok(Self { reading, settings }) } else { Err(InputError::Impossible(faults)) }
-    }
-
-    /// Whether the character has the legs for the gait and the speed that are asked for, which takes finding how it stands; `None`
-    /// when `stop` returns true before that is known.
-    ///
-    /// # Errors
-    ///
-    /// [`InputError::Impossible`] at `/task/gait` and `/task/speed`.
-    pub fn check_task(&self, stop: &dyn Fn() -> bool) -> Result<Option<()>, InputError> {
-        let Settings { task, scene, .. } = &self.settings;
-        if task.any_gait() && !matches!(task.speed, Some(AskedSpeed::Number(_))) {
-            return Ok(Some(()));
-        }
-        let model = Arc::new(Model::new(Arc::new(self.reading.character.clone()), Base::Floating));
-        let stance = Stance::find_until(&model, scene, stop);
-        if stop() {
-            return Ok(None);
-        }
-        check_task(task, &model, &stance, scene).map(Some)
     }
 
     /// How much memory it may come to need on so many threads.
     pub fn memory(&self, threads: usize) -> MemoryEstimate {
         MemoryEstimate::of_learning(&self.reading.character, &self.settings, threads)
     }
+}
+
+/// Reads the character of a job.
+///
+/// # Errors
+///
+/// Every fault of the character, and those of `settings` as well.
+fn reading(
+    (bytes, source, place): (&[u8], Option<Source>, &str),
+    settings: &Settings,
+) -> Result<Reading, InputError> {
+    match read_character(bytes, source, Options::default()).map_err(|error| error.under(place)) {
+        Err(InputError::Impossible(mut faults)) => {
+            faults.extend(settings.faults());
+            Err(InputError::Impossible(faults))
+        }
+        read => read,
+    }
+}
+
+/// What is impossible in an order, as far as can be known without simulating.
+fn faults(reading: &Reading, settings: &Settings) -> Vec<Fault> {
+    let mut faults = settings.faults();
+    let movable = |link: &Link| link.joint.as_ref().is_some_and(|joint| joint.kind != JointKind::Fixed);
+    if !reading.character.links.iter().any(movable) {
+        faults.push(Fault::new("/character", "the character has no joint that could move"));
+    }
+    faults
+}
+
+/// Whether a character has the legs for the gait and the speed that are asked for; `None` when `stop` returns true before
+/// that is known.
+///
+/// # Errors
+///
+/// [`InputError::Impossible`] at `/task/gait` and `/task/speed`.
+fn check_task(
+    reading: &Reading,
+    Settings { task, scene, .. }: &Settings,
+    stop: &dyn Fn() -> bool,
+) -> Result<Option<()>, InputError> {
+    if task.any_gait() && !matches!(task.speed, Some(AskedSpeed::Number(_))) {
+        return Ok(Some(()));
+    }
+    let model = Arc::new(Model::new(Arc::new(reading.character.clone()), Base::Floating));
+    let stance = Stance::find_until(&model, scene, stop);
+    if stop() {
+        return Ok(None);
+    }
+    training::check_task(task, &model, &stance, scene).map(Some)
 }
 
 /// Reads a character; without a `source` its form is detected from the bytes.

@@ -78,9 +78,9 @@ impl Jobs {
             let (bytes, settings) = (Arc::clone(&bytes), settings.clone());
             let (threads, budget) = (self.shared().threads(), self.shared().job_memory);
             self.compute(move |given_up| {
-                let order = Order::read(&bytes, source, place, settings)?;
-                order.memory(threads).check(budget)?;
-                order.check_task(given_up)?.ok_or(ServiceError::GivenUp)?;
+                let document = (&bytes[..], source, place);
+                let order = Order::read_posted(document, settings, (threads, budget), given_up)?
+                    .ok_or(ServiceError::GivenUp)?;
                 let character = &order.reading.character;
                 Ok(CharacterName { name: character.name.clone(), digest: character.digest.clone() })
             })

@@ -300,6 +300,11 @@ fn gaits_without_the_legs_for_them_are_refused() {
         let reason = problem["errors"][0]["detail"].as_str().unwrap();
         assert!(reason.contains(gait), "{name}: {reason}");
     }
+    // It is told together with whatever else is wrong.
+    let document = json!({ "character": { "urdf": QUADRUPED }, "task": { "gait": "tripod", "speed": 1e3 },
+        "learning": { "seconds": -1.0 }, "accuracy": { "step": 7 } });
+    let problem = service.post_json("/v1/jobs", &document).problem(422);
+    assert_eq!(pointers(&problem), ["/learning/seconds", "/accuracy/step", "/task/gait", "/task/speed"]);
     assert!(service.json("/v1/jobs")["jobs"].as_array().unwrap().is_empty());
     let fine = json!({ "character": { "urdf": QUADRUPED }, "task": { "gait": "trot" }, "learning": { "generations": 1 } });
     assert_eq!(service.post_json("/v1/jobs", &fine).status, 202);
