@@ -1,7 +1,8 @@
 //! Which form of a document a client prefers (RFC 9110, section 12.5.1).
 
-use axum::http::HeaderMap;
-use axum::http::header::ACCEPT;
+use axum::http::header::{ACCEPT, VARY};
+use axum::http::{HeaderMap, HeaderValue};
+use axum::response::Response;
 
 /// The quality value of a form, 0 to 1, and the index of the range in the header that it comes from.
 type Quality = (f64, usize);
@@ -14,6 +15,13 @@ pub(super) fn prefers_csv(headers: &HeaderMap) -> bool {
     let (csv, csv_place) = quality(&accepted, ["text/csv", "text/*", "*/*"]);
     let (json, json_place) = quality(&accepted, ["application/json", "application/*", "*/*"]);
     csv > json || (csv == json && csv > 0.0 && csv_place < json_place)
+}
+
+/// The same answer for those that keep answers: another comes by another header Accept. That it may also be compressed
+/// is said with it.
+pub(super) fn chosen(mut response: Response) -> Response {
+    response.headers_mut().insert(VARY, HeaderValue::from_static("accept, accept-encoding"));
+    response
 }
 
 /// The quality of the most specific of `ranges` that the header names.

@@ -1,7 +1,7 @@
 //! Answers that clients may keep and ask about (RFC 9110, section 13), and which of them are compressed on the way.
 
 use axum::body::Body;
-use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, HeaderMap, IF_NONE_MATCH};
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, HeaderMap, IF_NONE_MATCH, VARY};
 use axum::http::{Extensions, HeaderValue, StatusCode, Version};
 use axum::response::{IntoResponse, Response};
 use sha2::{Digest, Sha256};
@@ -35,7 +35,12 @@ pub(super) fn tagged(
     contents: impl Into<Body>,
 ) -> Response {
     let mut response = if is_known(headers, tag) {
-        StatusCode::NOT_MODIFIED.into_response()
+        let mut response = StatusCode::NOT_MODIFIED.into_response();
+        // Which the document is given when it is sent.
+        if is_text_type(media_type) {
+            response.headers_mut().insert(VARY, HeaderValue::from_static("accept-encoding"));
+        }
+        response
     } else {
         ([(CONTENT_TYPE, media_type)], contents.into()).into_response()
     };
@@ -50,8 +55,9 @@ pub(super) fn tagged(
 /// Whether an answer is worth compressing: text that is there as a whole. Streams have to arrive at once.
 pub(super) fn is_text(_: StatusCode, _: Version, headers: &HeaderMap, _: &Extensions) -> bool {
     const STREAMS: [&str; 2] = ["text/event-stream", "application/jsonl"];
-    let Some(kind) = media_type(headers) else { return false };
-    let ends = ["json", "xml", "yaml"];
-    let text = kind.starts_with("text/") || ends.iter().any(|end| kind.ends_with(end));
-    text && !STREAMS.contains(&kind.as_str())
+    media_type(headers).is_some_and(|kind| is_text_type(&kind) && !STREAMS.contains(&kind.as_str()))
+}
+
+fn is_text_type(kind: &str) -> bool {
+    kind.starts_with("text/") || ["json", "xml", "yaml"].iter().any(|end| kind.ends_with(end))
 }

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value};
 use uuid::Uuid;
 
-use super::accept::prefers_csv;
+use super::accept::{chosen, prefers_csv};
 use super::app::App;
 use super::conditional::{tag, tagged};
 use super::extract::{UrlPath, UrlQuery};
@@ -113,12 +113,12 @@ pub(super) async fn curve(
     // The state first: the curve of a job that has ended grows no more.
     let job = app.jobs.job(id).await?;
     let curve = Curve::new(&app.jobs.curve(id, 0).await?);
-    Ok(if prefers_csv(&headers) {
+    Ok(chosen(if prefers_csv(&headers) {
         given(&job, &headers, "text/csv; charset=utf-8", curve.to_csv().into_bytes())
     } else {
         let text = serde_json::to_vec(&curve).map_err(|error| ServiceError::Store(error.into()))?;
         given(&job, &headers, "application/json", text)
-    })
+    }))
 }
 
 /// What every setting of a study costs and how exact it is.
@@ -135,11 +135,12 @@ pub(super) async fn table(
     UrlQuery(choice): UrlQuery<Choice>,
     headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
-    if prefers_csv(&headers) {
-        published(&app, id, (&choice, &headers), Artefact::TableCsv, "text/csv; charset=utf-8").await
+    let (artefact, media_type) = if prefers_csv(&headers) {
+        (Artefact::TableCsv, "text/csv; charset=utf-8")
     } else {
-        published(&app, id, (&choice, &headers), Artefact::Table, "application/json").await
-    }
+        (Artefact::Table, "application/json")
+    };
+    Ok(chosen(published(&app, id, (&choice, &headers), artefact, media_type).await?))
 }
 
 /// The work-precision diagram of a study.

@@ -178,6 +178,15 @@ fn finished_results_have_tags_and_text_is_compressed() {
             let answer = asked(known);
             assert_eq!((answer.status, answer.body.len()), (304, 0), "{result}: {known}");
             assert_eq!(answer.headers["etag"], tag);
+            // By what another answer comes is said whether it is sent or not.
+            let by = match result {
+                "motion.glb" => None,
+                "curve" => Some("accept, accept-encoding"),
+                _ => Some("accept-encoding"),
+            };
+            for answer in [&whole, &answer] {
+                assert_eq!(answer.headers.get("vary").map(String::as_str), by, "{result}");
+            }
         }
         assert_eq!(asked("\"other\"").body, whole.body, "{result}");
 

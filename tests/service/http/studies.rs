@@ -45,6 +45,7 @@ fn a_study_leaves_table_diagram_and_recommendations() {
     let csv = service.curl(link("table"), &["-H", "accept: text/csv"]);
     assert!(csv.headers["content-type"].starts_with("text/csv"));
     assert_eq!(csv.text(), table.to_csv());
+    assert_eq!(csv.headers["vary"], "accept, accept-encoding");
     let diagram = service.curl(link("front"), &[]);
     assert_eq!(diagram.headers["content-type"], "image/svg+xml");
     assert!(diagram.text().contains("<svg"));
