@@ -10,7 +10,7 @@ use super::app::App;
 use super::extract::{UrlPath, UrlQuery};
 use super::problem::ProblemDetails;
 use super::responses::{JobId, NotExported, PreliminaryQuery};
-use super::results::{Choice, check_ended, given, not_ready};
+use super::results::{Choice, check_ended, check_left, given, not_ready};
 use crate::export::{DEFAULT_FPS, ExportFormat, ExportOptions};
 use crate::jobs::{Artefact, Job, JobFile};
 
@@ -146,6 +146,7 @@ pub(super) async fn repertoire(
     headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
+    check_left(&job, Artefact::Motions)?;
     check_ended(&job, &wanted.choice(), "motions.glb")?;
     match app.jobs.exported_repertoire(id, wanted.options()).await? {
         Some(file) => Ok(given(&job, &headers, ExportFormat::Glb.media_type(), file)),
@@ -160,6 +161,7 @@ async fn exported(
     asked: (&Wanted, &HeaderMap),
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
+    check_left(&job, Artefact::Motion)?;
     converted(app, &job, &JobFile::artefact(id, Artefact::Motion), format, asked).await
 }
 

@@ -10,9 +10,9 @@ use super::exports::{Wanted, converted};
 use super::extract::{UrlPath, UrlQuery};
 use super::problem::ProblemDetails;
 use super::responses::{JobId, NotExported, PreliminaryQuery};
-use super::results::{Choice, check_ended, not_ready, served};
+use super::results::{Choice, check_ended, check_left, not_ready, served};
 use crate::export::ExportFormat;
-use crate::jobs::{Job, JobFile, Shelf};
+use crate::jobs::{Artefact, Job, JobFile, Shelf};
 
 /// One motion of the repertoire, as a document or in a form that other programs open.
 #[utoipa::path(
@@ -35,6 +35,7 @@ pub(super) async fn motion(
     headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
+    check_left(&job, Artefact::Motions)?;
     let choice = wanted.choice();
     let (number, format) = match name.split_once('.') {
         None => (name.as_str(), None),
@@ -67,6 +68,7 @@ pub(super) async fn gait(
     headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
+    check_left(&job, Artefact::Motions)?;
     check_ended(&job, &choice, &format!("gait of motion {number}"))?;
     let file = file(&app, &job, &number).await?;
     let report = JobFile::shelved(id, Shelf::Gaits, &file);

@@ -24,8 +24,8 @@ use super::limits::Place;
 use super::problem::ProblemDetails;
 use super::ranges;
 use super::responses::{JobId, NoRecording};
-use super::results::not_ready;
-use crate::jobs::{JobState, Jobs, Joined, Live, Recorded, ServiceError};
+use super::results::{check_left, not_ready};
+use crate::jobs::{Artefact, JobState, Jobs, Joined, Live, Recorded, ServiceError};
 
 /// How often a growing recording is looked at for more.
 const POLL_EVERY: Duration = Duration::from_millis(200);
@@ -54,6 +54,7 @@ pub(super) async fn recording(
     request: Request,
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;
+    check_left(&job, Artefact::Recording)?;
     if job.state == JobState::Running
         && let Some(growing) = Growing::of(&app.jobs, id)
     {

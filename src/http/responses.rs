@@ -52,6 +52,8 @@ problems! {
     }
     /// The id names no job, or a job whose character is part of something else.
     NoCharacter { "404": "No such job, or a study, whose character is part of its scenario" }
+    /// The job has no curve.
+    NoCurve { "404": "No such job, or a study, which has none", "409": "The job's record cannot be read" }
     /// The id names no job.
     NoSuchJob { "404": "No such job", "409": "The job's record cannot be read" }
     /// The job cannot be cancelled.
@@ -73,22 +75,22 @@ problems! {
         "503": "As many streams are followed as may be at once"
     }
     /// The job has no motion.
-    NoMotion { "404": "No such job", "409": "The job has not ended, or has no motion" }
+    NoMotion { "404": "No such job, or a study, which has none", "409": "The job has not ended, or has no motion" }
     /// The motion was not exported.
     NotExported {
-        "404": "No such job or motion",
+        "404": "No such job or motion, or a study, which has none",
         "409": "The job has not ended, or has no motion",
         "422": "The rate is out of range"
     }
     /// The job has no report.
-    NoReport { "404": "No such job", "409": "The job has not ended, or has no report" }
+    NoReport { "404": "No such job, or a study, which has none", "409": "The job has not ended, or has no report" }
     /// The job has no table.
-    NoTable { "404": "No such job", "409": "The job has not ended, or has no table" }
+    NoTable { "404": "No such job, or one that is no study", "409": "The job has not ended, or has no table" }
     /// The job has no diagram.
-    NoDiagram { "404": "No such job", "409": "The job has not ended, or has no diagram" }
+    NoDiagram { "404": "No such job, or one that is no study", "409": "The job has not ended, or has no diagram" }
     /// The job has no recording, or not at the range asked for.
     NoRecording {
-        "404": "No such job",
+        "404": "No such job, or a study, which has none",
         "409": "The job has recorded nothing",
         "410": "The recording was removed",
         "412": "The recording has changed since the time given",

@@ -13,9 +13,9 @@ use super::app::App;
 use super::conditional::{tag, tagged};
 use super::extract::{UrlPath, UrlQuery};
 use super::problem::ProblemDetails;
-use super::responses::{JobId, NoDiagram, NoMotion, NoReport, NoSuchJob, NoTable, PreliminaryQuery};
+use super::responses::{JobId, NoCurve, NoDiagram, NoMotion, NoReport, NoTable, PreliminaryQuery};
 use crate::export::Curve;
-use crate::jobs::{Artefact, Job, JobFile, ServiceError};
+use crate::jobs::{Artefact, Job, JobFile, ServiceError, Work};
 
 /// The motion document.
 #[utoipa::path(
@@ -104,7 +104,7 @@ pub(super) async fn report(
     responses(
         (status = 200, description = "The curve, as JSON or CSV by the header Accept", content(
             (ref("#/components/schemas/Curve") = "application/json"), (String = "text/csv"))),
-        NoSuchJob))]
+        NoCurve))]
 pub(super) async fn curve(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
@@ -112,6 +112,7 @@ pub(super) async fn curve(
 ) -> Result<Response, ProblemDetails> {
     // The state first: the curve of a job that has ended grows no more.
     let job = app.jobs.job(id).await?;
+    check_left(&job, Artefact::Curve)?;
     let curve = Curve::new(&app.jobs.curve(id, 0).await?);
     Ok(chosen(if prefers_csv(&headers) {
         given(&job, &headers, "text/csv; charset=utf-8", curve.to_csv().into_bytes())
@@ -177,7 +178,22 @@ async fn published(
     media_type: &'static str,
 ) -> Result<Response, ProblemDetails> {
     let (job, file) = (app.jobs.job(id).await?, JobFile::artefact(id, artefact));
+    check_left(&job, artefact)?;
     served(app, &job, asked, (&file, artefact.file_name(), media_type)).await
+}
+
+/// Whether jobs like this one leave such a thing at all.
+///
+/// # Errors
+/// 404 where there will never be one.
+pub(super) fn check_left(job: &Job, artefact: Artefact) -> Result<(), ProblemDetails> {
+    let of_study = matches!(artefact, Artefact::Table | Artefact::TableCsv | Artefact::Front);
+    let kind = match (&job.work, of_study) {
+        (Work::Learning(_), true) => "a job that learns",
+        (Work::Accuracy(_), false) => "a study",
+        _ => return Ok(()),
+    };
+    Err(ProblemDetails::not_found(format!("{kind} leaves no {}", artefact.file_name())))
 }
 
 /// Whether the results of `job` are to be given: once it has ended, or where preliminary ones will do.

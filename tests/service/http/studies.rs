@@ -53,9 +53,30 @@ fn a_study_leaves_table_diagram_and_recommendations() {
     let told = events(&service.curl(link("events"), &[]).body);
     assert_eq!(told.len(), 1);
     assert_eq!(told[0], ("end".to_owned(), job));
-    service.curl(&format!("{path}/motion"), &[]).problem(409);
+    // What only a job that learns leaves will never be there.
+    for result in [
+        "motion",
+        "motions",
+        "motions/1",
+        "motions/1/gait",
+        "motion.csv",
+        "motions.glb",
+        "gait",
+        "gait.svg",
+        "report",
+        "curve",
+        "recording.rrd",
+    ] {
+        let detail = service.curl(&format!("{path}/{result}"), &[]).problem(404)["detail"].clone();
+        assert!(detail.as_str().unwrap().starts_with("a study leaves no "), "{result}: {detail}");
+    }
+    let learned = service.post_job(&json!({ "generations": 1 }));
+    for result in ["table", "front.svg"] {
+        let detail = service.curl(&format!("{learned}/{result}"), &[]).problem(404)["detail"].clone();
+        assert!(detail.as_str().unwrap().starts_with("a job that learns leaves no "), "{result}: {detail}");
+    }
     let listed = service.json("/v1/jobs");
-    assert_eq!(listed["jobs"][0]["kind"], "accuracy");
+    assert_eq!(listed["jobs"][1]["kind"], "accuracy");
 }
 
 #[test]
