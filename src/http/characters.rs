@@ -2,8 +2,8 @@
 
 use axum::Json;
 use axum::extract::State;
-use axum::http::StatusCode;
 use axum::http::header::{CONTENT_TYPE, LOCATION};
+use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 use jiff::Timestamp;
 use schemars::JsonSchema;
@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
 use super::app::App;
+use super::conditional::{tag, tagged};
 use super::extract::{Upload, UrlPath, UrlQuery, page_limit};
 use super::problem::ProblemDetails;
 use super::responses::{CharacterNotDeleted, JobId, NoCharacter, NoSuchCharacter, NotKept};
@@ -168,8 +169,9 @@ pub(super) async fn show(
 pub(super) async fn file(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
-    Ok(as_posted(app.jobs.character_file(id).await?))
+    Ok(as_posted(&headers, app.jobs.character_file(id).await?))
 }
 
 /// A character in its standing pose, to be looked at.
@@ -203,20 +205,21 @@ pub(super) async fn standing(
 pub(super) async fn of_job(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     let file = app.jobs.job_character(id).await?;
     let none = || ProblemDetails::not_found("the character of a study is part of its scenario");
-    Ok(as_posted(file.ok_or_else(none)?))
+    Ok(as_posted(&headers, file.ok_or_else(none)?))
 }
 
-/// A character's file with the media type of what it holds.
-fn as_posted(file: Vec<u8>) -> Response {
+/// A character's file with the media type of what it holds, and its tag.
+fn as_posted(headers: &HeaderMap, file: Vec<u8>) -> Response {
     let media_type = match Source::detect(&file) {
         Some(Source::Json) => "application/json",
         Some(Source::Zip) => "application/zip",
         Some(Source::Urdf) | None => "application/xml",
     };
-    ([(CONTENT_TYPE, media_type)], file).into_response()
+    tagged(headers, media_type, &tag(&[&file]), file)
 }
 
 /// The JSON Schema of character documents.

@@ -110,7 +110,8 @@ fn complete_answers(operation: &mut Map<String, Value>, (method, path): (&str, &
             "The data folder cannot be read or written at present",
         ),
     ];
-    let kept = method == "get" && path.starts_with("/v1/jobs/{id}/") && !path.ends_with("/events");
+    let of_job = path.starts_with("/v1/jobs/{id}/") && !path.ends_with("/events");
+    let kept = method == "get" && (of_job || path == "/v1/characters/{id}/file");
     let Some(responses) = operation.get_mut("responses").and_then(Value::as_object_mut) else { return };
     if kept {
         responses.insert(

@@ -224,11 +224,14 @@ fn a_character_is_given_back_as_it_was_posted() {
     );
     let path = service.post_job(&json!({ "generations": 1 }));
     let links = service.json(&path)["links"].clone();
-    let file = service.curl(links["character"].as_str().unwrap(), &[]);
+    let link = links["character"].as_str().unwrap();
+    let file = service.curl(link, &[]);
     assert_eq!(
         (file.body.as_slice(), &*file.headers["content-type"]),
         (PADDLER.as_bytes(), "application/xml")
     );
+    let known = service.curl(link, &["-H", &format!("if-none-match: {}", file.headers["etag"])]);
+    assert_eq!((known.status, known.body.len()), (304, 0));
 
     let snake = std::fs::read(crate::common::example_path("snake.json")).unwrap();
     let character = service.post("/v1/characters", "application/json", &snake).json();
