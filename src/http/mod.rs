@@ -45,6 +45,7 @@ use tokio_util::task::AbortOnDropHandle;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
 use tower_http::csrf::CsrfLayer;
+use tower_http::decompression::RequestDecompressionLayer;
 use tower_http::request_id::{MakeRequestUuid, PropagateRequestIdLayer, SetRequestIdLayer};
 use tower_http::timeout::{TimeoutBody, TimeoutLayer};
 use tower_http::trace::TraceLayer;
@@ -206,6 +207,8 @@ fn routes() -> OpenApiRouter<App> {
 fn layered(routes: Router<App>, gate: Arc<Gate>) -> Router<App> {
     routes
         .layer(CompressionLayer::new().compress_when(conditional::is_text))
+        // The handlers bound what they read, which is what comes out.
+        .layer(RequestDecompressionLayer::new())
         .layer(DefaultBodyLimit::max(MAX_BODY))
         .layer(map_request(bound_body))
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, TIMEOUT))

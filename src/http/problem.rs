@@ -7,7 +7,10 @@ use axum::body::Body;
 use axum::extract::Request;
 use axum::extract::multipart::{MultipartError, MultipartRejection};
 use axum::extract::rejection::{BytesRejection, PathRejection, QueryRejection};
-use axum::http::header::{CONTENT_TYPE, HeaderValue, RETRY_AFTER};
+use axum::http::header::{
+    ACCEPT_ENCODING, CONTENT_ENCODING, CONTENT_RANGE, CONTENT_TYPE, HeaderName, HeaderValue, IF_MATCH,
+    IF_UNMODIFIED_SINCE, RANGE, RETRY_AFTER,
+};
 use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
@@ -15,6 +18,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use tower_http::timeout::TimeoutError;
 
+use super::{BODY_TIMEOUT, TIMEOUT};
 use crate::jobs::{ServiceError, StoreError};
 use gaitwright_physics::fault::{Fault, InputError};
 
@@ -127,7 +131,9 @@ impl ProblemDetails {
         let mut causes =
             std::iter::successors(Some(error), |error: &&(dyn Error + 'static)| (*error).source());
         if causes.any(|cause| cause.is::<TimeoutError>()) {
-            return Self::new(StatusCode::REQUEST_TIMEOUT, "the body has stopped coming");
+            let detail =
+                format!("the body has stopped coming: nothing came for {} s", BODY_TIMEOUT.as_secs());
+            return Self::new(StatusCode::REQUEST_TIMEOUT, detail);
         }
         Self::new(status, detail)
     }
@@ -270,22 +276,18 @@ impl From<MultipartError> for ProblemDetails {
 }
 
 /// Turns errors that are no problem documents yet (unknown routes and methods, requests that took too
-/// long, ranges that cannot be served) into such.
+/// long, codings, conditions and ranges that cannot be met) into such.
 pub(super) async fn describe_errors(request: Request, next: Next) -> Response {
     let place = format!("{} {}", request.method(), request.uri().path());
+    let asked = request.headers().clone();
     let response = next.run(request).await;
     let status = response.status();
     let is_error = status.is_client_error() || status.is_server_error();
     if !is_error || media_type(response.headers()).as_deref() == Some(PROBLEM_JSON) {
         return response;
     }
-    let detail = match status {
-        StatusCode::NOT_FOUND => format!("there is nothing at {place}"),
-        StatusCode::METHOD_NOT_ALLOWED => format!("{place} is not offered; see the header Allow"),
-        StatusCode::FORBIDDEN => "the request comes from another site".to_owned(),
-        _ => format!("{place} could not be answered"),
-    };
     let (old, _) = response.into_parts();
+    let detail = without_words(status, &place, &asked, &old.headers);
     let mut problem = ProblemDetails::new(status, detail).into_response();
     for (name, value) in &old.headers {
         if name != CONTENT_TYPE && name != axum::http::header::CONTENT_LENGTH {
@@ -293,6 +295,42 @@ pub(super) async fn describe_errors(request: Request, next: Next) -> Response {
         }
     }
     problem
+}
+
+/// What is wrong where an answer says no more than its status: `asked` are the headers of the request, `answered` those
+/// of the answer.
+fn without_words(status: StatusCode, place: &str, asked: &HeaderMap, answered: &HeaderMap) -> String {
+    let value = |headers: &HeaderMap, name: HeaderName| {
+        let value = headers.get(name).map(HeaderValue::as_bytes).unwrap_or_default();
+        shortened(&String::from_utf8_lossy(value))
+    };
+    match status {
+        StatusCode::NOT_FOUND => format!("there is nothing at {place}"),
+        StatusCode::METHOD_NOT_ALLOWED => format!("{place} is not offered; see the header Allow"),
+        StatusCode::FORBIDDEN => "the request comes from another site".to_owned(),
+        StatusCode::REQUEST_TIMEOUT => {
+            format!("{place} could not be answered within {} s", TIMEOUT.as_secs())
+        }
+        StatusCode::UNSUPPORTED_MEDIA_TYPE => format!(
+            "Content-Encoding: a body is not read in the coding {}; {} is",
+            value(asked, CONTENT_ENCODING),
+            value(answered, ACCEPT_ENCODING)
+        ),
+        // RFC 9110, section 13.2.2: the second is not looked at where there is the first.
+        StatusCode::PRECONDITION_FAILED if asked.contains_key(IF_MATCH) => {
+            format!("If-Match: {place} has another tag by now than {}", value(asked, IF_MATCH))
+        }
+        StatusCode::PRECONDITION_FAILED => {
+            let since = value(asked, IF_UNMODIFIED_SINCE);
+            format!("If-Unmodified-Since: {place} has changed since {since}")
+        }
+        StatusCode::RANGE_NOT_SATISFIABLE => {
+            let there = value(answered, CONTENT_RANGE);
+            let length = there.rsplit('/').next().unwrap_or_default();
+            format!("Range: {} lies beyond the end; {place} has {length} bytes", value(asked, RANGE))
+        }
+        _ => format!("{place} could not be answered"),
+    }
 }
 
 /// The answer to a request whose handler panicked.

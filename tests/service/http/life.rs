@@ -116,7 +116,17 @@ fn a_finished_recording_is_served_in_ranges() {
     assert_eq!(part.body, whole.body[100..200]);
     let tail = service.curl(&place, &["-H", "range: bytes=-10"]);
     assert_eq!(tail.body, whole.body[whole.body.len() - 10..]);
-    service.curl(&place, &["-H", "range: bytes=999999999-"]).problem(416);
+    let detail = service.curl(&place, &["-H", "range: bytes=999999999-"]).problem(416)["detail"].clone();
+    let detail = detail.as_str().unwrap();
+    assert!(detail.contains("bytes=999999999-"), "{detail}");
+    assert!(detail.ends_with(&format!("has {} bytes", whole.body.len())), "{detail}");
+    let modified = "Thu, 01 Jan 1970 00:00:00 GMT";
+    for (name, condition) in [("If-Match", "\"another\""), ("If-Unmodified-Since", modified)] {
+        let answer = service.curl(&place, &["-H", &format!("{name}: {condition}")]);
+        let detail = answer.problem(412)["detail"].clone();
+        let detail = detail.as_str().unwrap();
+        assert!(detail.starts_with(name) && detail.ends_with(condition), "{detail}");
+    }
     service.curl(&place, &["-H", "range: bytes=99999999999999999999-"]).problem(416);
     assert_eq!(service.curl(&place, &["-H", "range: BYTES=0100-0199"]).body, whole.body[100..200]);
     // What is not one range of bytes is passed over.

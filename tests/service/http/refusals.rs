@@ -211,6 +211,37 @@ fn bodies_that_are_not_what_they_are_said_to_be() {
 }
 
 #[test]
+fn compressed_bodies() {
+    let service = Service::start();
+    let post = |coding: &str, body: &[u8]| {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), body).unwrap();
+        let data = format!("@{}", file.path().display());
+        let coding = format!("content-encoding: {coding}");
+        let xml = "content-type: application/xml";
+        service.curl("/v1/characters", &["-H", xml, "-H", &coding, "--data-binary", &data])
+    };
+    let gzip = |body: &[u8]| {
+        use std::io::Write;
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+        encoder.write_all(body).unwrap();
+        encoder.finish().unwrap()
+    };
+    assert_eq!(post("gzip", &gzip(PADDLER.as_bytes())).status, 201);
+    assert_eq!(post("identity", PADDLER.as_bytes()).status, 201);
+    post("gzip", PADDLER.as_bytes()).problem(400);
+    // What counts is what comes out.
+    let bomb = gzip(&vec![b' '; 40 << 20]);
+    assert!(bomb.len() < 1 << 20);
+    post("gzip", &bomb).problem(413);
+    let answer = post("br", PADDLER.as_bytes());
+    let detail = answer.problem(415)["detail"].clone();
+    assert!(detail.as_str().unwrap().contains("coding br"), "{detail}");
+    assert_eq!(answer.headers["accept-encoding"], "gzip");
+    assert_goes_on(&service);
+}
+
+#[test]
 fn forms() {
     let service = Service::start();
     let post = |parts: &[&str]| {
