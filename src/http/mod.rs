@@ -4,6 +4,7 @@ mod accept;
 mod access;
 mod accuracy;
 mod app;
+mod bounds;
 mod caller;
 mod characters;
 mod conditional;
@@ -56,18 +57,10 @@ use crate::jobs::Jobs;
 use access::Gate;
 pub use access::{AccessPolicy, AccessPolicyError, Unprotected};
 use app::App;
+use bounds::{BODY_TIMEOUT, MAX_BODY, TIMEOUT};
 pub use figures::ProcessFigures;
 use limits::{Places, RequestRate};
 pub use token::{TokenDigest, TokenError, Tokens};
-
-/// Greatest size of a request's body, bytes.
-const MAX_BODY: usize = 32 << 20;
-
-/// Longest time from a request's head to its answer's head.
-const TIMEOUT: Duration = Duration::from_secs(60);
-
-/// Longest silence while a request's body is sent.
-const BODY_TIMEOUT: Duration = Duration::from_secs(15);
 
 /// How long open connections may take to end once the service shuts down.
 const CLOSE_TIMEOUT: Duration = Duration::from_secs(3);

@@ -18,7 +18,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use tower_http::timeout::TimeoutError;
 
-use super::{BODY_TIMEOUT, TIMEOUT};
+use super::bounds::{BODY_TIMEOUT, MAX_BODY, TIMEOUT};
 use crate::jobs::{ServiceError, StoreError};
 use gaitwright_physics::fault::{Fault, InputError};
 
@@ -42,6 +42,17 @@ const STORE_RETRY: u32 = 5;
 
 /// Retry-After of an answer from a service that shuts down, s.
 const SHUTDOWN_RETRY: u32 = 5;
+
+/// What parsers of queries say, and what it means.
+const PLAIN: [(&str, &str); 7] = [
+    ("unknown field", "unknown parameter"),
+    ("duplicate field", "given twice:"),
+    ("invalid digit found in string", "must be a whole number"),
+    ("cannot parse integer from empty string", "must be a whole number"),
+    ("invalid float literal", "must be a number"),
+    ("cannot parse float from empty string", "must be a number"),
+    ("provided string was not `true` or `false`", "must be true or false"),
+];
 
 /// A problem document.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -126,7 +137,8 @@ impl ProblemDetails {
         Self::new(StatusCode::SERVICE_UNAVAILABLE, detail).retry_after(CROWDED_RETRY)
     }
 
-    /// A body that could not be read: too late when it stopped coming, otherwise with the given status.
+    /// A body that could not be read: too late when it stopped coming, with the limit when it is too large, otherwise
+    /// with the given status and reason.
     fn unread(error: &(dyn Error + 'static), status: StatusCode, detail: String) -> Self {
         let mut causes =
             std::iter::successors(Some(error), |error: &&(dyn Error + 'static)| (*error).source());
@@ -134,6 +146,9 @@ impl ProblemDetails {
             let detail =
                 format!("the body has stopped coming: nothing came for {} s", BODY_TIMEOUT.as_secs());
             return Self::new(StatusCode::REQUEST_TIMEOUT, detail);
+        }
+        if status == StatusCode::PAYLOAD_TOO_LARGE {
+            return Self::new(status, format!("the body is larger than the {MAX_BODY} bytes that are read"));
         }
         Self::new(status, detail)
     }
@@ -251,13 +266,17 @@ impl From<PathRejection> for ProblemDetails {
 
 impl From<QueryRejection> for ProblemDetails {
     fn from(rejection: QueryRejection) -> Self {
-        Self::new(rejection.status(), rejection.body_text())
+        // The cause alone: it begins with the parameter.
+        let cause = rejection.source().map_or_else(|| rejection.body_text(), ToString::to_string);
+        let plain = PLAIN.iter().fold(cause, |text, (parser, plain)| text.replace(parser, plain));
+        Self::new(rejection.status(), plain)
     }
 }
 
 impl From<BytesRejection> for ProblemDetails {
     fn from(rejection: BytesRejection) -> Self {
-        let (status, detail) = (rejection.status(), rejection.body_text());
+        let cause = rejection.source().map(|cause| format!(": {cause}")).unwrap_or_default();
+        let (status, detail) = (rejection.status(), format!("the body cannot be read{cause}"));
         Self::unread(&rejection, status, detail)
     }
 }

@@ -126,7 +126,13 @@ fn ten_megabytes_of_rubbish() {
 fn more_than_is_taken() {
     let service = Service::start();
     let body = vec![b' '; 33 << 20];
-    service.post("/v1/characters", "application/json", &body).problem(413);
+    let problem = service.post("/v1/characters", "application/json", &body).problem(413);
+    assert!(problem["detail"].as_str().unwrap().contains("33554432 bytes"), "{problem}");
+    let mut form = tempfile::NamedTempFile::new().unwrap();
+    std::io::Write::write_all(&mut form, &body).unwrap();
+    let part = format!("character=@{}", form.path().display());
+    let problem = service.curl("/v1/characters", &["-F", &part]).problem(413);
+    assert!(problem["detail"].as_str().unwrap().contains("33554432 bytes"), "{problem}");
     assert_goes_on(&service);
 }
 
@@ -284,11 +290,24 @@ fn routes_methods_and_queries() {
     answer.problem(405);
     assert!(answer.headers["allow"].contains("POST"));
     service.curl("/v1/jobs", &["-d", "seed=1"]).problem(415);
-    for query in ["limit=0", "limit=many", "state=lost", "after=yesterday", "page=2"] {
-        let problem = service.curl(&format!("/v1/jobs?{query}"), &[]).problem(400);
-        let name = query.split('=').next().unwrap();
-        assert!(problem["detail"].as_str().unwrap().contains(name), "{problem}");
+    let refused = |path: &str, query: &str, reason: &str| {
+        let problem = service.curl(&format!("{path}?{query}"), &[]).problem(400);
+        let (detail, name) = (problem["detail"].as_str().unwrap(), query.split('=').next().unwrap());
+        assert!(detail.starts_with(&format!("{name}: ")) && detail.contains(reason), "{query}: {problem}");
+    };
+    for (query, reason) in [
+        ("limit=0", "must lie between 1 and 200"),
+        ("limit=many", "must be a whole number"),
+        ("limit=", "must be a whole number"),
+        ("state=lost", "expected one of `queued`"),
+        ("after=yesterday", "UUID"),
+        ("page=2", "unknown parameter `page`, expected one of `limit`"),
+    ] {
+        refused("/v1/jobs", query, reason);
     }
+    let motion = "/v1/jobs/01890000-0000-7000-8000-000000000000/motion.glb";
+    refused(motion, "fps=fast", "must be a number");
+    refused(motion, "in_place=yes", "must be true or false");
     service.post("/v1/jobs", "application/xml", b"").problem(400);
     let foreign =
         ["-H", "origin: http://elsewhere.example", "-H", "sec-fetch-site: cross-site", "-F", PADDLER_PART];

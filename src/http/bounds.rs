@@ -1,0 +1,12 @@
+//! How large a request may be, and how long one may take.
+
+use std::time::Duration;
+
+/// Greatest size of a request's body, bytes.
+pub(super) const MAX_BODY: usize = 32 << 20;
+
+/// Longest time from a request's head to its answer's head.
+pub(super) const TIMEOUT: Duration = Duration::from_secs(60);
+
+/// Longest silence while a request's body is sent.
+pub(super) const BODY_TIMEOUT: Duration = Duration::from_secs(15);
