@@ -12,7 +12,7 @@ use uuid::Uuid;
 
 use super::app::App;
 use super::conditional::{tag, tagged};
-use super::extract::{Upload, UrlPath, UrlQuery, page_limit};
+use super::extract::{NoQuery, Upload, UrlPath, UrlQuery, page_limit};
 use super::problem::ProblemDetails;
 use super::responses::{CharacterNotDeleted, JobId, NoCharacter, NoSuchCharacter, NotKept};
 use crate::export::ExportFormat;
@@ -138,6 +138,7 @@ pub(super) async fn list(
 pub(super) async fn delete(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    _: NoQuery,
 ) -> Result<StatusCode, ProblemDetails> {
     app.jobs.delete_character(id).await?;
     Ok(StatusCode::NO_CONTENT)
@@ -153,6 +154,7 @@ pub(super) async fn delete(
 pub(super) async fn show(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    _: NoQuery,
 ) -> Result<Json<CharacterBody>, ProblemDetails> {
     Ok(Json(CharacterBody { id, findings: app.jobs.findings(id).await? }))
 }
@@ -169,6 +171,7 @@ pub(super) async fn show(
 pub(super) async fn file(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    _: NoQuery,
     headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     Ok(as_posted(&headers, app.jobs.character_file(id).await?))
@@ -188,6 +191,7 @@ pub(super) async fn file(
 pub(super) async fn standing(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    _: NoQuery,
 ) -> Result<Response, ProblemDetails> {
     let model = app.jobs.standing_character(id).await?;
     Ok(([(CONTENT_TYPE, ExportFormat::Glb.media_type())], model).into_response())
@@ -205,6 +209,7 @@ pub(super) async fn standing(
 pub(super) async fn of_job(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    _: NoQuery,
     headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     let file = app.jobs.job_character(id).await?;

@@ -15,7 +15,7 @@ use uuid::Uuid;
 
 use super::app::App;
 use super::caller::Caller;
-use super::extract::UrlPath;
+use super::extract::{NoQuery, UrlPath};
 use super::jobs::JobBody;
 use super::limits::Place;
 use super::problem::ProblemDetails;
@@ -45,6 +45,7 @@ pub(super) async fn events(
     State(app): State<App>,
     caller: Caller,
     UrlPath(id): UrlPath<Uuid>,
+    _: NoQuery,
     headers: HeaderMap,
 ) -> Result<impl IntoResponse, ProblemDetails> {
     app.jobs.job(id).await?;

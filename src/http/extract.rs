@@ -3,6 +3,8 @@
 use axum::body::Bytes;
 use axum::extract::{FromRequest, FromRequestParts, Multipart, Request};
 use axum::http::StatusCode;
+use axum::http::request::Parts;
+use serde::Deserialize;
 
 use super::problem::{ProblemDetails, media_type};
 use crate::jobs::JobTerms;
@@ -18,6 +20,23 @@ pub(super) struct UrlPath<T>(pub(super) T);
 #[derive(Debug, FromRequestParts)]
 #[from_request(via(axum::extract::Query), rejection(ProblemDetails))]
 pub(super) struct UrlQuery<T>(pub(super) T);
+
+/// No query, or an empty one.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoParameters {}
+
+/// The call takes no parameters in its query.
+#[derive(Debug)]
+pub(super) struct NoQuery;
+
+impl<S: Send + Sync> FromRequestParts<S> for NoQuery {
+    type Rejection = ProblemDetails;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, ProblemDetails> {
+        UrlQuery::<NoParameters>::from_request_parts(parts, state).await.map(|_| Self)
+    }
+}
 
 /// Things on a page unless the client asks for another number.
 const PAGE: u32 = 20;

@@ -11,7 +11,7 @@ use uuid::Uuid;
 
 use super::app::App;
 use super::caller::Caller;
-use super::extract::{Upload, UrlPath, UrlQuery, page_limit};
+use super::extract::{NoQuery, Upload, UrlPath, UrlQuery, page_limit};
 use super::problem::ProblemDetails;
 use super::responses::{JobId, NoSuchJob, NotCancelled, NotDeleted, NotQueued, NotRetried};
 use crate::jobs::{
@@ -267,6 +267,7 @@ pub(super) async fn list(
 pub(super) async fn show(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    _: NoQuery,
 ) -> Result<Json<JobBody>, ProblemDetails> {
     Ok(Json(app.jobs.job(id).await?.into()))
 }
@@ -282,6 +283,7 @@ pub(super) async fn show(
 pub(super) async fn cancel(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    _: NoQuery,
 ) -> Result<Response, ProblemDetails> {
     Ok(accepted(app.jobs.cancel(id).await?))
 }
@@ -297,6 +299,7 @@ pub(super) async fn cancel(
 pub(super) async fn retry(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    _: NoQuery,
 ) -> Result<Response, ProblemDetails> {
     Ok(accepted(app.jobs.retry(id).await?))
 }
@@ -309,6 +312,7 @@ pub(super) async fn retry(
 pub(super) async fn delete(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    _: NoQuery,
 ) -> Result<StatusCode, ProblemDetails> {
     app.jobs.delete(id).await?;
     Ok(StatusCode::NO_CONTENT)

@@ -89,7 +89,9 @@ async fn file(app: &App, job: &Job, number: &str) -> Result<String, ProblemDetai
     let Some(repertoire) = app.jobs.repertoire(job.id).await? else {
         return Err(not_ready(job, &format!("motion {number}")));
     };
-    let entry = number.parse().ok().and_then(|number| repertoire.entry(number));
+    // Written as it is served, so that there is one address of each.
+    let entry = number.parse::<u32>().ok().filter(|read| read.to_string() == number);
+    let entry = entry.and_then(|number| repertoire.entry(number));
     entry.map(|entry| entry.file.clone()).ok_or_else(|| {
         let count = repertoire.motions.len();
         ProblemDetails::not_found(format!(

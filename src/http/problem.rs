@@ -44,8 +44,9 @@ const STORE_RETRY: u32 = 5;
 const SHUTDOWN_RETRY: u32 = 5;
 
 /// What parsers of queries say, and what it means.
-const PLAIN: [(&str, &str); 7] = [
+const PLAIN: [(&str, &str); 8] = [
     ("unknown field", "unknown parameter"),
+    ("there are no fields", "none is taken here"),
     ("duplicate field", "given twice:"),
     ("invalid digit found in string", "must be a whole number"),
     ("cannot parse integer from empty string", "must be a whole number"),

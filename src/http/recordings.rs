@@ -19,7 +19,7 @@ use uuid::Uuid;
 
 use super::app::App;
 use super::caller::Caller;
-use super::extract::UrlPath;
+use super::extract::{NoQuery, UrlPath};
 use super::limits::Place;
 use super::problem::ProblemDetails;
 use super::ranges;
@@ -51,6 +51,7 @@ pub(super) async fn recording(
     State(app): State<App>,
     caller: Caller,
     UrlPath(id): UrlPath<Uuid>,
+    _: NoQuery,
     request: Request,
 ) -> Result<Response, ProblemDetails> {
     let job = app.jobs.job(id).await?;

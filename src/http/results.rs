@@ -11,7 +11,7 @@ use uuid::Uuid;
 use super::accept::{chosen, prefers_csv};
 use super::app::App;
 use super::conditional::{tag, tagged};
-use super::extract::{UrlPath, UrlQuery};
+use super::extract::{NoQuery, UrlPath, UrlQuery};
 use super::problem::ProblemDetails;
 use super::responses::{JobId, NoCurve, NoDiagram, NoMotion, NoReport, NoTable, PreliminaryQuery};
 use crate::export::Curve;
@@ -108,6 +108,7 @@ pub(super) async fn report(
 pub(super) async fn curve(
     State(app): State<App>,
     UrlPath(id): UrlPath<Uuid>,
+    _: NoQuery,
     headers: HeaderMap,
 ) -> Result<Response, ProblemDetails> {
     // The state first: the curve of a job that has ended grows no more.

@@ -92,8 +92,8 @@ fn complete_answers(operation: &mut Map<String, Value>, (method, path): (&str, &
     let probe = PROBES.contains(&path);
     let body = operation.contains_key("requestBody");
     let mut parameters = operation.get("parameters").and_then(Value::as_array).into_iter().flatten();
-    // A path that cannot be read leads nowhere, which is 404.
-    let read = parameters.any(|parameter| parameter["in"] != "path");
+    // A path that cannot be read leads nowhere, which is 404. Calls about one thing refuse parameters that they do not take.
+    let read = parameters.any(|parameter| parameter["in"] != "path") || path.contains('{');
     let answers = [
         ("400", body || read, "The request cannot be read"),
         ("401", token && !probe, "The request brings no token, or a wrong one"),

@@ -52,7 +52,7 @@ fn a_job_succeeds_and_leaves_everything() {
     assert_eq!(service.json(&format!("{first}/gait")), service.json(link("gait")));
     let glb = service.curl(&format!("{first}.glb"), &[]);
     assert_eq!((glb.status, &*glb.headers["content-type"]), (200, "model/gltf-binary"));
-    for absent in ["2", "0", "1.obj", "walk"] {
+    for absent in ["2", "0", "+1", "01", "01.glb", "1.obj", "walk"] {
         service.curl(&format!("{}/{absent}", link("motions")), &[]).problem(404);
     }
     let diagram = service.curl(link("diagram"), &[]);

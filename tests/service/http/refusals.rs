@@ -308,6 +308,18 @@ fn routes_methods_and_queries() {
     let motion = "/v1/jobs/01890000-0000-7000-8000-000000000000/motion.glb";
     refused(motion, "fps=fast", "must be a number");
     refused(motion, "in_place=yes", "must be true or false");
+    let job = "/v1/jobs/01890000-0000-7000-8000-000000000000";
+    for path in [
+        job,
+        &format!("{job}/curve"),
+        &format!("{job}/events"),
+        &format!("{job}/character"),
+        &format!("{job}/recording.rrd"),
+    ] {
+        refused(path, "bogus=1", "unknown parameter `bogus`, none is taken here");
+        service.curl(&format!("{path}?"), &[]).problem(404);
+    }
+    service.curl(&format!("{job}/cancel?bogus=1"), &["-X", "POST"]).problem(400);
     service.post("/v1/jobs", "application/xml", b"").problem(400);
     let foreign =
         ["-H", "origin: http://elsewhere.example", "-H", "sec-fetch-site: cross-site", "-F", PADDLER_PART];
