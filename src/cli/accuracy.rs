@@ -14,7 +14,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::failure::CommandError;
-use super::input::{name, print, read};
+use super::input::{name, print, read, to_stdout};
 use super::message::tell;
 use super::simulate::FilesBeside;
 
@@ -95,11 +95,9 @@ impl AccuracyCommand {
 
 /// Names the scenes, on standard output.
 fn list() -> Result<(), CommandError> {
-    let mut stdout = std::io::stdout().lock();
-    for scene in SCENES {
-        writeln!(stdout, "{:<16} {}", scene.name, scene.about)?;
-    }
-    Ok(())
+    Ok(to_stdout(|out| {
+        SCENES.iter().try_for_each(|scene| writeln!(out, "{:<16} {}", scene.name, scene.about))
+    })?)
 }
 
 fn of_scenario(path: &Path) -> Result<Table, CommandError> {

@@ -16,6 +16,7 @@ use tokio::io::AsyncWriteExt;
 use tokio::runtime::Runtime;
 
 use super::failure::CommandError;
+use super::input::to_stdout;
 use super::message::tell;
 use super::serve::{Service, access, interrupted};
 use super::settings::{CONNECTIONS, STREAMS, token, tokens};
@@ -111,8 +112,7 @@ impl DemoCommand {
         let motion = self.out.join("motion.json");
         download(answer(client.get(at("recording")?).send().await?).await?, &recording).await?;
         download(answer(client.get(at("motion")?).send().await?).await?, &motion).await?;
-        let mut stdout = std::io::stdout().lock();
-        writeln!(stdout, "{}\n{}", recording.display(), motion.display())?;
+        to_stdout(|out| writeln!(out, "{}\n{}", recording.display(), motion.display()))?;
         for learned in job["motions"].as_array().into_iter().flatten() {
             let number = |name: &str| learned[name].as_f64().unwrap_or_default();
             tell(format_args!(

@@ -14,7 +14,7 @@ use gaitwright_physics::fault::{Fault, InputError};
 use gaitwright_physics::motion::Motion;
 
 use super::failure::CommandError;
-use super::input::{name, read, read_character};
+use super::input::{name, read, read_character, to_stdout};
 use super::message::tell;
 
 /// Writes a motion for another program: glTF binary, BVH, CSV, a ROS 2 JointTrajectory, or a MuJoCo model with
@@ -54,9 +54,7 @@ impl ExportCommand {
             motions => self.several(motions, &reading.character)?,
         };
         if self.out.as_os_str() == "-" {
-            let mut out = std::io::stdout().lock();
-            out.write_all(&file)?;
-            return Ok(out.flush()?);
+            return Ok(to_stdout(|out| out.write_all(&file))?);
         }
         std::fs::write(&self.out, file)
             .with_context(|| format!("{} cannot be written", self.out.display()))?;

@@ -1,8 +1,9 @@
-//! Inputs named on the command line, and JSON to standard output.
+//! Inputs named on the command line, and standard output.
 
-use std::io::{Read, Write};
+use std::io::{self, BufWriter, Read, StdoutLock, Write};
 use std::path::Path;
 
+use anyhow::Context;
 use gaitwright::jobs;
 use gaitwright_physics::character::{self, Options, Reading};
 use gaitwright_physics::fault::{Fault, InputError};
@@ -51,10 +52,18 @@ pub fn name(path: &Path) -> String {
 
 /// Prints a document to standard output.
 pub fn print<T: Serialize>(document: &T) -> Result<(), CommandError> {
-    let mut out = std::io::stdout().lock();
-    // Through `io::Error`, so that a closed pipe can be told apart from a document that cannot be written.
-    serde_json::to_writer_pretty(&mut out, document).map_err(std::io::Error::from)?;
-    out.write_all(b"\n")?;
-    out.flush()?;
-    Ok(())
+    Ok(to_stdout(|out| {
+        // Through `io::Error`, so that a closed pipe can be told apart from a document that cannot be written.
+        serde_json::to_writer_pretty(&mut *out, document).map_err(io::Error::from)?;
+        out.write_all(b"\n")
+    })?)
+}
+
+/// Writes to standard output, all of it before this returns; what fails says where.
+pub fn to_stdout<T>(
+    write: impl FnOnce(&mut BufWriter<StdoutLock<'static>>) -> io::Result<T>,
+) -> anyhow::Result<T> {
+    let mut out = BufWriter::new(io::stdout().lock());
+    let written = write(&mut out).and_then(|written| out.flush().map(|()| written));
+    written.context("standard output cannot be written")
 }

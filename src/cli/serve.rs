@@ -1,6 +1,6 @@
 //! `serve`: the service.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::net::SocketAddr;
 use std::num::NonZeroU32;
 use std::time::{Duration, Instant};
@@ -15,6 +15,7 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio_util::sync::CancellationToken;
 
 use super::failure::CommandError;
+use super::input::to_stdout;
 use super::log::{self, LogFormat};
 use super::message::tell;
 use super::settings::{ServiceSettings, SettingsArguments};
@@ -43,8 +44,8 @@ impl ServeCommand {
         let settings = self.settings.complete()?;
         let offer = offer(&settings, settings.listen)?;
         if self.print_config {
-            stdout().lock().write_all(settings.to_file()?.as_bytes())?;
-            return Ok(());
+            let file = settings.to_file()?;
+            return Ok(to_stdout(|out| out.write_all(file.as_bytes()))?);
         }
         start_log(&settings)?;
         let offer = afforded(offer);

@@ -1,6 +1,6 @@
 //! `simulate`: one simulation.
 
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
@@ -11,7 +11,7 @@ use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::{Accuracy, AskedAccuracy};
 
 use super::failure::CommandError;
-use super::input::{name, read};
+use super::input::{name, read, to_stdout};
 
 /// Runs one simulation and prints a JSON line for every sample, and a summary as the last.
 #[derive(Debug, clap::Args)]
@@ -55,14 +55,14 @@ impl SimulateCommand {
             }
         }
         let prepared = prepare(&scenario, &FilesBeside(&path)).map_err(CommandError::study(name.clone()))?;
-        let mut out = BufWriter::new(io::stdout().lock());
-        let mut written = Ok(());
-        let ended = prepared.run(|line| {
-            written = write(&mut out, &line);
-            written.is_ok()
-        });
-        written?;
-        out.flush()?;
+        let ended = to_stdout(|out| {
+            let mut written = Ok(());
+            let ended = prepared.run(|line| {
+                written = write(out, &line);
+                written.is_ok()
+            });
+            written.map(|()| ended)
+        })?;
         match ended {
             ScenarioEnd::Finished | ScenarioEnd::Stopped => Ok(()),
             ScenarioEnd::Failed => Err(CommandError::Work(anyhow!(
@@ -74,12 +74,8 @@ impl SimulateCommand {
 
 /// Prints the catalogue, one scene a line.
 fn list() -> Result<(), CommandError> {
-    let mut out = BufWriter::new(io::stdout().lock());
-    for case in catalogue::cases() {
-        writeln!(out, "{:<26} {}", case.name, case.about)?;
-    }
-    out.flush()?;
-    Ok(())
+    let cases = catalogue::cases();
+    Ok(to_stdout(|out| cases.iter().try_for_each(|case| writeln!(out, "{:<26} {}", case.name, case.about)))?)
 }
 
 fn in_catalogue(scene: &str) -> Result<Scenario, CommandError> {

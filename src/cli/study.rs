@@ -19,7 +19,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::demo::QUADRUPED;
 use super::failure::CommandError;
-use super::input::read_character;
+use super::input::{read_character, to_stdout};
 use super::message::tell;
 
 /// Answers the open questions of the paper, and compares the learning with rival searches, each variant on the same budget
@@ -119,7 +119,7 @@ fn leave(folder: &Path, name: &str, contents: &[u8]) -> Result<(), CommandError>
     std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
     let path = folder.join(name);
     std::fs::write(&path, contents).with_context(|| format!("{} cannot be written", path.display()))?;
-    Ok(writeln!(std::io::stdout(), "{}", path.display())?)
+    Ok(to_stdout(|out| writeln!(out, "{}", path.display()))?)
 }
 
 fn budget(text: &str) -> Result<f64, String> {

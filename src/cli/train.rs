@@ -16,7 +16,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use tokio::signal::unix::{SignalKind, signal};
 
 use super::failure::CommandError;
-use super::input::{self, name, read_character};
+use super::input::{self, name, read_character, to_stdout};
 use super::message::tell;
 
 /// How long a run that is asked to end may take to write what it has found.
@@ -101,11 +101,12 @@ fn list(out: &Path) -> Result<(), CommandError> {
         Artefact::Gait,
         Artefact::Diagram,
     ];
-    let mut stdout = std::io::stdout().lock();
-    for path in artefacts.map(|artefact| artefact.path(out)).iter().filter(|path| path.exists()) {
-        writeln!(stdout, "{}", path.display())?;
-    }
-    Ok(())
+    Ok(to_stdout(|stdout| {
+        for path in artefacts.map(|artefact| artefact.path(out)).iter().filter(|path| path.exists()) {
+            writeln!(stdout, "{}", path.display())?;
+        }
+        Ok(())
+    })?)
 }
 
 /// Cancels at the first interrupt; at the second the program ends where it is, and so it does when somebody who asked for

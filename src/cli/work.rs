@@ -1,6 +1,6 @@
 //! `work`: a worker beside servers and other workers, on this machine or another.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::net::SocketAddr;
 use std::time::Duration;
 
@@ -12,6 +12,7 @@ use tokio::net::TcpListener;
 use tokio::runtime::{Handle, Runtime};
 
 use super::failure::CommandError;
+use super::input::to_stdout;
 use super::serve::{afforded, close, collect_figures, interrupted, offer, open, say_listening, start_log};
 use super::settings::{STATUS, ServiceSettings, SettingsArguments};
 
@@ -40,8 +41,8 @@ impl WorkCommand {
         }
         let status = self.status.map(|at| Ok::<_, CommandError>((at, offer(&settings, at)?))).transpose()?;
         if self.print_config {
-            stdout().lock().write_all(settings.to_file()?.as_bytes())?;
-            return Ok(());
+            let file = settings.to_file()?;
+            return Ok(to_stdout(|out| out.write_all(file.as_bytes()))?);
         }
         start_log(&settings)?;
         let runtime = Runtime::new().context("the runtime cannot be started")?;

@@ -239,6 +239,31 @@ fn a_reader_that_leaves_is_no_error() {
 }
 
 #[test]
+fn standard_output_that_is_full_is_named() {
+    let motion = common::example_path("quadruped-walk.motion.json");
+    let motion = motion.to_str().unwrap();
+    for arguments in [
+        &["check", PADDLER][..],
+        &["simulate", "--scene", "friction-0"],
+        &["simulate", "--list"],
+        &["accuracy", "--list"],
+        &["schema"],
+        &["export", motion, "--character", QUADRUPED, "--format", "csv", "--out", "-"],
+        &["serve", "--print-config"],
+    ] {
+        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = command(arguments).stdout(full).output().unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{message}");
+        let last = message.lines().next_back().unwrap();
+        assert!(
+            last.starts_with("standard output cannot be written: No space left"),
+            "{arguments:?}: {message}"
+        );
+    }
+}
+
+#[test]
 fn train_leaves_everything_and_does_not_depend_on_threads() {
     let folder = TempDir::new().unwrap();
     let job = write(folder.path(), "job.json", QUICK);
