@@ -43,7 +43,7 @@ pub struct AccuracyCommand {
     out: Option<PathBuf>,
     /// Greatest error to be accepted, in the unit of the study; may be given several times
     /// [default: powers of ten from 1e-2 to 1e-7]
-    #[arg(long, value_parser = tolerance)]
+    #[arg(long, allow_negative_numbers = true, value_parser = tolerance)]
     tolerance: Vec<f64>,
 }
 

@@ -36,10 +36,10 @@ pub struct DemoCommand {
     #[arg(long, default_value = "gaitwright-demo")]
     out: PathBuf,
     /// Greatest training time, s [default: as a job's]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Greatest number of generations [default: as a job's]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     generations: Option<u32>,
     /// Leave as soon as the results are there
     #[arg(long)]

@@ -31,7 +31,7 @@ pub struct ExportCommand {
     #[arg(long, value_parser = formats())]
     format: ExportFormat,
     /// Frames per second; the nearest rate at which the loop is a whole number of frames is used
-    #[arg(long, default_value_t = DEFAULT_FPS)]
+    #[arg(long, default_value_t = DEFAULT_FPS, allow_negative_numbers = true)]
     fps: f64,
     /// Let the root stay where the loop starts instead of travelling
     #[arg(long)]

@@ -45,6 +45,14 @@ pub fn read_character(path: &Path, strict: bool) -> Result<Reading, CommandError
     reading.map_err(CommandError::input(name(path)))
 }
 
+/// The value of an option that is a whole number; clap's own parser of such says no more than "invalid digit".
+pub fn whole<const LEAST: u64>(text: &str) -> Result<u64, String> {
+    match text.parse() {
+        Ok(number) if number >= LEAST => Ok(number),
+        _ => Err(format!("must be a whole number from {LEAST} to {}", u64::MAX)),
+    }
+}
+
 /// An input as messages name it.
 pub fn name(path: &Path) -> String {
     if path.as_os_str() == "-" { "standard input".to_owned() } else { path.display().to_string() }

@@ -23,7 +23,7 @@ pub struct SimulateCommand {
     #[arg(long, value_name = "NAME", conflicts_with = "scenario")]
     scene: Option<String>,
     /// Time step instead of the scenario's own, s
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     step: Option<f64>,
     /// Print the names of the catalogue's scenes and what happens in each
     #[arg(long, conflicts_with_all = ["scenario", "scene", "step"])]

@@ -1,7 +1,6 @@
 //! `study`: the open questions about the learning.
 
 use std::io::{IsTerminal, Write};
-use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -19,7 +18,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::demo::QUADRUPED;
 use super::failure::CommandError;
-use super::input::{read_character, to_stdout};
+use super::input::{read_character, to_stdout, whole};
 use super::message::tell;
 
 /// Answers the open questions of the paper, and compares the learning with rival searches, each variant on the same budget
@@ -32,18 +31,18 @@ pub struct StudyCommand {
     #[arg(long)]
     out: PathBuf,
     /// Runs of each variant
-    #[arg(long, default_value = "5")]
-    seeds: NonZeroU64,
+    #[arg(long, default_value = "5", allow_negative_numbers = true, value_parser = whole::<1>)]
+    seeds: u64,
     /// Budget of a run in seconds of simulated time, so that the result does not depend on the machine or on what else it
     /// does; the generation in which it is used up is the last
-    #[arg(long, default_value = "1000", value_parser = budget)]
+    #[arg(long, default_value = "1000", allow_negative_numbers = true, value_parser = budget)]
     seconds: f64,
     /// A question to be answered, and no others; may be given several times
     #[arg(long, value_name = "NAME")]
     question: Vec<String>,
     /// Threads; the result does not depend on their number [default: all cores]
-    #[arg(long)]
-    threads: Option<usize>,
+    #[arg(long, allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
 }
 
 impl StudyCommand {
@@ -60,14 +59,14 @@ impl StudyCommand {
             let reason = "the character has no legs in pairs that gaits have names for";
             CommandError::input(file)(InputError::impossible("", reason))
         })?;
-        let threads = self.threads.or_else(|| std::thread::available_parallelism().ok().map(Into::into));
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         let study = LearningStudy {
             arena,
             questions,
             variants: variants(),
-            seeds: self.seeds.get(),
+            seeds: self.seeds,
             seconds: self.seconds,
-            threads: threads.unwrap_or(1),
+            threads: self.threads.map_or_else(cores, usize::from),
         };
         let bar = bar();
         let progress = |done: usize, all: usize, what: &str| match &bar {

@@ -16,7 +16,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use tokio::signal::unix::{SignalKind, signal};
 
 use super::failure::CommandError;
-use super::input::{self, name, read_character, to_stdout};
+use super::input::{self, name, read_character, to_stdout, whole};
 use super::message::tell;
 
 /// How long a run that is asked to end may take to write what it has found.
@@ -41,16 +41,16 @@ pub struct TrainCommand {
     #[arg(long)]
     job: Option<PathBuf>,
     /// Seed of everything drawn by chance
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true, value_parser = whole::<0>)]
     seed: Option<u64>,
     /// Greatest number of generations
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     generations: Option<u32>,
     /// Greatest training time, s; a result limited by it is not reproducible
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Threads; the result does not depend on their number [default: all cores]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 }
 

@@ -327,6 +327,40 @@ fn budgets_that_make_no_sense_are_refused() {
 }
 
 #[test]
+fn negative_numbers_are_refused_by_the_option_that_they_are_given_to() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("out");
+    let out = out.to_str().unwrap();
+    let motion = common::example_path("quadruped-walk.motion.json");
+    let train = ["train", PADDLER, "--out", out];
+    let export =
+        ["export", motion.to_str().unwrap(), "--character", QUADRUPED, "--format", "csv", "--out", out];
+    let accuracy = ["accuracy", "--scene", "pendulum", "--out", out];
+    let study = ["study", "--out", out];
+    let simulate = ["simulate", "--scene", "friction-0"];
+    for (command, option, reason) in [
+        (&train[..], "--seed", "--seed <SEED>': must be a whole number from 0"),
+        (&train, "--generations", "-1 is not in 0..="),
+        (&train, "--seconds", "/learning/seconds: "),
+        (&train, "--threads", "-1 is not in 1..=1024"),
+        (&export, "--fps", "--fps: "),
+        (&accuracy, "--tolerance", "must be a positive finite number"),
+        (&study, "--seeds", "must be a whole number from 1"),
+        (&study, "--seconds", "must be a positive number"),
+        (&study, "--threads", "-1 is not in 1..=1024"),
+        (&simulate, "--step", "/accuracy/step: "),
+    ] {
+        let output = run(&[command, &[option, "-1"]].concat());
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        let name = option.trim_start_matches('-');
+        assert!(message.contains(name) && message.contains(reason), "{option}: {message}");
+        assert!(!message.contains("unexpected"), "{option}: {message}");
+    }
+    assert!(!Path::new(out).exists(), "nothing was begun");
+}
+
+#[test]
 fn the_gait_of_a_motion_is_that_of_its_training() {
     let folder = TempDir::new().unwrap();
     let job = write(folder.path(), "job.json", QUICK);
