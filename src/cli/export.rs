@@ -14,7 +14,7 @@ use gaitwright_physics::fault::{Fault, InputError};
 use gaitwright_physics::motion::Motion;
 
 use super::failure::CommandError;
-use super::input::{name, read, read_character, to_stdout};
+use super::input::{check_once, name, read, read_character, to_stdout};
 use super::message::tell;
 
 /// Writes a motion for another program: glTF binary, BVH, CSV, a ROS 2 JointTrajectory, or a MuJoCo model with
@@ -48,6 +48,8 @@ fn formats() -> impl TypedValueParser<Value = ExportFormat> {
 
 impl ExportCommand {
     pub fn run(self) -> Result<(), CommandError> {
+        let motions = self.motions.iter().map(|motion| ("MOTION", motion));
+        check_once(motions.chain([("--character", &self.character)]))?;
         let reading = read_character(&self.character, false)?;
         let file = match self.motions.as_slice() {
             [motion] => self.one(motion, &reading.character)?,

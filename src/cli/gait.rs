@@ -10,7 +10,7 @@ use gaitwright_physics::motion::{Metrics, Motion};
 use serde::Serialize;
 
 use super::failure::CommandError;
-use super::input::{name, print, read, read_character};
+use super::input::{check_once, name, print, read, read_character};
 use super::message::tell;
 
 /// Plays a motion with its character in one continuous simulation and reports its gait. Without the
@@ -37,6 +37,8 @@ struct StatedMetrics<'a> {
 
 impl GaitCommand {
     pub fn run(self) -> Result<(), CommandError> {
+        let character = self.character.iter().map(|character| ("--character", character));
+        check_once(character.chain([("MOTION", &self.motion)]))?;
         let motion = Motion::parse(&read(&self.motion)?).map_err(CommandError::input(name(&self.motion)))?;
         let Some(path) = &self.character else {
             return print(&StatedMetrics { format: "gaitwright/metrics@1", metrics: &motion.metrics });

@@ -1,7 +1,7 @@
 //! Inputs named on the command line, and standard output.
 
 use std::io::{self, BufWriter, Read, StdoutLock, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use gaitwright::jobs;
@@ -30,6 +30,20 @@ pub fn read(path: &Path) -> Result<Vec<u8>, CommandError> {
         return Err(CommandError::Input { name: name(path), error });
     }
     Ok(bytes)
+}
+
+/// Checks that no two of the inputs, each with its name on the command line, are standard input, which can be read once.
+///
+/// # Errors
+/// With the names of those that are.
+pub fn check_once<'a>(inputs: impl IntoIterator<Item = (&'a str, &'a PathBuf)>) -> Result<(), CommandError> {
+    let from_it = inputs.into_iter().filter(|(_, path)| path.as_os_str() == "-");
+    let names: Vec<&str> = from_it.map(|(name, _)| name).collect();
+    if names.len() < 2 {
+        return Ok(());
+    }
+    let reason = format!("can be read once, and {} are to be read from it", names.join(" and "));
+    Err(CommandError::input(name(Path::new("-")))(InputError::impossible("", reason)))
 }
 
 /// The character in the file at `path`; on standard input when it is `-`. With `strict`, notes about its

@@ -16,7 +16,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use tokio::signal::unix::{SignalKind, signal};
 
 use super::failure::CommandError;
-use super::input::{self, name, read_character, to_stdout, whole};
+use super::input::{self, check_once, name, read_character, to_stdout, whole};
 use super::message::tell;
 
 /// How long a run that is asked to end may take to write what it has found.
@@ -56,6 +56,8 @@ pub struct TrainCommand {
 
 impl TrainCommand {
     pub fn run(self) -> Result<(), CommandError> {
+        let job = self.job.iter().map(|job| ("--job", job));
+        check_once(job.chain([("CHARACTER", &self.character)]))?;
         let reading = read_character(&self.character, self.strict)?;
         let (settings, place) = self.settings()?;
         let order = Order::new(reading, settings).map_err(CommandError::input(place.clone()))?;

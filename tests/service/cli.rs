@@ -175,6 +175,25 @@ fn inputs_are_refused_with_their_place() {
 }
 
 #[test]
+fn standard_input_is_read_once() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("out");
+    let out = out.to_str().unwrap();
+    let export = ["export", "-", "--character", "-", "--format", "glb", "--out", out];
+    for (arguments, names) in [
+        (&["train", "-", "--job", "-", "--out", out][..], "--job and CHARACTER"),
+        (&export, "MOTION and --character"),
+        (&["gait", "-", "--character", "-"], "--character and MOTION"),
+    ] {
+        let message = refusal(&run(arguments));
+        assert!(
+            message.starts_with(&format!("standard input: can be read once, and {names} are")),
+            "{message}"
+        );
+    }
+}
+
+#[test]
 fn schema_is_a_json_schema() {
     let schema: Value = serde_json::from_str(&stdout(&run(&["schema"]))).unwrap();
     assert!(schema["$schema"].as_str().unwrap().contains("2020-12"));
