@@ -73,7 +73,8 @@ function left(job, passed) {
   const { fraction } = job.progress;
   if (job.stage === "checking") return "a moment";
   const budget = job.kind === "learning" ? job.learning.seconds : null;
-  const spent = job.timings.learning_seconds ?? passed;
+  const { learning_seconds: learning, checking_seconds: checking } = job.timings;
+  const spent = learning === null ? passed : learning + (checking ?? 0);
   const likely = fraction > 0.02 ? (passed * (1 - fraction)) / fraction : Infinity;
   const most = budget ? Math.max(budget - spent, 0) : Infinity;
   const time = Math.min(likely, most);
