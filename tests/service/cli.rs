@@ -447,7 +447,7 @@ fn failure(output: &Output) -> String {
 fn the_gait_of_a_motion_that_breaks_off_is_not_told() {
     let broken = gait_of_changed_walk(|motion| {
         motion["scene"]["effects"] = json!({ "torque_limits": "off" });
-        motion["drive"]["offset"] = json!([1e300; 12]);
+        motion["drive"]["offset"] = json!(vec![1e300; 12]);
     });
     let message = failure(&broken);
     assert!(message.starts_with("standard input: ") && message.contains("broke off"), "{message}");
