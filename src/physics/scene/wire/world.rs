@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 use super::{Ground, Obstacle, obstacle::obstacle_faults};
 use crate::fault::Fault;
 
-/// Greatest component of gravity, m/s²: a hundred thousand times the Earth's. What falls much faster crosses more in a step than
-/// numbers of any length resolve.
-const GRAVITY: f64 = 1e6;
+/// Greatest component of gravity, m/s²: a thousand times the Earth's. Whatever weighs more collapses in a fraction of its step, and
+/// every step takes thousands of substeps.
+const GRAVITY: f64 = 1e4;
 
 /// The world around the character and the effects to be simulated in it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
