@@ -32,12 +32,13 @@ def train(options, robot, case, seed):
         return folder, float(seconds.read_text()) if seconds.exists() else None
     folder.mkdir(parents=True, exist_ok=True)
     command = [options.gaitwright, "train", robot, "--out", str(folder), "--seed", str(seed)]
+    document = {"learning": {"seconds": options.budget}} if options.budget else {}
     if case != "repertoire":
         gait, froude = case.split(":")
-        task = {"gait": gait, "froude": float(froude), "direction": [*options.direction, 0]}
+        document["task"] = {"gait": gait, "froude": float(froude), "direction": [*options.direction, 0]}
+    if document:
         job = folder / "job.json"
-        budget = {"learning": {"seconds": options.budget}} if options.budget else {}
-        job.write_text(json.dumps({"task": task, **budget}))
+        job.write_text(json.dumps(document))
         command += ["--job", str(job)]
     begun = time.monotonic()
     with open(folder / "log", "w") as log:
@@ -77,7 +78,7 @@ def played(options, robot, motion, path):
 def kept(trial):
     """Whether a motion stayed upright in a trial and kept its speed to within the tolerance."""
     share = trial["relative_speed"]
-    return trial["upright_seconds"] >= 0.99 * trial["of_seconds"] and share is not None and abs(share - 1) <= trial["tolerance"]
+    return trial["upright_seconds"] >= 0.99 * trial["of_seconds"] and share is not None and abs(share - 1) <= trial.get("tolerance", 0.2)
 
 
 def spread(values, form):

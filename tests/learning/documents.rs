@@ -64,14 +64,14 @@ fn numbers_beyond_all_use_are_refused_before_anything_is_computed() {
     let ground = |height: f64| json!({ "scene": { "ground": { "kind": "plane", "height": height } } });
     let root = json!({ "start": { "root": { "position": [0, 1e300, 0] } } });
     let joint = json!({ "start": { "joints": { "motor": { "velocity": -1e7 } } } });
-    for (parts, place) in [
-        (json!({ "scene": { "gravity": [1.8e19, 0, -9.81] } }), "/scene/gravity"),
-        (ground(1e16), "/scene/ground/height"),
-        (ground(-1e308), "/scene/ground/height"),
-        (root, "/start/root"),
-        (joint, "/start/joints/motor"),
+    for (parts, place, bound) in [
+        (json!({ "scene": { "gravity": [1.8e19, 0, -9.81] } }), "/scene/gravity", "within 1e4 m/s²"),
+        (ground(1e16), "/scene/ground/height", "within 1e6 m"),
+        (ground(-1e308), "/scene/ground/height", "within 1e6 m"),
+        (root, "/start/root", "within 1e6 m"),
+        (joint, "/start/joints/motor", "within 1e6 rad"),
     ] {
-        assert_fault(&parts, place, "within 1e");
+        assert_fault(&parts, place, bound);
     }
 }
 
@@ -110,6 +110,11 @@ fn values_of_the_wrong_type_are_named() {
         (hold("max_torque", json!("foo")), "/drive/max_torque", "\"character\", a number, or null"),
         (hold("stiffness", json!("foo")), "/drive/stiffness", "expected a number"),
         (hold("joints", json!({ "motor": "foo" })), "/drive/joints/motor", "expected a number"),
+        (
+            hold("stiffness", json!("integer `3`")),
+            "/drive/stiffness",
+            "string \"integer `3`\", expected a number",
+        ),
         (json!({ "drive": null }), "/drive", "invalid type: null, expected an object"),
         (json!({ "start": { "joints": [1] } }), "/start/joints", "invalid type: list, expected an object"),
         (json!({ "fixed_base": 1.5 }), "/fixed_base", "number `1.5`, expected true or false"),

@@ -191,7 +191,7 @@ fn a_search_that_runs_out_of_time_is_ended_properly() {
         assert_eq!(trained.motions, witness.finished);
         witness.checkpoints.len() == 1
     };
-    assert!([4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0].into_iter().any(ended_properly));
+    assert!([4.0, 8.0, 16.0, 32.0, 64.0].into_iter().any(ended_properly));
 }
 
 #[test]

@@ -16,8 +16,10 @@ const ODD_STEP: f64 = 0.5 * ODD_STRIDE;
 pub(super) struct Phase {
     /// Circular mean, share of a stride, 0 up to 1.
     pub(super) mean: f64,
-    /// Circular standard deviation of all touch-downs, and of those that [`ODD_STEP`] leaves, share of a stride.
-    deviations: [f64; 2],
+    /// Circular standard deviation of all touch-downs, share of a stride.
+    deviation: f64,
+    /// The same of those that [`ODD_STEP`] leaves.
+    usual_deviation: f64,
     /// Number of touch-downs, and of those that [`ODD_STEP`] leaves out.
     steps: [usize; 2],
 }
@@ -60,8 +62,8 @@ impl Strides {
         Self {
             period: mean(&periods),
             duties: footings.iter().map(duty_factor).collect(),
-            spread: spread(&all, &phases, |phase| phase.deviations[0]),
-            usual_spread: spread(&periods, &phases, |phase| phase.deviations[1]),
+            spread: spread(&all, &phases, |phase| phase.deviation),
+            usual_spread: spread(&periods, &phases, |phase| phase.usual_deviation),
             odd: if all.is_empty() {
                 0.0
             } else {
@@ -83,11 +85,11 @@ fn phase(steps: &[f64], reference: &[f64]) -> Option<Phase> {
             Some((step - from) / (to - from))
         })
         .collect();
-    let (rough, with_odd) = circular_mean(&shares)?;
+    let (rough, deviation) = circular_mean(&shares)?;
     let usual: Vec<f64> = shares.iter().copied().filter(|share| apart(share - rough) <= ODD_STEP).collect();
-    let (mean, deviation) = circular_mean(&usual).or_else(|| circular_mean(&shares))?;
+    let (mean, usual_deviation) = circular_mean(&usual).or_else(|| circular_mean(&shares))?;
     let steps = [shares.len(), shares.len() - usual.len()];
-    Some(Phase { mean, deviations: [with_odd, deviation], steps })
+    Some(Phase { mean, deviation, usual_deviation, steps })
 }
 
 /// Mean and standard deviation of shares of a stride, averaged as unit vectors (Batschelet 1981, *Circular Statistics in

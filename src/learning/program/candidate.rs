@@ -45,7 +45,7 @@ impl Candidate {
     /// What it costs without what a disturbance takes from it.
     pub fn least_cost(&self, subject: &Subject, wanted: &Wanted) -> f64 {
         let Self { parameters, ring, figures, .. } = self;
-        // Gaits with parameters beyond ±3 look odd, which this penalty avoids where they gain little.
+        // A weak penalty keeps parameters within ±3 unless more gains something.
         let far = 0.01 * parameters.iter().map(|p| (p.abs() - 3.0).max(0.0).powi(2)).sum::<f64>();
         let missed = 5.0 * ring.missed / subject.legs.length;
         undisturbed(wanted, ring.period, &subject.legs, figures) + far + missed

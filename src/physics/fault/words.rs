@@ -7,12 +7,14 @@ pub(super) fn plain(reason: &str) -> String {
     format!("{fault}: {}, expected {}", of_value(found), of_type(expected))
 }
 
-/// A value that was found.
+/// A value that was found; text of the document's own stays as it is.
 fn of_value(found: &str) -> String {
-    match found {
-        "map" => "object".to_owned(),
-        "sequence" => "list".to_owned(),
-        _ => found.replacen("floating point `", "number `", 1).replacen("integer `", "number `", 1),
+    let number = ["floating point `", "integer `"].iter().find_map(|kind| found.strip_prefix(kind));
+    match (found, number) {
+        ("map", _) => "object".to_owned(),
+        ("sequence", _) => "list".to_owned(),
+        (_, Some(number)) => format!("number `{number}"),
+        _ => found.to_owned(),
     }
 }
 

@@ -127,7 +127,7 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// By what share a change of the character or its world may change the speed. (Another step is none: see the trials' own.)
+    /// By what share a change of the character or its world may change the speed.
     pub fn usual_tolerance() -> f64 {
         0.2
     }

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::{Ground, Obstacle, obstacle::obstacle_faults};
 use crate::fault::Fault;
 
-/// Greatest component of gravity, m/s²: a thousand times the Earth's. Whatever weighs more collapses in a fraction of its step, and
-/// every step takes thousands of substeps.
+/// Greatest component of gravity, m/s²: a thousand times the Earth's. To find that a quadruped cannot stand takes seconds under so much,
+/// and minutes under a hundred times more.
 const GRAVITY: f64 = 1e4;
 
 /// The world around the character and the effects to be simulated in it.
