@@ -99,6 +99,7 @@ impl Model {
             bodies,
             loops,
             links,
+            ground_bodies: collision::ground_bodies(&ground_shapes, base == Base::Fixed),
             ground_shapes,
             ground_points,
             ground_slots,

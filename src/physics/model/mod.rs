@@ -17,7 +17,7 @@ use collision::convex::Convex;
 use collision::pairs::Pairs;
 
 pub use body::{Body, DofKind, LinkPlace, LoopJoint};
-pub use collision::{CYLINDER_SLOTS, GroundShape, Surface};
+pub use collision::{CYLINDER_SLOTS, GroundBody, GroundShape, Surface};
 pub use groups::{BodyGroup, Parents, Slot};
 
 /// A character compiled for simulation: rigid bodies joined by joints of one degree of freedom each.
@@ -70,8 +70,10 @@ pub struct Model {
     /// Body and frame of each link, in the order of the character's links; `n_links`.
     pub links: Vec<LinkPlace>,
     /// Collision shapes with their contact slots against the ground, in the order of the links and, within a link, of its
-    /// shapes; `n_shapes`. From `collision::surface::candidates`, as are the two fields below.
+    /// shapes; `n_shapes`. From `collision::surface::candidates`, as are the points and slots below.
     pub ground_shapes: Vec<GroundShape>,
+    /// The bodies of those shapes but for a fixed root, in the order of the shapes. From `collision::surface::ground_bodies`.
+    pub ground_bodies: Vec<GroundBody>,
     /// Points of those shapes that can make contact with a plane, in the frames of their bodies, m.
     pub ground_points: Vec<Vector3<f64>>,
     /// Number of slots for contacts with the ground. Every place at which the character can make contact with it has a

@@ -5,6 +5,7 @@ use crate::common;
 
 mod bounce;
 mod geometry;
+mod ground;
 mod itself;
 mod obstacles;
 mod refusals;

@@ -7,5 +7,5 @@ mod hull;
 pub mod pairs;
 mod surface;
 
-pub(super) use surface::candidates;
-pub use surface::{CYLINDER_SLOTS, GroundShape, Surface};
+pub use surface::{CYLINDER_SLOTS, GroundBody, GroundShape, Surface};
+pub(super) use surface::{candidates, ground_bodies};

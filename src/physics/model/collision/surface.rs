@@ -5,6 +5,8 @@
 //! slot for as long as the model lives, so that contact forces of one step are found by slot in the next, as
 //! a warm start.
 
+use std::ops::Range;
+
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::character::{Character, Shape};
@@ -24,12 +26,44 @@ pub struct GroundShape {
     pub center: Vector3<f64>,
     /// Radius of that sphere, m.
     pub reach: f64,
+    /// How far the shape reaches from there along each axis of the body frame, m.
+    pub extent: Vector3<f64>,
     /// Distance of the sphere's farthest point from the body's origin, m.
     pub farthest: f64,
     /// First of the shape's slots.
     pub first_slot: usize,
     /// The shape itself.
     pub surface: Surface,
+}
+
+/// Shapes of one body that follow each other.
+#[derive(Debug, Clone)]
+pub struct GroundBody {
+    /// Index of the body.
+    pub body: usize,
+    /// Indices of the shapes.
+    pub shapes: Range<usize>,
+    /// Distance of their farthest point from the body's origin, m.
+    pub farthest: f64,
+}
+
+/// The bodies of `shapes` that can move, in the order of the shapes.
+pub(in crate::model) fn ground_bodies(shapes: &[GroundShape], fixed_base: bool) -> Vec<GroundBody> {
+    let mut bodies: Vec<GroundBody> = Vec::new();
+    for (index, shape) in shapes.iter().enumerate().filter(|(_, shape)| !(fixed_base && shape.body == 0)) {
+        match bodies.last_mut() {
+            Some(last) if last.body == shape.body => {
+                last.shapes.end = index + 1;
+                last.farthest = last.farthest.max(shape.farthest);
+            }
+            _ => bodies.push(GroundBody {
+                body: shape.body,
+                shapes: index..index + 1,
+                farthest: shape.farthest,
+            }),
+        }
+    }
+    bodies
 }
 
 /// The places of a shape that can make contact with a plane.
@@ -76,7 +110,17 @@ pub(in crate::model) fn candidates(
                 Surface::Cylinder { .. } => CYLINDER_SLOTS,
             };
             let (body, farthest) = (place.body, center.norm() + reach);
-            shapes.push(GroundShape { link: index, body, center, reach, farthest, first_slot, surface });
+            let extent = extent(&surface, &points, center, reach);
+            shapes.push(GroundShape {
+                link: index,
+                body,
+                center,
+                reach,
+                extent,
+                farthest,
+                first_slot,
+                surface,
+            });
         }
     }
     (shapes, points, slots)
@@ -117,6 +161,20 @@ fn surface(shape: &Shape, pose: &Isometry3<f64>, points: &mut Vec<Vector3<f64>>)
         }
     };
     Surface::Points { first, count: points.len() - first, radius }
+}
+
+/// How far a shape of which no point is farther than `reach` from `center` reaches from there along each axis of its body, m.
+fn extent(surface: &Surface, points: &[Vector3<f64>], center: Vector3<f64>, reach: f64) -> Vector3<f64> {
+    match *surface {
+        Surface::Points { first, count, radius } => {
+            let points = points[first..first + count].iter();
+            let farthest = points.fold(Vector3::zeros(), |farthest: Vector3<f64>, point| {
+                farthest.sup(&(point - center).abs())
+            });
+            farthest.add_scalar(radius)
+        }
+        Surface::Cylinder { .. } => Vector3::repeat(reach),
+    }
 }
 
 /// Centre (body frame) and radius of a bounding sphere of the shape, m.

@@ -82,76 +82,92 @@ pub fn detect(
 ) {
     close.clear();
     let highest = ground.highest() - origin.z;
-    let mut present = usize::MAX;
-    let (mut moving, mut turning) = (0.0, 0.0);
-    for (index, shape) in model.ground_shapes.iter().enumerate() {
-        if model.fixed_base && shape.body == 0 {
-            continue;
-        }
-        let body = bodies.at(shape.body);
+    for of_body in &model.ground_bodies {
+        let body = bodies.at(of_body.body);
         let velocity = body.velocity;
-        if shape.body != present {
-            present = shape.body;
-            // Sums are no less than the norms and take no roots.
-            moving = velocity.at(body.origin).abs().sum();
-            turning = velocity.angular.abs().sum();
-        }
-        // No point of the shape is faster than its body's origin plus the farthest point's rotation about it.
-        let farthest = settings.margin(moving + turning * shape.farthest);
-        let center = body.origin.z + (body.rotation.row(2) * shape.center)[0];
-        if center - shape.reach - highest > farthest {
+        // No point is faster than its body's origin plus the farthest point's rotation about it. Sums are no less than the norms and
+        // take no roots.
+        let (moving, turning) = (velocity.at(body.origin).abs().sum(), velocity.angular.abs().sum());
+        // Most bodies are too high as a whole.
+        if body.origin.z - of_body.farthest - highest > settings.margin(moving + turning * of_body.farthest) {
             continue;
         }
-        let from = candidates.len();
-        let mut add = |slot: usize, frame: [Vector3<f64>; 3], at: Vector3<f64>, gap: f64| {
-            let approach = -frame[0].dot(&velocity.at(at));
-            if gap <= settings.margin(approach) {
-                candidates.push(ContactCandidate {
-                    slot,
-                    link: shape.link,
-                    body: shape.body,
-                    against: Against::Ground,
-                    at,
-                    frame,
-                    depth: -gap,
-                    rebound: settings.rebound(approach),
-                    material: ContactCandidate::SMOOTH,
-                });
+        for (index, shape) in of_body.shapes.clone().zip(&model.ground_shapes[of_body.shapes.clone()]) {
+            let farthest = settings.margin(moving + turning * shape.farthest);
+            let center = body.origin.z + (body.rotation.row(2) * shape.center)[0];
+            if center - shape.reach - highest > farthest {
+                continue;
             }
-        };
-        let mut meet = |slot: usize, midpoint: Vector3<f64>, radius: f64| match ground {
-            Terrain::Plane { height } => {
-                let at = midpoint - Vector3::new(0.0, 0.0, radius);
-                add(slot, FRAME, at, at.z - (height - origin.z));
-            }
-            Terrain::Field(heights) => {
-                let velocity = velocity.at(midpoint);
-                field::meet(heights, midpoint + origin, radius, velocity, settings, |field_point| {
-                    add(slot, field_point.frame, midpoint - field_point.frame[0] * radius, field_point.gap);
-                });
-            }
-        };
-        match shape.surface {
-            Surface::Points { first, count, radius } => {
-                let upright = body.rotation.row(2);
-                let lowest = highest + farthest + radius - body.origin.z;
-                for (index, point) in model.ground_points[first..first + count].iter().enumerate() {
-                    // Most corners are too high whatever their speed.
-                    if upright[0] * point.x + upright[1] * point.y + upright[2] * point.z <= lowest {
-                        meet(shape.first_slot + index, body.point(*point), radius);
+            let from = candidates.len();
+            let mut add = |slot: usize, frame: [Vector3<f64>; 3], at: Vector3<f64>, gap: f64| {
+                let approach = -frame[0].dot(&velocity.at(at));
+                if gap <= settings.margin(approach) {
+                    candidates.push(ContactCandidate {
+                        slot,
+                        link: shape.link,
+                        body: shape.body,
+                        against: Against::Ground,
+                        at,
+                        frame,
+                        depth: -gap,
+                        rebound: settings.rebound(approach),
+                        material: ContactCandidate::SMOOTH,
+                    });
+                }
+            };
+            let mut meet = |slot: usize, midpoint: Vector3<f64>, radius: f64| match ground {
+                Terrain::Plane { height } => {
+                    let at = midpoint - Vector3::new(0.0, 0.0, radius);
+                    add(slot, FRAME, at, at.z - (height - origin.z));
+                }
+                Terrain::Field(heights) => {
+                    let velocity = velocity.at(midpoint);
+                    field::meet(heights, midpoint + origin, radius, velocity, settings, |field_point| {
+                        add(
+                            slot,
+                            field_point.frame,
+                            midpoint - field_point.frame[0] * radius,
+                            field_point.gap,
+                        );
+                    });
+                }
+            };
+            match shape.surface {
+                Surface::Points { first, count, radius } => {
+                    let upright = body.rotation.row(2);
+                    let beyond = count > CORNERS_KEPT_WHOLE;
+                    if beyond {
+                        close.push(index);
+                    }
+                    // The corners of a shape that lies across the height of its sphere are too high without a look at each.
+                    if count > 1 && center - upright.transpose().abs().dot(&shape.extent) - highest > farthest
+                    {
+                        continue;
+                    }
+                    let lowest = highest + farthest + radius - body.origin.z;
+                    for (index, point) in model.ground_points[first..first + count].iter().enumerate() {
+                        // Most corners are too high whatever their speed.
+                        if upright[0] * point.x + upright[1] * point.y + upright[2] * point.z <= lowest {
+                            meet(shape.first_slot + index, body.point(*point), radius);
+                        }
+                    }
+                    if beyond {
+                        keep_four(candidates, from);
                     }
                 }
-                if count > CORNERS_KEPT_WHOLE {
+                Surface::Cylinder { axis, across, radius, half_length } => {
                     close.push(index);
-                    keep_four(candidates, from);
-                }
-            }
-            Surface::Cylinder { axis, across, radius, half_length } => {
-                close.push(index);
-                let points =
-                    rim_points(body.rotation, body.point(shape.center), axis, across, radius, half_length);
-                for (index, at) in points.into_iter().enumerate() {
-                    meet(shape.first_slot + index, at, 0.0);
+                    let points = rim_points(
+                        body.rotation,
+                        body.point(shape.center),
+                        axis,
+                        across,
+                        radius,
+                        half_length,
+                    );
+                    for (index, at) in points.into_iter().enumerate() {
+                        meet(shape.first_slot + index, at, 0.0);
+                    }
                 }
             }
         }
