@@ -20,14 +20,10 @@ impl ActuatorLimits {
     }
 
     /// Whether `torque` is available at the velocity `rate` whichever the direction of either; false also where that is a
-    /// matter of rounding.
+    /// matter of rounding, and where no number says it.
     #[inline]
     pub fn surely_has(self, torque: f64, rate: f64) -> bool {
-        if self.falls_with_speed() {
-            torque.abs() * self.speed <= self.torque * (self.speed - rate.abs()) * (1.0 - 1e-12)
-        } else {
-            torque.abs() <= self.torque
-        }
+        torque.abs() <= self.torque * (1.0 - rate.abs() / self.speed) * (1.0 - 1e-12)
     }
 
     /// Whether there is a greatest torque.

@@ -13,7 +13,7 @@ mod wire;
 pub use actuator::ActuatorLimits;
 pub use asked::{AccuracyChoice, AskedAccuracy};
 pub use decision::Decision;
-pub use plan::{DrivePlan, StepPlan};
+pub use plan::{DrivePlan, StepPlan, UNLIMITED};
 pub use surfaces::{Grain, PairMaterial, Surfaces};
 pub use terrain::{HeightField, Terrain};
 pub(crate) use units::STANDARD_GRAVITY;

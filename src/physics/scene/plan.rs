@@ -14,6 +14,9 @@ use crate::fault::{Fault, InputError};
 use crate::model::Model;
 use crate::model::collision::convex::Convex;
 
+/// The ends of a range of motion that has none.
+pub const UNLIMITED: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
 /// Everything about a step that does not change from step to step. [`StepPlan::compile`] fills every field.
 ///
 /// An effect that is off is absent here (`None`, `false`, zero or empty), so that a step spends no time on it. Arrays
@@ -45,9 +48,9 @@ pub struct StepPlan {
     pub friction: Option<f64>,
     /// Friction and restitution of whatever can touch.
     pub surfaces: Surfaces,
-    /// Lower and upper end of each joint's range of motion, rad or m, one a joint (`None`: unlimited); `None` as a whole
-    /// without joint limits.
-    pub limits: Option<Vec<Option<[f64; 2]>>>,
+    /// Lower and upper end of each joint's range of motion, rad or m, one a joint ([`UNLIMITED`] where it has none); `None` without
+    /// joint limits.
+    pub limits: Option<Vec<[f64; 2]>>,
     /// Spring and damper of the drive; `None` when joints are not driven toward targets.
     pub drive: Option<DrivePlan>,
     /// Whether the root link keeps its orientation.
@@ -136,6 +139,12 @@ impl DrivePlan {
     pub fn limits(&self, joint: usize) -> ActuatorLimits {
         self.limits[joint]
     }
+
+    /// What every joint's actuator can do.
+    #[inline]
+    pub fn all_limits(&self) -> &[ActuatorLimits] {
+        &self.limits
+    }
 }
 
 impl StepPlan {
@@ -193,7 +202,8 @@ impl StepPlan {
             .then_some(greatest.restitution),
             friction: on(Effect::Friction).then_some(greatest.friction),
             surfaces,
-            limits: on(Effect::JointLimits).then(|| model.limits.clone()),
+            limits: on(Effect::JointLimits)
+                .then(|| model.limits.iter().map(|range| range.unwrap_or(UNLIMITED)).collect()),
             drive: gains.map(|gains| DrivePlan::new(model, gains, on)),
             trunk_rotation_lock: on(Effect::TrunkRotationLock),
             damping: on(Effect::JointDamping).then(|| model.damping.clone()),

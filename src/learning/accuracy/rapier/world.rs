@@ -13,7 +13,7 @@ use rapier3d::pipeline::PhysicsWorld;
 
 use gaitwright_physics::character::Shape;
 use gaitwright_physics::model::{DofKind, Model};
-use gaitwright_physics::scene::{Feedforward, FrictionCone, PairMaterial, StepPlan, Terrain};
+use gaitwright_physics::scene::{Feedforward, FrictionCone, PairMaterial, StepPlan, Terrain, UNLIMITED};
 use gaitwright_physics::sim::State;
 use gaitwright_physics::sim::bodies::Bodies;
 use gaitwright_physics::sim::coordinates::reduced::kinematics::place;
@@ -212,8 +212,9 @@ fn joint(model: &Model, plan: &StepPlan, index: usize) -> GenericJoint {
         .local_frame1(Pose::from_parts(vector(offset), rotation_of(&body.joint_rotation) * to_axis))
         .local_frame2(Pose::from_rotation(to_axis))
         .build();
-    if let Some([lower, upper]) = plan.limits.as_ref().and_then(|limits| limits[index - 1]) {
-        joint.set_limits(axis(body.dof), [lower, upper]);
+    let range = plan.limits.as_ref().map_or(UNLIMITED, |limits| limits[index - 1]);
+    if range != UNLIMITED {
+        joint.set_limits(axis(body.dof), range);
     }
     joint
 }

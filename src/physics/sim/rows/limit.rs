@@ -17,8 +17,8 @@ const STEPS_AHEAD: f64 = 2.0;
 
 /// Which ends of `limit`, lower and upper, a joint at `angle` comes near within a step of `step` seconds, or is
 /// beyond, when its velocity is `free` if no row acts.
-pub fn near(limit: Option<[f64; 2]>, angle: f64, free: f64, step: f64) -> [bool; 2] {
-    let Some([lower, upper]) = limit else { return [false; 2] };
+#[inline]
+pub fn near([lower, upper]: [f64; 2], angle: f64, free: f64, step: f64) -> [bool; 2] {
     let reach = STEPS_AHEAD * step * free;
     [angle - lower <= (-reach).max(0.0), upper - angle <= reach.max(0.0)]
 }
@@ -31,7 +31,7 @@ pub fn near(limit: Option<[f64; 2]>, angle: f64, free: f64, step: f64) -> [bool;
 #[allow(clippy::too_many_arguments)] // the ingredients of eq. 27, each from another stage
 pub fn add(
     rows: &mut Rows,
-    limits: &[Option<[f64; 2]>],
+    limits: &[[f64; 2]],
     near: &[[bool; 2]],
     angles: &[f64],
     free: &[f64],
@@ -40,16 +40,15 @@ pub fn add(
     warm_start: &[f64],
     mut half_solve: impl FnMut(usize, &mut Vec<Lanes>) -> Range<usize>,
 ) {
-    for (joint, limit) in limits.iter().enumerate() {
-        if near[joint] == [false; 2] {
+    for (joint, ([lower, upper], near)) in limits.iter().zip(near).enumerate() {
+        if *near == [false; 2] {
             continue;
         }
-        let Some([lower, upper]) = *limit else { continue };
         let ends = [
             (RowOwner::LowerLimit(joint), 1.0, angles[joint] - lower),
             (RowOwner::UpperLimit(joint), -1.0, upper - angles[joint]),
         ];
-        for ((owner, sign, gap), near) in ends.into_iter().zip(near[joint]) {
+        for ((owner, sign, gap), near) in ends.into_iter().zip(*near) {
             if !near {
                 continue;
             }

@@ -7,8 +7,9 @@ use crate::sim::command::Command;
 use crate::sim::coordinates::CoordinateSystem;
 use crate::sim::failure::Failure;
 use crate::sim::joint_load::JointLoad;
+use crate::sim::step_data::StepData;
 use crate::sim::tracking::{ImplicitWeights, Spring, Target, implicit_damper_weight};
-use crate::sim::workspace::Workspace;
+use crate::sim::workspace::{Drives, Workspace};
 
 impl<C: CoordinateSystem> Stages<'_, C> {
     /// The joints' drives under `command`, with their feedforward torques.
@@ -54,11 +55,27 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     #[inline(always)] // compiled for the processor of `step`
     fn track(&mut self, drive: &DrivePlan, now: &[f64], next: &[f64]) -> Result<(), Failure> {
         self.feedforward(drive)?;
-        for joint in 0..now.len() {
-            let target = Target { now: now[joint], next: next[joint] };
-            let offset = self.data.work.feedforward.torque[joint] + drive.offset[joint];
-            let spring = self.spring(drive.stiffness[joint], drive.damping[joint], offset, joint, target);
-            self.drive(joint, spring.clamped(drive.limits(joint).torque));
+        let StepData { state, work, step, midpoint, .. } = &mut self.data;
+        let Workspace { drives, feedforward, .. } = &mut **work;
+        let Drives { springs, actuators, composite_inertia, .. } = drives;
+        let motors = drive.stiffness.iter().zip(&drive.damping).zip(&drive.offset).zip(drive.all_limits());
+        let joints = state.angles.iter().zip(&state.velocities).zip(&state.memory.saturated);
+        let targets = now.iter().zip(next).map(|(now, next)| Target { now: *now, next: *next });
+        let asked = targets.zip(&feedforward.torque).zip(&*composite_inertia);
+        let driven = springs.iter_mut().zip(actuators);
+        for (((motor, joint), asked), (own, mode)) in motors.zip(joints).zip(asked).zip(driven) {
+            let ((((stiffness, damping), offset), limits), ((angle, rate), last)) = (motor, joint);
+            let ((target, feedforward), inertia) = asked;
+            let offset = feedforward + offset;
+            let spring = if *midpoint {
+                let per_inertia = *step / inertia;
+                let weights = ImplicitWeights::new(per_inertia * *step * stiffness, per_inertia * damping);
+                Spring::at_midpoint(*stiffness, *damping, weights, offset, *angle, *rate, target, *step)
+            } else {
+                Spring::new(*stiffness, *damping, offset, *angle, target, *step)
+            };
+            *own = spring.clamped(limits.torque);
+            *mode = ActuatorMode::first(*own, *limits, *last);
         }
         Ok(())
     }
@@ -70,20 +87,6 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         drives.springs[joint] = spring;
         let last = self.data.state.memory.saturated[joint];
         drives.actuators[joint] = ActuatorMode::first(spring, self.data.plan.actuator_limits(joint), last);
-    }
-
-    /// The drive of joint `joint` toward `target`.
-    #[inline(always)] // compiled for the processor of `step`
-    fn spring(&self, stiffness: f64, damping: f64, offset: f64, joint: usize, target: Target) -> Spring {
-        let (state, step) = (&self.data.state, self.data.step);
-        let angle = state.angles[joint];
-        if !self.data.midpoint {
-            return Spring::new(stiffness, damping, offset, angle, target, step);
-        }
-        let per_inertia = step / self.data.work.drives.composite_inertia[joint];
-        let weights = ImplicitWeights::new(per_inertia * step * stiffness, per_inertia * damping);
-        let rate = state.velocities[joint];
-        Spring::at_midpoint(stiffness, damping, weights, offset, angle, rate, target, step)
     }
 
     /// The line and the box of joint `joint`'s actuator, if it has a row. Where joints have rows anyway, it has one wherever it
@@ -106,27 +109,30 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     /// The loads of the joints but for their dry friction.
     #[inline(always)] // compiled for the processor of `step`
     pub(super) fn loads(&mut self) {
-        let (model, plan, step) = (self.data.model, self.data.plan, self.data.step);
-        for joint in 0..self.data.work.drives.loads.len() {
-            let rate = self.data.state.velocities[joint];
-            let mut load = JointLoad { torque: 0.0, inertia: model.armature[joint], held: None };
-            let drives = &self.data.work.drives;
-            if let Some(damping) = &plan.damping {
-                let whole = step * damping[joint];
-                let share = if self.data.midpoint {
-                    implicit_damper_weight(whole / drives.composite_inertia[joint])
-                } else {
-                    1.0
-                };
-                load.torque -= damping[joint] * rate;
+        let StepData { model, plan, state, work, step, midpoint, .. } = &mut self.data;
+        let Drives { loads, composite_inertia, .. } = &mut work.drives;
+        for (load, armature) in loads.iter_mut().zip(&model.armature) {
+            *load = JointLoad { torque: 0.0, inertia: *armature, held: None };
+        }
+        if let Some(damping) = &plan.damping {
+            let joints = damping.iter().zip(&state.velocities).zip(&*composite_inertia);
+            for (load, ((damping, rate), inertia)) in loads.iter_mut().zip(joints) {
+                let whole = *step * damping;
+                let share = if *midpoint { implicit_damper_weight(whole / inertia) } else { 1.0 };
+                load.torque -= damping * rate;
                 load.inertia += share * whole;
             }
+        }
+        let step = self.data.step;
+        for joint in 0..self.data.work.drives.loads.len() {
             if self.actuator_row(joint).is_none() {
+                let rate = self.data.state.velocities[joint];
+                let drives = &mut self.data.work.drives;
                 let drive = JointLoad::of_drive(drives.springs[joint], rate, step);
+                let load = &mut drives.loads[joint];
                 load.torque += drive.torque;
                 load.inertia += drive.inertia;
             }
-            self.data.work.drives.loads[joint] = load;
         }
     }
 

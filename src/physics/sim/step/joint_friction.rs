@@ -37,7 +37,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     fn may_stick(&self, joint: usize) -> bool {
         let StepData { model, plan, state, work, .. } = &self.data;
         let angle = state.angles[joint];
-        let limit = plan.limits.as_ref().and_then(|limits| limits[joint]);
+        let limit = plan.limits.as_ref().map(|limits| limits[joint]);
         model.loops.is_empty()
             && work.drives.actuators[joint] == ActuatorMode::Line
             && limit.is_none_or(|[lower, upper]| lower < angle && angle < upper)

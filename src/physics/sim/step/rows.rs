@@ -73,9 +73,10 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         let StepData { plan, state, work, step, .. } = &mut self.data;
         let Workspace { problem, free, .. } = &mut **work;
         let Some(limits) = &plan.limits else { return };
-        for (joint, near) in problem.near_limit.iter_mut().enumerate() {
-            let [lower, upper] = limit::near(limits[joint], state.angles[joint], free.rates[joint], *step);
-            *near = [near[0] || lower, near[1] || upper];
+        let joints = limits.iter().zip(&state.angles).zip(&free.rates).zip(&mut problem.near_limit);
+        for (((range, angle), rate), near) in joints {
+            let [lower, upper] = limit::near(*range, *angle, *rate, *step);
+            *near = [near[0] | lower, near[1] | upper];
         }
     }
 

@@ -68,14 +68,19 @@ impl Drives {
         let Some(drive) = plan.drive.as_ref().filter(|drive| drive.max_torque.is_some()) else {
             return false;
         };
+        self.stuck = false;
+        // In most steps no actuator comes near its bounds.
+        let actuators = self.actuators.iter().zip(&self.torque).zip(rates).zip(drive.all_limits());
+        let within = actuators.fold(true, |within, (((mode, torque), rate), limits)| {
+            within & (*mode == ActuatorMode::Line) & limits.surely_has(*torque, *rate)
+        });
+        if within {
+            return false;
+        }
         let returns = self.switches < MAX_RETURNS;
         let mut switched = false;
-        self.stuck = false;
         for (joint, mode) in self.actuators.iter_mut().enumerate() {
             let (spring, limits) = (self.springs[joint], drive.limits(joint));
-            if *mode == ActuatorMode::Line && limits.surely_has(self.torque[joint], rates[joint]) {
-                continue;
-            }
             let next = mode.next(spring, limits, self.torque[joint], rates[joint]);
             if !returns && mode.is_at_bound() {
                 self.stuck |= next != *mode;

@@ -22,7 +22,7 @@ use super::rows::{ROOT, Rows, contact};
 use super::spatial::SpatialMotion;
 use super::step_totals::Counts;
 use crate::model::Model;
-use crate::scene::{Coordinates, Feedforward, StepPlan};
+use crate::scene::{Coordinates, Feedforward, StepPlan, UNLIMITED};
 
 /// Scratch memory of a step, whatever the coordinates.
 ///
@@ -188,7 +188,7 @@ impl DryFriction {
 
 /// Greatest number of joint rows under `plan`, with each limited joint near one end of its range.
 fn joint_rows(plan: &StepPlan) -> usize {
-    let limits = plan.limits.iter().flatten().flatten().count();
+    let limits = plan.limits.iter().flatten().filter(|range| **range != UNLIMITED).count();
     let friction = plan.dry_friction.iter().flatten().filter(|friction| **friction > 0.0).count();
     let torques = plan.drive.iter().filter_map(|drive| drive.max_torque.as_ref()).flatten();
     limits + friction + torques.filter(|limit| limit.is_finite()).count()

@@ -124,17 +124,17 @@ impl RowProblem {
     /// whether one of them had no row.
     pub fn mark_crossed_limits(
         &mut self,
-        limits: &[Option<[f64; 2]>],
+        limits: &[[f64; 2]],
         angles: &[f64],
         rates: &[f64],
         step: f64,
     ) -> bool {
         let mut again = false;
-        for (joint, limit) in limits.iter().enumerate() {
-            let Some([lower, upper]) = *limit else { continue };
-            let end = angles[joint] + step * rates[joint];
-            for (near, crossed) in self.near_limit[joint].iter_mut().zip([end < lower, end > upper]) {
-                again |= crossed && !*near;
+        let joints = limits.iter().zip(angles).zip(rates).zip(&mut self.near_limit);
+        for ((([lower, upper], angle), rate), near) in joints {
+            let end = angle + step * rate;
+            for (near, crossed) in near.iter_mut().zip([end < *lower, end > *upper]) {
+                again |= crossed & !*near;
                 *near |= crossed;
             }
         }

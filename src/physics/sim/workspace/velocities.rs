@@ -67,7 +67,9 @@ impl Velocities {
 
     /// Gives the bodies the velocities `before` and the changes `by`.
     pub fn change(&mut self, before: &Motions, by: &Motions) {
-        self.bodies.copy_from(before);
-        self.bodies.groups.iter_mut().zip(&by.groups).for_each(|(new, change)| new.add(change));
+        for ((new, before), change) in self.bodies.groups.iter_mut().zip(&before.groups).zip(&by.groups) {
+            *new = *before;
+            new.add(change);
+        }
     }
 }
