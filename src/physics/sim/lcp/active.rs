@@ -85,6 +85,8 @@ pub(super) struct ActiveSet {
     system: Vec<f64>,
     /// In ascending order, the rows whose forces are unknown.
     chosen: Vec<usize>,
+    /// Of each of them, the share of its diagonal entry that is the row's own.
+    scales: Vec<f64>,
     direct: Symmetric,
     /// The value of every unknown.
     solution: Vec<f64>,
@@ -105,6 +107,7 @@ pub(super) fn step(
     // Sliding friction answers to its normal force, but not the other way round.
     let symmetric = problem.symmetric && active.sliding.is_empty();
     let extent = if symmetric { active.solve_symmetric(problem, velocity) } else { None };
+    let symmetric = extent.is_some();
     let Some(Extent { asked, gone }) = extent.or_else(|| active.solve(problem, velocity)) else {
         return NewtonStep::Singular;
     };
@@ -112,7 +115,11 @@ pub(super) fn step(
     if PROXIMITY * gone > 0.5 * asked {
         return NewtonStep::Contradiction;
     }
-    active.apply(lambda);
+    if symmetric {
+        active.apply_symmetric(lambda)
+    } else {
+        active.apply(lambda)
+    }
     project(problem, lambda);
     NewtonStep::Taken { residual: evaluate(problem, lambda, velocity) }
 }
@@ -122,7 +129,7 @@ impl ActiveSet {
     #[inline(always)] // part of the kernels
     fn solve(&mut self, problem: &Problem<'_>, velocity: &[f64]) -> Option<Extent> {
         let m = self.unknowns.len();
-        self.system.clear();
+        // Padding need not be cleared: nothing depends on it.
         self.system.resize(m * linear::width(m), 0.0);
         let asked = self.assemble(problem, velocity);
         linear::solve(&mut self.system, m)?;
@@ -136,29 +143,33 @@ impl ActiveSet {
     #[inline(always)] // part of the kernels
     fn solve_symmetric(&mut self, problem: &Problem<'_>, velocity: &[f64]) -> Option<Extent> {
         let n = problem.rows();
-        let Self { unknown_of, chosen, direct, solution, .. } = self;
+        let Self { unknowns, unknown_of, chosen, scales, direct, .. } = self;
         chosen.clear();
-        chosen.extend((0..n).filter(|row| unknown_of[*row].is_some()));
-        direct.gather(problem.matrix, n, chosen);
-        for (index, row) in chosen.iter().enumerate() {
-            *direct.diagonal_mut(index) += PROXIMITY * row_stiffness(problem, *row);
+        if unknowns.len() == n {
+            chosen.extend(0..n);
+        } else {
+            chosen.extend((0..n).filter(|row| unknown_of[*row].is_some()));
         }
-        for (side, row) in direct.side_mut().iter_mut().zip(&*chosen) {
-            *side = -velocity[*row];
+        scales.clear();
+        scales.extend(chosen.iter().map(|row| row_stiffness(problem, *row)));
+        direct.gather(problem.matrix, n, chosen, |index| PROXIMITY * scales[index]);
+        let mut asked = 0.0_f64;
+        for ((side, row), scale) in direct.side_mut().iter_mut().zip(&*chosen).zip(&*scales) {
+            let wrong = velocity[*row];
+            *side = -wrong;
+            asked = asked.max(wrong.powi(2) / scale);
         }
         symmetric::solve(direct)?;
-        let (mut asked, mut gone) = (0.0_f64, 0.0_f64);
-        solution.clear();
-        solution.resize(chosen.len(), 0.0);
-        for (value, row) in direct.side().iter().zip(&*chosen) {
-            let scale = row_stiffness(problem, *row);
-            asked = asked.max(velocity[*row].powi(2) / scale);
-            gone = gone.max(value.powi(2) * scale);
-            if let Some(index) = unknown_of[*row] {
-                solution[index] = *value;
-            }
+        let gone = direct.side().iter().zip(&*scales).map(|(value, scale)| value.powi(2) * scale);
+        Some(Extent { asked: asked.sqrt(), gone: gone.fold(0.0, f64::max).sqrt() })
+    }
+
+    /// Adds the solution of [`solve_symmetric`](Self::solve_symmetric) to `lambda`.
+    #[inline(always)] // part of the kernels
+    fn apply_symmetric(&self, lambda: &mut [f64]) {
+        for (value, row) in self.direct.side().iter().zip(&self.chosen) {
+            lambda[*row] += value;
         }
-        Some(Extent { asked: asked.sqrt(), gone: gone.sqrt() })
     }
 
     /// Puts every row on its piece and moves held and sliding forces there; whether one moved.
@@ -287,22 +298,21 @@ impl ActiveSet {
     #[inline(always)] // part of the kernels
     fn assemble(&mut self, problem: &Problem<'_>, velocity: &[f64]) -> f64 {
         let n = problem.rows();
-        let m = self.unknowns.len();
-        for unknown in &mut self.unknowns {
+        let Self { unknowns, unknown_of, sliding, combined, system, .. } = self;
+        let m = unknowns.len();
+        for unknown in &mut *unknowns {
             let scale = stiffness(problem, unknown);
             let root = scale.sqrt();
             unknown.weights = unknown.weights.map(|weight| weight / root);
             unknown.bend /= scale;
         }
-        self.combined.resize(n, 0.0);
+        combined.resize(n, 0.0);
+        let combined = combined.as_mut_slice();
         let width = linear::width(m);
         let mut asked = 0.0_f64;
-        for (index, (equation, entries)) in
-            self.unknowns.iter().zip(self.system.chunks_exact_mut(width)).enumerate()
-        {
+        for (index, (equation, entries)) in unknowns.iter().zip(system.chunks_exact_mut(width)).enumerate() {
             let [first, second] = equation.rows.map(|row| &problem.matrix[row * n..(row + 1) * n]);
             let [p, q] = equation.weights;
-            let combined = self.combined.as_mut_slice();
             for (entry, a) in combined.iter_mut().zip(first) {
                 *entry = p * a;
             }
@@ -311,17 +321,17 @@ impl ActiveSet {
                     *entry += q * a;
                 }
             }
-            for (entry, unknown) in entries.iter_mut().zip(&self.unknowns) {
+            for (entry, unknown) in entries.iter_mut().zip(&*unknowns) {
                 *entry = combined[unknown.rows[0]] * unknown.weights[0];
             }
-            for sliding in &self.sliding {
+            for sliding in &*sliding {
                 let [x, y] = sliding.rows.map(|row| combined[row]);
                 if let Some((rotation, _)) = sliding.rotation {
-                    entries[rotation] += y * self.unknowns[rotation].weights[1];
+                    entries[rotation] += y * unknowns[rotation].weights[1];
                 }
-                if let Some(normal) = self.unknown_of[sliding.normal] {
+                if let Some(normal) = unknown_of[sliding.normal] {
                     let along = x * sliding.direction[0] + y * sliding.direction[1];
-                    entries[normal] += sliding.coefficient * along * self.unknowns[normal].weights[0];
+                    entries[normal] += sliding.coefficient * along * unknowns[normal].weights[0];
                 }
             }
             entries[index] += equation.bend + PROXIMITY;

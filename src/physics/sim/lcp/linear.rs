@@ -16,7 +16,20 @@ pub(super) fn width(m: usize) -> usize {
 /// in place of r, and the rest is rubbish. `None` when a pivot is zero or no number.
 #[multiversion(targets("x86_64+avx2"))]
 pub(super) fn solve(augmented: &mut [f64], m: usize) -> Option<()> {
-    let width = width(m);
+    // A width that is known to the compiler makes a row's loop a few instructions.
+    match width(m) {
+        4 => eliminate(augmented, m, 4),
+        8 => eliminate(augmented, m, 8),
+        12 => eliminate(augmented, m, 12),
+        16 => eliminate(augmented, m, 16),
+        width => eliminate(augmented, m, width),
+    }?;
+    substitute_back(augmented, m)
+}
+
+/// Brings the equations into a triangle; for all see [`solve`].
+#[inline(always)] // part of the kernels
+fn eliminate(augmented: &mut [f64], m: usize, width: usize) -> Option<()> {
     for pivot in 0..m {
         let (upper, lower) = augmented.split_at_mut((pivot + 1) * width);
         let leader = upper.get_mut(pivot * width..)?;
@@ -44,7 +57,7 @@ pub(super) fn solve(augmented: &mut [f64], m: usize) -> Option<()> {
             subtract(entries, leader, factor);
         }
     }
-    substitute_back(augmented, m)
+    Some(())
 }
 
 /// Subtracts `factor` times `leader` from `entries`.

@@ -431,8 +431,9 @@ impl Solver for Newton {
             iterations += self.split(problem, lambda, &mut residual);
             contradiction &= residual == before;
         }
+        // Forces whose velocities are lost in rounding leave a residual that says so.
         if residual > NEARLY * self.tolerance
-            || is_beyond_numbers(problem, lambda, self.tolerance, NEGLIGIBLE)
+            || residual > self.tolerance && is_beyond_numbers(problem, lambda, self.tolerance, NEGLIGIBLE)
         {
             self.yielding(problem, lambda, &mut residual);
         }

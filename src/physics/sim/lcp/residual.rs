@@ -41,8 +41,7 @@ pub fn residual(problem: &Problem<'_>, lambda: &[f64]) -> f64 {
 #[multiversion(targets("x86_64+avx2"))]
 pub(super) fn evaluate(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f64]) -> f64 {
     multiply(problem, lambda, velocity);
-    // Zero as long as every velocity is finite, and NaN ever after: `max` would pass over a NaN.
-    let poison: f64 = velocity.iter().map(|w| w * 0.0).sum();
+    let poison = poison(velocity);
     let mut worst = 0.0_f64;
     let mut row = 0;
     while row < problem.rows() {
@@ -60,18 +59,36 @@ pub(super) fn evaluate(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f6
     worst + poison
 }
 
+/// Zero as long as every number is finite, and NaN where one is not: `max` would pass over a NaN.
+#[inline(always)] // part of the kernels
+fn poison(numbers: &[f64]) -> f64 {
+    in_lanes(numbers, |sum, number| sum + 0.0 * number, |one, other| one + other)
+}
+
+/// Folds `numbers` from 0 by `add` in four lanes, so that it becomes vector instructions, and those by `join`.
+#[inline(always)] // part of the kernels
+fn in_lanes(numbers: &[f64], add: impl Fn(f64, f64) -> f64, join: impl Fn(f64, f64) -> f64) -> f64 {
+    let (whole, rest) = numbers.as_chunks::<4>();
+    let mut lanes = [0.0; 4];
+    for numbers in whole {
+        lanes = std::array::from_fn(|lane| add(lanes[lane], numbers[lane]));
+    }
+    for (lane, number) in lanes.iter_mut().zip(rest) {
+        *lane = add(*lane, *number);
+    }
+    join(join(lanes[0], lanes[2]), join(lanes[1], lanes[3]))
+}
+
 /// A bound of the sums of magnitudes that make up the velocities, but for b, that costs no product with A: no entry of a
 /// semidefinite matrix is greater than its greatest diagonal entry. And the greatest velocity in b.
 #[inline(always)] // part of the kernels
 fn reach_and_asked(problem: &Problem<'_>, lambda: &[f64]) -> (f64, f64) {
-    let (mut greatest, mut forces, mut asked) = (0.0, 0.0, 0.0);
+    // Not `max`, which looks for NaN as well.
+    let greater = |one: f64, other: f64| if other > one { other } else { one };
     let diagonal = problem.matrix.iter().step_by(lambda.len() + 1);
-    for ((entry, force), b) in diagonal.zip(lambda).zip(problem.offset) {
-        forces += force.abs();
-        // Not `max`, which looks for NaN as well.
-        greatest = if *entry > greatest { *entry } else { greatest };
-        asked = if b.abs() > asked { b.abs() } else { asked };
-    }
+    let greatest = diagonal.fold(0.0, |greatest, entry| greater(greatest, *entry));
+    let forces = in_lanes(lambda, |sum, force| sum + force.abs(), |one, other| one + other);
+    let asked = in_lanes(problem.offset, |asked, b| greater(asked, b.abs()), greater);
     (if problem.symmetric { greatest * forces } else { f64::INFINITY }, asked)
 }
 
@@ -94,23 +111,40 @@ fn multiply(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f64]) {
     let n = lambda.len();
     let mut done = 0;
     if problem.symmetric {
-        // Four velocities side by side, from what stands in their columns.
-        let (velocities, _) = velocity.as_chunks_mut::<4>();
-        let (offsets, _) = problem.offset.as_chunks::<4>();
-        for (velocity, offset) in velocities.iter_mut().zip(offsets) {
-            let mut sums = *offset;
-            for (row, force) in problem.matrix.chunks_exact(n).zip(lambda) {
-                let Some(entries) = row[done..].first_chunk::<4>() else { break };
-                sums = std::array::from_fn(|lane| sums[lane] + entries[lane] * force);
-            }
-            *velocity = sums;
-            done += 4;
-        }
+        // As many at once as there are registers for, which saves loading every force again.
+        done = by_columns::<3>(problem, lambda, velocity, done);
+        done = by_columns::<1>(problem, lambda, velocity, done);
     }
     let rows = problem.matrix.chunks_exact(n.max(1)).zip(problem.offset);
     for (w, (row, b)) in velocity.iter_mut().zip(rows).skip(done) {
         *w = dot(row, lambda) + b;
     }
+}
+
+/// Puts velocities of a symmetric problem into `velocity` from row `done` on, four times `BLOCKS` side by side from what stands in their
+/// columns, for as long as so many rows are left. Returns how many are done then.
+#[inline(always)] // part of the kernels
+fn by_columns<const BLOCKS: usize>(
+    problem: &Problem<'_>,
+    lambda: &[f64],
+    velocity: &mut [f64],
+    mut done: usize,
+) -> usize {
+    let n = lambda.len();
+    while done + 4 * BLOCKS <= n {
+        let columns = done..done + 4 * BLOCKS;
+        let mut sums = [[0.0; 4]; BLOCKS];
+        sums.as_flattened_mut().copy_from_slice(&problem.offset[columns.clone()]);
+        for (row, force) in problem.matrix.chunks_exact(n).zip(lambda) {
+            let (entries, _) = row[columns.clone()].as_chunks::<4>();
+            for (sums, entries) in sums.iter_mut().zip(entries) {
+                *sums = std::array::from_fn(|lane| sums[lane] + entries[lane] * force);
+            }
+        }
+        velocity[columns].copy_from_slice(sums.as_flattened());
+        done += 4 * BLOCKS;
+    }
+    done
 }
 
 /// The greatest sum of the magnitudes that make up a row's velocity, m/s or rad/s.
@@ -161,23 +195,35 @@ fn disc_error(scale: f64, radius: f64, force: [f64; 2], w: [f64; 2]) -> f64 {
 /// then friction within what the normals leave. A force that is not finite stays as it is.
 pub fn project(problem: &Problem<'_>, lambda: &mut [f64]) {
     let rows = problem.rows().min(lambda.len());
-    for (force, bound) in lambda.iter_mut().zip(problem.bounds) {
-        match *bound {
-            Bound::NonNegative => *force = at_least_zero(*force),
-            Bound::Box { lower, upper } => *force = between(*force, lower, upper),
-            Bound::Free | Bound::Friction { .. } => {}
+    let mut row = 0;
+    while row < rows {
+        match problem.bounds[row] {
+            Bound::Friction { normal, coefficient } if row + 1 < rows => {
+                // Its normal force may come later.
+                let pressing = match (problem.bounds.get(normal), lambda.get(normal)) {
+                    (Some(bound), Some(force)) => apart(*bound, *force),
+                    _ => 0.0,
+                };
+                let tangent = [lambda[row], lambda[row + 1]];
+                let radius = coefficient * pressing.max(0.0);
+                [lambda[row], lambda[row + 1]] = within_friction(problem.cone, tangent, radius);
+                row += 2;
+            }
+            bound => {
+                lambda[row] = apart(bound, lambda[row]);
+                row += 1;
+            }
         }
     }
-    let mut row = 0;
-    while row + 1 < rows {
-        if let Bound::Friction { normal, coefficient } = problem.bounds[row] {
-            let radius = coefficient * lambda.get(normal).map_or(0.0, |force| force.max(0.0));
-            let tangent = [lambda[row], lambda[row + 1]];
-            [lambda[row], lambda[row + 1]] = within_friction(problem.cone, tangent, radius);
-            row += 2;
-        } else {
-            row += 1;
-        }
+}
+
+/// The nearest force that `bound` allows whatever the other forces are.
+#[inline(always)] // part of the kernels
+fn apart(bound: Bound, force: f64) -> f64 {
+    match bound {
+        Bound::NonNegative => at_least_zero(force),
+        Bound::Box { lower, upper } => between(force, lower, upper),
+        Bound::Free | Bound::Friction { .. } => force,
     }
 }
 

@@ -31,9 +31,16 @@ pub(super) struct Symmetric {
 }
 
 impl Symmetric {
-    /// K becomes the part of the symmetric `stride` × `stride` matrix `matrix` in the rows and columns `chosen`, and r 0.
+    /// K becomes the part of the symmetric `stride` × `stride` matrix `matrix` in the rows and columns `chosen`, with `added` on its
+    /// diagonal, by place in `chosen`; and r 0.
     #[inline(always)] // part of the kernels
-    pub(super) fn gather(&mut self, matrix: &[f64], stride: usize, chosen: &[usize]) {
+    pub(super) fn gather(
+        &mut self,
+        matrix: &[f64],
+        stride: usize,
+        chosen: &[usize],
+        added: impl Fn(usize) -> f64,
+    ) {
         let rows = chosen.len().div_ceil(SIDE);
         self.size = chosen.len();
         self.tiles.clear();
@@ -41,32 +48,27 @@ impl Symmetric {
         self.side.clear();
         self.side.resize(rows, [0.0; SIDE]);
         for (row, here) in chosen.chunks(SIDE).enumerate() {
-            // The place of this row's tiles where nothing between them is left out.
-            let run = match *here {
-                [first, .., last] if here.len() == SIDE && last - first == SIDE - 1 => Some(first),
-                _ => None,
-            };
+            let place = run(here);
             for (column, there) in chosen.chunks(SIDE).take(row + 1).enumerate() {
                 let mut tile = [[0.0; SIDE]; SIDE];
-                for (lanes, other) in tile.iter_mut().zip(there) {
-                    let entries = &matrix[other * stride..(other + 1) * stride];
-                    match run.and_then(|first| entries[first..].first_chunk()) {
-                        Some(entries) => *lanes = *entries,
-                        None => lanes.iter_mut().zip(here).for_each(|(lane, row)| *lane = entries[*row]),
+                if let (Some(first), Some(other)) = (place, run(there)) {
+                    let lines = matrix[other * stride..].chunks(stride);
+                    for (lanes, line) in tile.iter_mut().zip(lines) {
+                        lanes.copy_from_slice(&line[first..first + SIDE]);
+                    }
+                } else {
+                    for (lanes, other) in tile.iter_mut().zip(there) {
+                        let line = &matrix[other * stride..(other + 1) * stride];
+                        lanes.iter_mut().zip(here).for_each(|(lane, row)| *lane = line[*row]);
                     }
                 }
                 if row == column {
+                    (0..there.len()).for_each(|index| tile[index][index] += added(SIDE * row + index));
                     (there.len()..SIDE).for_each(|beyond| tile[beyond][beyond] = 1.0);
                 }
                 self.tiles.push(tile);
             }
         }
-    }
-
-    /// An entry of K's diagonal.
-    pub(super) fn diagonal_mut(&mut self, index: usize) -> &mut f64 {
-        let (row, lane) = (index / SIDE, index % SIDE);
-        &mut self.tiles[first_of(row) + row][lane][lane]
     }
 
     /// r before, y after [`solve`].
@@ -139,6 +141,15 @@ pub(super) fn solve(system: &mut Symmetric) -> Option<()> {
         }
     }
     Some(())
+}
+
+/// The first of as many rows as a tile has, if nothing between them is left out.
+#[inline(always)] // part of the kernels
+fn run(chosen: &[usize]) -> Option<usize> {
+    match *chosen {
+        [first, _, _, last] if last - first == SIDE - 1 => Some(first),
+        _ => None,
+    }
 }
 
 /// Index of the first tile of a row of tiles.

@@ -103,11 +103,22 @@ impl HalfSolved {
     /// The dot products of the rows of one group, each a row, with those of another.
     #[inline(always)] // part of the kernels
     fn meet(&self, own: &Group, other: &Group) -> [Lanes; LANES] {
+        // The three rows of a contact hardly ever have others beside them.
+        if own.count < LANES {
+            self.meet_rows::<{ LANES - 1 }>(own, other)
+        } else {
+            self.meet_rows::<LANES>(own, other)
+        }
+    }
+
+    /// The same of a group of no more than `ROWS` rows.
+    #[inline(always)] // part of the kernels
+    fn meet_rows<const ROWS: usize>(&self, own: &Group, other: &Group) -> [Lanes; LANES] {
         let (left, right) = (&self.numbers[own.start..], &self.numbers[other.start..]);
         let mut block = [[0.0; LANES]; LANES];
         if let (Some(left), Some(right)) = (left.first_chunk::<ROOT>(), right.first_chunk::<ROOT>()) {
             for (left, right) in left.iter().zip(right) {
-                add_product(&mut block, left, right);
+                add_product(&mut block[..ROWS], left, right);
             }
         }
         let begin = own.places.start.max(other.places.start);
@@ -116,32 +127,43 @@ impl HalfSolved {
             let left = &left[ROOT + begin - own.places.start..][..count];
             let right = &right[ROOT + begin - other.places.start..][..count];
             for (left, right) in left.iter().zip(right) {
-                add_product(&mut block, left, right);
+                add_product(&mut block[..ROWS], left, right);
             }
         }
         block
     }
+}
 
-    /// Puts `block` where the rows of group `own` cross the columns of group `other`.
-    #[inline(always)] // part of the kernels
-    fn store(&self, matrix: &mut [f64], own: &Group, other: &Group, block: &[Lanes; LANES]) {
-        let width = self.groups.last().map_or(0, |last| last.first + last.count);
-        let lines = matrix[own.first * width..].chunks_exact_mut(width);
-        for (line, lanes) in lines.zip(&block[..own.count]) {
-            let line = &mut line[other.first..];
+/// Puts `block` where the rows of group `own` cross the columns of group `other`, which is not after it, in a matrix of `width` columns.
+#[inline(always)] // part of the kernels
+fn store(matrix: &mut [f64], width: usize, own: &Group, other: &Group, block: &[Lanes; LANES]) {
+    for (row, lanes) in (own.first..own.first + own.count).zip(block) {
+        match &mut matrix[row * width + other.first..(row + 1) * width] {
             // What is written beyond the group is written again with the next one.
-            match line.first_chunk_mut() {
-                Some(entries) => *entries = *lanes,
-                // A call of memcpy takes longer than three numbers.
-                None => line.iter_mut().zip(lanes).for_each(|(entry, product)| *entry = *product),
-            }
+            [a, b, c, d, ..] => [*a, *b, *c, *d] = *lanes,
+            // Written out: a call of memcpy takes longer than three numbers.
+            [a, b, c] => [*a, *b, *c] = [lanes[0], lanes[1], lanes[2]],
+            [a, b] => [*a, *b] = [lanes[0], lanes[1]],
+            [a] => *a = lanes[0],
+            _ => {}
+        }
+    }
+}
+
+/// Puts `block` also where the rows of group `other` cross the columns of group `own`.
+#[inline(always)] // part of the kernels
+fn store_transposed(matrix: &mut [f64], width: usize, own: &Group, other: &Group, block: &[Lanes; LANES]) {
+    for column in 0..other.count.min(LANES) {
+        let start = (other.first + column) * width + own.first;
+        for (entry, lanes) in matrix[start..start + own.count].iter_mut().zip(block) {
+            *entry = lanes[column];
         }
     }
 }
 
 /// Adds the products of every number of `left`, each to a row of its own, with every one of `right`.
 #[inline(always)] // eight instructions a row
-fn add_product(block: &mut [Lanes; LANES], left: &Lanes, right: &Lanes) {
+fn add_product(block: &mut [Lanes], left: &Lanes, right: &Lanes) {
     for (lanes, left) in block.iter_mut().zip(left) {
         *lanes = std::array::from_fn(|lane| lanes[lane] + left * right[lane]);
     }
@@ -153,13 +175,13 @@ fn add_product(block: &mut [Lanes; LANES], left: &Lanes, right: &Lanes) {
 /// Every two rows meet in the root; those that reach the same places meet there too.
 #[multiversion(targets("x86_64+avx2"))]
 pub fn products(half: &HalfSolved, scale: f64, matrix: &mut [f64]) {
+    let width = half.groups.last().map_or(0, |last| last.first + last.count);
     for (index, own) in half.groups.iter().enumerate() {
         for other in &half.groups[..=index] {
             let block = half.meet(own, other).map(|lanes| lanes.map(|product| scale * product));
-            let transposed = std::array::from_fn(|row| block.map(|lanes| lanes[row]));
-            half.store(matrix, own, other, &block);
+            store(matrix, width, own, other, &block);
             if other.first != own.first {
-                half.store(matrix, other, own, &transposed);
+                store_transposed(matrix, width, own, other, &block);
             }
         }
     }

@@ -30,7 +30,10 @@ pub fn of_bodies(
     numbers: &mut Vec<Lanes>,
 ) -> Range<usize> {
     let mut own = side_by_side(forces);
-    let joints = other.iter().fold(way(model, body), |joints, other| union(joints, way(model, *other)));
+    let joints = match other {
+        None => way(model, body),
+        Some(other) => union(way(model, body), way(model, other)),
+    };
     let start = numbers.len();
     numbers.resize(start + ROOT + joints.len(), [0.0; LANES]);
     let (root, shares) = numbers[start..].split_at_mut(ROOT);
@@ -50,13 +53,11 @@ pub fn of_bodies(
 /// The components of `forces`, no more than [`LANES`], moments first.
 #[inline]
 pub fn side_by_side(forces: &[SpatialForce]) -> [Lanes; 6] {
-    let mut sides = [[0.0; LANES]; 6];
-    for (lane, force) in forces.iter().enumerate() {
-        for (lanes, component) in sides.iter_mut().zip(force.components()) {
-            lanes[lane] = component;
-        }
+    let mut filled = [[0.0; 6]; LANES];
+    for (lane, force) in filled.iter_mut().zip(forces) {
+        *lane = force.components();
     }
-    sides
+    std::array::from_fn(|component| filled.map(|lane| lane[component]))
 }
 
 /// Half-solves a unit of the row that is a force along joint `joint`, as [`of_bodies`] does.
