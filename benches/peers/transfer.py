@@ -123,14 +123,17 @@ def heading(quaternion):
     return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
-def play(path, motion, seconds, contact, step=STEP, itself=False):
-    """Speed along the direction after the entry, change of heading, time upright, mean slip aside."""
+def play(path, motion, seconds, contact, step=STEP, itself=False, elliptic=False):
+    """Speed along the direction after the entry, change of heading, time upright. Friction is a pyramid, as it is by default, or an
+    `elliptic` cone."""
     names, drive = motion["joints"], motion["drive"]
     gains = tuple(dict(zip(names, drive[key])) for key in ("stiffness", "damping", "max_torque"))
     model = robot.load(path, gains, friction=motion["scene"]["friction"], itself=itself)
     model.opt.timestep = step
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     model.geom_solref[:, 0] = contact
+    if elliptic:
+        model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     data = mujoco.MjData(model)
     first = (motion["entry"] or motion["keyframes"])[0]
     place = first["root"]
@@ -176,6 +179,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=10.0)
     parser.add_argument("--contact", type=float, nargs="+", default=[0.02, 0.01, 0.005], help="time constants, s")
     parser.add_argument("--self-collision", action="store_true", help="let the robot touch itself")
+    parser.add_argument("--elliptic", action="store_true", help="friction as an elliptic cone, not as a pyramid")
     options = parser.parse_args()
     for path in options.motions:
         motion = json.load(open(path))
@@ -191,7 +195,8 @@ def main():
         for contact in options.contact:
             # A contact must be resolved by the step: MuJoCo takes no time constant below two of them.
             step = min(STEP, contact / 4)
-            speed, turn, upright = play(options.robot, motion, options.seconds, contact, step, options.self_collision)
+            played = (options.robot, motion, options.seconds, contact, step, options.self_collision, options.elliptic)
+            speed, turn, upright = play(*played)
             share = 100 * (speed / ours["speed"] - 1) if ours["speed"] else math.nan
             print(
                 f"  contact {1000 * contact:g} ms: {speed:.3f} m/s ({share:+.0f} %), heading {turn:+.2f} rad, "
