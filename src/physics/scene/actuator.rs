@@ -20,7 +20,7 @@ impl ActuatorLimits {
     }
 
     /// Whether `torque` is available at the velocity `rate` whichever the direction of either; false also where that is a
-    /// matter of rounding, and where no number says it.
+    /// matter of rounding, and where the greatest speed is 0.
     #[inline]
     pub fn surely_has(self, torque: f64, rate: f64) -> bool {
         torque.abs() <= self.torque * (1.0 - rate.abs() / self.speed) * (1.0 - 1e-12)

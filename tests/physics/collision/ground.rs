@@ -17,9 +17,6 @@ use super::common;
 /// Height of the ground, m.
 const HEIGHT: f64 = 0.3;
 
-/// Shapes of more points than this are represented by some of them.
-const ALL_TESTED: usize = 8;
-
 /// Slots of all points that can reach the ground within the margin, found without any bound of bodies or shapes; but for those of
 /// cylinders and of shapes with many corners.
 fn near(model: &Model, bodies: &Bodies, origin: f64, settings: &DetectionSettings) -> BTreeSet<usize> {
@@ -31,7 +28,7 @@ fn near(model: &Model, bodies: &Bodies, origin: f64, settings: &DetectionSetting
             let at = body.point(*point) - Vector3::z() * radius;
             let approach = -(body.velocity.linear + body.velocity.angular.cross(&at)).z;
             let gap = at.z + origin - HEIGHT;
-            if count <= ALL_TESTED && gap <= settings.margin(approach) {
+            if count <= ground::CORNERS_KEPT_WHOLE && gap <= settings.margin(approach) {
                 slots.insert(shape.first_slot + index);
             }
         }
@@ -67,7 +64,8 @@ fn no_point_near_the_ground_is_passed_over() {
         let whole = |slot: usize| {
             model.ground_shapes.iter().any(|shape| match shape.surface {
                 Surface::Points { count, .. } => {
-                    count <= ALL_TESTED && (shape.first_slot..shape.first_slot + count).contains(&slot)
+                    count <= ground::CORNERS_KEPT_WHOLE
+                        && (shape.first_slot..shape.first_slot + count).contains(&slot)
                 }
                 Surface::Cylinder { .. } => false,
             })

@@ -135,11 +135,11 @@ pub fn detect(
             match shape.surface {
                 Surface::Points { first, count, radius } => {
                     let upright = body.rotation.row(2);
-                    let beyond = count > CORNERS_KEPT_WHOLE;
-                    if beyond {
+                    let reduced = count > CORNERS_KEPT_WHOLE;
+                    if reduced {
                         close.push(index);
                     }
-                    // The corners of a shape that lies across the height of its sphere are too high without a look at each.
+                    // A long shape that lies flat reaches down less far than its bounding sphere: none of its corners is near.
                     if count > 1 && center - upright.transpose().abs().dot(&shape.extent) - highest > farthest
                     {
                         continue;
@@ -151,7 +151,7 @@ pub fn detect(
                             meet(shape.first_slot + index, body.point(*point), radius);
                         }
                     }
-                    if beyond {
+                    if reduced {
                         keep_four(candidates, from);
                     }
                 }

@@ -85,7 +85,7 @@ pub(super) struct ActiveSet {
     system: Vec<f64>,
     /// In ascending order, the rows whose forces are unknown.
     chosen: Vec<usize>,
-    /// Of each of them, the share of its diagonal entry that is the row's own.
+    /// [`row_stiffness`] of each of them.
     scales: Vec<f64>,
     direct: Symmetric,
     /// The value of every unknown.

@@ -201,7 +201,7 @@ pub fn project(problem: &Problem<'_>, lambda: &mut [f64]) {
             Bound::Friction { normal, coefficient } if row + 1 < rows => {
                 // Its normal force may come later.
                 let pressing = match (problem.bounds.get(normal), lambda.get(normal)) {
-                    (Some(bound), Some(force)) => apart(*bound, *force),
+                    (Some(bound), Some(force)) => within_own_bound(*bound, *force),
                     _ => 0.0,
                 };
                 let tangent = [lambda[row], lambda[row + 1]];
@@ -210,7 +210,7 @@ pub fn project(problem: &Problem<'_>, lambda: &mut [f64]) {
                 row += 2;
             }
             bound => {
-                lambda[row] = apart(bound, lambda[row]);
+                lambda[row] = within_own_bound(bound, lambda[row]);
                 row += 1;
             }
         }
@@ -219,7 +219,7 @@ pub fn project(problem: &Problem<'_>, lambda: &mut [f64]) {
 
 /// The nearest force that `bound` allows whatever the other forces are.
 #[inline(always)] // part of the kernels
-fn apart(bound: Bound, force: f64) -> f64 {
+fn within_own_bound(bound: Bound, force: f64) -> f64 {
     match bound {
         Bound::NonNegative => at_least_zero(force),
         Bound::Box { lower, upper } => between(force, lower, upper),
