@@ -7,9 +7,9 @@ use super::candidate::{Against, ContactCandidate, keep_four};
 use super::detection::DetectionSettings;
 use super::displacement::{BodyDisplacement, PENETRATION_ALLOWED};
 use super::field;
-use crate::model::{CYLINDER_SLOTS, Model, Surface};
+use crate::model::{CYLINDER_SLOTS, GroundShape, Model, Surface};
 use crate::scene::Terrain;
-use crate::sim::bodies::Bodies;
+use crate::sim::bodies::{Bodies, BodyMotion};
 use crate::sim::per_body::Motions;
 
 /// Normal and tangents of a horizontal plane.
@@ -93,83 +93,100 @@ pub fn detect(
             continue;
         }
         for (index, shape) in of_body.shapes.clone().zip(&model.ground_shapes[of_body.shapes.clone()]) {
-            let farthest = settings.margin(moving + turning * shape.farthest);
+            let margin = settings.margin(moving + turning * shape.farthest);
             let center = body.origin.z + (body.rotation.row(2) * shape.center)[0];
-            if center - shape.reach - highest > farthest {
+            if center - shape.reach - highest > margin {
                 continue;
             }
-            let from = candidates.len();
-            let mut add = |slot: usize, frame: [Vector3<f64>; 3], at: Vector3<f64>, gap: f64| {
-                let approach = -frame[0].dot(&velocity.at(at));
-                if gap <= settings.margin(approach) {
-                    candidates.push(ContactCandidate {
-                        slot,
-                        link: shape.link,
-                        body: shape.body,
-                        against: Against::Ground,
-                        at,
-                        frame,
-                        depth: -gap,
-                        rebound: settings.rebound(approach),
-                        material: ContactCandidate::SMOOTH,
-                    });
-                }
-            };
-            let mut meet = |slot: usize, midpoint: Vector3<f64>, radius: f64| match ground {
-                Terrain::Plane { height } => {
-                    let at = midpoint - Vector3::new(0.0, 0.0, radius);
-                    add(slot, FRAME, at, at.z - (height - origin.z));
-                }
-                Terrain::Field(heights) => {
-                    let velocity = velocity.at(midpoint);
-                    field::meet(heights, midpoint + origin, radius, velocity, settings, |field_point| {
-                        add(
-                            slot,
-                            field_point.frame,
-                            midpoint - field_point.frame[0] * radius,
-                            field_point.gap,
-                        );
-                    });
-                }
-            };
+            // The whole motion is looked up here only: most bodies need no more than the parts above.
+            let body = bodies.at(of_body.body);
+            let mut near = NearGround { ground, origin, settings, body, shape, candidates };
             match shape.surface {
                 Surface::Points { first, count, radius } => {
-                    let upright = body.rotation.row(2);
-                    let reduced = count > CORNERS_KEPT_WHOLE;
-                    if reduced {
+                    if count > CORNERS_KEPT_WHOLE {
                         close.push(index);
                     }
                     // A long shape that lies flat reaches down less far than its bounding sphere: none of its corners is near.
-                    if count > 1 && center - upright.transpose().abs().dot(&shape.extent) - highest > farthest
-                    {
-                        continue;
-                    }
-                    let lowest = highest + farthest + radius - body.origin.z;
-                    for (index, point) in model.ground_points[first..first + count].iter().enumerate() {
-                        // Most corners are too high whatever their speed.
-                        if upright[0] * point.x + upright[1] * point.y + upright[2] * point.z <= lowest {
-                            meet(shape.first_slot + index, body.point(*point), radius);
-                        }
-                    }
-                    if reduced {
-                        keep_four(candidates, from);
+                    let upright = body.rotation.row(2).transpose();
+                    if count == 1 || center - upright.abs().dot(&shape.extent) - highest <= margin {
+                        near.points(&model.ground_points[first..first + count], radius, highest + margin);
                     }
                 }
                 Surface::Cylinder { axis, across, radius, half_length } => {
                     close.push(index);
-                    let points = rim_points(
-                        body.rotation,
-                        body.point(shape.center),
-                        axis,
-                        across,
-                        radius,
-                        half_length,
-                    );
-                    for (index, at) in points.into_iter().enumerate() {
-                        meet(shape.first_slot + index, at, 0.0);
+                    let center = body.point(shape.center);
+                    let rims = rim_points(body.rotation, center, axis, across, radius, half_length);
+                    for (index, at) in rims.into_iter().enumerate() {
+                        near.meet(shape.first_slot + index, at, 0.0);
                     }
                 }
             }
+        }
+    }
+}
+
+/// A shape that may be near the ground, and where its contact candidates go. Its functions are compiled for the processor of [`detect`].
+struct NearGround<'a> {
+    ground: &'a Terrain,
+    origin: Vector3<f64>,
+    settings: &'a DetectionSettings,
+    body: BodyMotion,
+    shape: &'a GroundShape,
+    candidates: &'a mut Vec<ContactCandidate>,
+}
+
+impl NearGround<'_> {
+    /// Adds those of the balls of `radius` about the shape's `points` that touch the ground or may come to; none whose lowest point is
+    /// higher than `highest` above the common point.
+    #[inline(always)]
+    fn points(&mut self, points: &[Vector3<f64>], radius: f64, highest: f64) {
+        let from = self.candidates.len();
+        let upright = self.body.rotation.row(2).into_owned();
+        let lowest = highest + radius - self.body.origin.z;
+        for (index, point) in points.iter().enumerate() {
+            // Most corners are too high whatever their speed.
+            if upright[0] * point.x + upright[1] * point.y + upright[2] * point.z <= lowest {
+                self.meet(self.shape.first_slot + index, self.body.point(*point), radius);
+            }
+        }
+        if points.len() > CORNERS_KEPT_WHOLE {
+            keep_four(self.candidates, from);
+        }
+    }
+
+    /// Adds the ball of `radius` about `midpoint`, which has the slots from `slot`, wherever it touches the ground or may come to.
+    #[inline(always)]
+    fn meet(&mut self, slot: usize, midpoint: Vector3<f64>, radius: f64) {
+        match self.ground {
+            Terrain::Plane { height } => {
+                let at = midpoint - Vector3::new(0.0, 0.0, radius);
+                self.add(slot, FRAME, at, at.z - (height - self.origin.z));
+            }
+            Terrain::Field(heights) => {
+                let (center, velocity) = (midpoint + self.origin, self.body.velocity.at(midpoint));
+                field::meet(heights, center, radius, velocity, self.settings, |met| {
+                    self.add(slot, met.frame, midpoint - met.frame[0] * radius, met.gap);
+                });
+            }
+        }
+    }
+
+    /// Adds the point `at` of the surface, `gap` above a plane of the ground with normal and tangents `frame`, if it may touch it.
+    #[inline(always)]
+    fn add(&mut self, slot: usize, frame: [Vector3<f64>; 3], at: Vector3<f64>, gap: f64) {
+        let approach = -frame[0].dot(&self.body.velocity.at(at));
+        if gap <= self.settings.margin(approach) {
+            self.candidates.push(ContactCandidate {
+                slot,
+                link: self.shape.link,
+                body: self.shape.body,
+                against: Against::Ground,
+                at,
+                frame,
+                depth: -gap,
+                rebound: self.settings.rebound(approach),
+                material: ContactCandidate::SMOOTH,
+            });
         }
     }
 }

@@ -58,24 +58,27 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         let StepData { state, work, step, midpoint, .. } = &mut self.data;
         let Workspace { drives, feedforward, .. } = &mut **work;
         let Drives { springs, actuators, composite_inertia, .. } = drives;
-        let motors = drive.stiffness.iter().zip(&drive.damping).zip(&drive.offset).zip(drive.all_limits());
-        let joints = state.angles.iter().zip(&state.velocities).zip(&state.memory.saturated);
-        let targets = now.iter().zip(next).map(|(now, next)| Target { now: *now, next: *next });
-        let asked = targets.zip(&feedforward.torque).zip(&*composite_inertia);
-        let driven = springs.iter_mut().zip(actuators);
-        for (((motor, joint), asked), (own, mode)) in motors.zip(joints).zip(asked).zip(driven) {
-            let ((((stiffness, damping), offset), limits), ((angle, rate), last)) = (motor, joint);
-            let ((target, feedforward), inertia) = asked;
-            let offset = feedforward + offset;
+        // Of one length each, so that no index is checked in the loop.
+        let joints = springs.len();
+        let (stiffness, damping) = (&drive.stiffness[..joints], &drive.damping[..joints]);
+        let (offset, limits) = (&drive.offset[..joints], &drive.all_limits()[..joints]);
+        let (angles, rates) = (&state.angles[..joints], &state.velocities[..joints]);
+        let (now, next) = (&now[..joints], &next[..joints]);
+        let (torque, inertia) = (&feedforward.torque[..joints], &composite_inertia[..joints]);
+        let (saturated, actuators) = (&state.memory.saturated[..joints], &mut actuators[..joints]);
+        for joint in 0..joints {
+            let (stiffness, damping) = (stiffness[joint], damping[joint]);
+            let (angle, target) = (angles[joint], Target { now: now[joint], next: next[joint] });
+            let offset = torque[joint] + offset[joint];
             let spring = if *midpoint {
-                let per_inertia = *step / inertia;
+                let per_inertia = *step / inertia[joint];
                 let weights = ImplicitWeights::new(per_inertia * *step * stiffness, per_inertia * damping);
-                Spring::at_midpoint(*stiffness, *damping, weights, offset, *angle, *rate, target, *step)
+                Spring::at_midpoint(stiffness, damping, weights, offset, angle, rates[joint], target, *step)
             } else {
-                Spring::new(*stiffness, *damping, offset, *angle, target, *step)
+                Spring::new(stiffness, damping, offset, angle, target, *step)
             };
-            *own = spring.clamped(limits.torque);
-            *mode = ActuatorMode::first(*own, *limits, *last);
+            springs[joint] = spring.clamped(limits[joint].torque);
+            actuators[joint] = ActuatorMode::first(springs[joint], limits[joint], saturated[joint]);
         }
         Ok(())
     }
