@@ -183,10 +183,14 @@ fn with_rebound(because: &str, scene: &Scene, greatest: PairMaterial) -> Cow<'st
     }
 }
 
-/// Self-collision is simulated where two shapes can make contact.
+/// Self-collision is simulated where two shapes can make contact: within the joint limits, unless these are switched off.
 fn self_collision(scene: &Scene, pairs: &Pairs, greatest: PairMaterial) -> Call {
-    let (joined, overlapping, apart) = (pairs.joined.len(), pairs.overlapping.len(), pairs.apart.len());
-    if pairs.count + joined + overlapping + apart == 0 {
+    let (joined, overlapping) = (pairs.joined.len(), pairs.overlapping.len());
+    let (count, apart) = match scene.effects.get(&Effect::JointLimits) {
+        Some(Switch::Off) => (pairs.count + pairs.apart.len(), 0),
+        _ => (pairs.count, pairs.apart.len()),
+    };
+    if count + joined + overlapping + apart == 0 {
         return Err("no two bodies of the character have collision shapes".into());
     }
     let mut left_out = Vec::new();
@@ -200,7 +204,7 @@ fn self_collision(scene: &Scene, pairs: &Pairs, greatest: PairMaterial) -> Call 
         }
     }
     let left_out = left_out.join(", ");
-    match pairs.count {
+    match count {
         0 if joined + overlapping == 0 => Err("no two shapes can touch within the joint limits".into()),
         0 => {
             Err(format!("no two shapes can touch within the joint limits; left out are pairs {left_out}")

@@ -191,7 +191,8 @@ fn pairs_said_to_stay_apart_never_touch(files: &[PathBuf]) {
         let model = Model::new(common::character(file), Base::Floating);
         apart += model.pairs.apart.len();
         for &pair in &model.pairs.apart {
-            assert!(!model.pairs.can_touch(pair[0], pair[1]));
+            assert!(!model.pairs.can_touch(pair[0], pair[1], true));
+            assert!(model.pairs.can_touch(pair[0], pair[1], false));
         }
         for _ in 0..200 {
             let mut state = State::new(&model);

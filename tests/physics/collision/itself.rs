@@ -156,15 +156,23 @@ fn arms_that_start_deep_in_each_other_part_without_a_launch() {
 }
 
 /// A snake whose joints are all driven to roll it up more than once.
+/// Forces between links change nothing about the motion of a rigid whole, which the feedforward's problem is about: it does not ask for
+/// any, and is solved.
 #[test]
 fn a_snake_that_curls_up_does_not_pass_through_itself() {
+    for feedforward in [Feedforward::None, Feedforward::ContactFree, Feedforward::ContactAware] {
+        curls_up(feedforward);
+    }
+}
+
+fn curls_up(feedforward: Feedforward) {
     let model = common::example("snake.json");
     let joints = model.joint_count();
     let gains = Gains {
         stiffness: vec![20.0; joints],
         damping: vec![0.5; joints],
         max_torque: vec![None; joints],
-        feedforward: Feedforward::None,
+        feedforward,
         ..Gains::default()
     };
     let target: Vec<f64> =
@@ -185,8 +193,71 @@ fn a_snake_that_curls_up_does_not_pass_through_itself() {
             deepest = deepest.max(contact.depth);
         }
     }
-    assert!(touched, "it never touched itself");
-    assert!(deepest < 1e-3, "{deepest} m deep");
+    assert!(touched, "{feedforward:?}: it never touched itself");
+    assert!(deepest < 1e-3, "{feedforward:?}: {deepest} m deep");
+    assert_eq!(simulator.record().unsolved_steps, 0, "{feedforward:?}");
+}
+
+/// An arm that turns by a radian to either side, and a post where its hand would be after two radians.
+fn arm_and_post() -> Arc<Model> {
+    let inertial = |mass: f64| {
+        let inertia = 0.02 * mass;
+        format!(
+            r#"<inertial><mass value="{mass}"/><inertia ixx="{inertia}" ixy="0" ixz="0" iyy="{inertia}" iyz="0" izz="{inertia}"/></inertial>"#
+        )
+    };
+    let shape = |at: &str, size: &str| {
+        format!(r#"<collision><origin xyz="{at}"/><geometry><box size="{size}"/></geometry></collision>"#)
+    };
+    let joint = |name: &str, parent: &str, child: &str, at: &str, range: f64| {
+        format!(
+            r#"<joint name="{name}" type="revolute"><origin xyz="{at}"/><parent link="{parent}"/><child link="{child}"/><axis xyz="0 0 1"/>
+              <limit lower="-{range}" upper="{range}" effort="100" velocity="100"/></joint>"#
+        )
+    };
+    let post = format!("{} {} 0", 0.5 * 2.0_f64.cos(), 0.5 * 2.0_f64.sin());
+    read(
+        &format!(
+            r#"<robot name="arm"><link name="base">{}{}</link><link name="arm">{}</link><link name="hand">{}{}</link>{}{}</robot>"#,
+            inertial(1e4),
+            shape(&post, "0.05 0.05 0.2"),
+            inertial(1.0),
+            inertial(1.0),
+            shape("0 0 0", "0.05 0.05 0.05"),
+            joint("shoulder", "base", "arm", "0 0 0", 1.0),
+            joint("wrist", "arm", "hand", "0.5 0 0", 0.1),
+        ),
+        Source::Urdf,
+    )
+}
+
+#[test]
+fn what_only_the_joint_limits_keep_apart_touches_without_them() {
+    let model = arm_and_post();
+    assert_eq!((model.pairs.count, model.pairs.apart.len()), (0, 1));
+    let reach = |limits: Switch| {
+        let gains = Gains {
+            stiffness: vec![50.0; 2],
+            damping: vec![5.0; 2],
+            max_torque: vec![None; 2],
+            feedforward: Feedforward::None,
+            ..Gains::default()
+        };
+        let mut scene = floating();
+        scene.effects.insert(Effect::JointLimits, limits);
+        let plan = common::plan(&model, &scene, &Accuracy::default(), Some(&gains));
+        assert_eq!(plan.self_collision, limits == Switch::Off);
+        let mut simulator = Simulator::new(plan, State::new(&model));
+        for index in 0..1500 {
+            let [now, next] = [index, index + 1].map(|index| [(0.003 * f64::from(index)).min(3.0), 0.0]);
+            simulator.step(Command::Track { now: &now, next: &next }).unwrap();
+        }
+        simulator.state().angles[0]
+    };
+    // The hand's face and the post's are 0.05 m apart when they touch: a tenth of a radian before the post.
+    let (limited, free) = (reach(Switch::Auto), reach(Switch::Off));
+    assert!((limited - 1.0).abs() < 1e-3, "{limited}");
+    assert!((1.8..2.0).contains(&free), "{free}");
 }
 
 /// An arm that turns and slides out beside a post, each with a hand.

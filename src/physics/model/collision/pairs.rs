@@ -30,9 +30,11 @@ const POSES: usize = 100;
 pub struct Pairs {
     /// Number of shapes.
     shapes: usize,
-    /// One bit for every ordered pair of shapes: whether they can make contact.
+    /// One bit for every ordered pair of shapes: whether they can make contact within the joint limits.
     touching: Vec<u64>,
-    /// Number of pairs that can make contact.
+    /// The same: whether only the joint limits keep them from it.
+    beyond: Vec<u64>,
+    /// Number of pairs that can make contact within the joint limits.
     pub count: usize,
     /// Pairs of bodies joined by a joint, whose shapes overlap by design.
     pub joined: Vec<[usize; 2]>,
@@ -44,18 +46,19 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    /// Whether shapes `first` and `second` can make contact.
+    /// Whether shapes `first` and `second` can make contact, with joints that are `limited` to their ranges or go on beyond them.
     #[inline]
-    pub fn can_touch(&self, first: usize, second: usize) -> bool {
+    pub fn can_touch(&self, first: usize, second: usize, limited: bool) -> bool {
         let bit = first * self.shapes + second;
-        self.touching.get(bit / 64).is_some_and(|word| word >> (bit % 64) & 1 == 1)
+        let is_set = |bits: &[u64]| bits.get(bit / 64).is_some_and(|word| word >> (bit % 64) & 1 == 1);
+        is_set(&self.touching) || !limited && is_set(&self.beyond)
     }
 
-    fn set_touching(&mut self, first: usize, second: usize) {
-        for bit in [first * self.shapes + second, second * self.shapes + first] {
-            self.touching[bit / 64] |= 1 << (bit % 64);
+    /// The two bits of a pair.
+    fn set(bits: &mut [u64], shapes: usize, [first, second]: [usize; 2]) {
+        for bit in [first * shapes + second, second * shapes + first] {
+            bits[bit / 64] |= 1 << (bit % 64);
         }
-        self.count += 1;
     }
 }
 
@@ -79,8 +82,8 @@ impl PairFinder<'_> {
     /// Sorts all pairs of shapes of different bodies.
     pub fn pairs(&self) -> Pairs {
         let shapes = self.shapes.len();
-        let mut pairs =
-            Pairs { shapes, touching: vec![0; (shapes * shapes).div_ceil(64)], ..Pairs::default() };
+        let bits = vec![0; (shapes * shapes).div_ceil(64)];
+        let mut pairs = Pairs { shapes, touching: bits.clone(), beyond: bits, ..Pairs::default() };
         let bodies = self.standing_bodies();
         let standing: Vec<(Pose, Vector)> = self
             .shapes
@@ -93,8 +96,9 @@ impl PairFinder<'_> {
             .collect();
         let mut overlapping = BTreeSet::new();
         for (first, second) in index_pairs(shapes) {
-            if self.overlap([first, second], &standing) {
-                overlapping.insert([self.shapes[first].body, self.shapes[second].body]);
+            let bodies = [self.shapes[first].body, self.shapes[second].body];
+            if bodies[0] != bodies[1] && self.overlap([first, second], &standing) {
+                overlapping.insert(bodies);
             }
         }
         for (first, second) in index_pairs(shapes) {
@@ -107,8 +111,10 @@ impl PairFinder<'_> {
             } else if overlapping.contains(&bodies) || overlapping.contains(&[bodies[1], bodies[0]]) {
                 pairs.overlapping.push([first, second]);
             } else if self.can_meet([first, second]) {
-                pairs.set_touching(first, second);
+                Pairs::set(&mut pairs.touching, shapes, [first, second]);
+                pairs.count += 1;
             } else {
+                Pairs::set(&mut pairs.beyond, shapes, [first, second]);
                 pairs.apart.push([first, second]);
             }
         }

@@ -16,6 +16,7 @@ use super::manifold::Manifold;
 use super::travel::Travel;
 use crate::model::collision::convex::{self, Convex, from_vector};
 use crate::model::{Model, SOLID_SLOTS};
+use crate::scene::StepPlan;
 use crate::sim::bodies::Bodies;
 use crate::sim::per_body::Motions;
 use crate::sim::spatial::SpatialMotion;
@@ -30,7 +31,7 @@ const ORDER: Vector3<f64> = Vector3::new(0.48, 0.62, 0.6208);
 /// Pairs count as near up to this share of the mean reach of the shapes.
 const NEAR: f64 = 0.5;
 
-/// The distance of a pair is computed up to this share of what counts as near beyond the detection margin.
+/// How far beyond the detection margin the distance of a pair is computed, as a share of the distance within which pairs count as near.
 const AHEAD: f64 = 0.25;
 
 /// Distances are distinguished down to this share of what counts as near.
@@ -44,6 +45,8 @@ const ADDED_POINTS: usize = 3;
 pub struct Solids {
     /// Whether the character's shapes are tested against each other.
     self_collision: bool,
+    /// Whether the joints are limited to their ranges, which keep some pairs apart.
+    limited: bool,
     /// How far the character has moved.
     travel: Travel,
     /// Until shapes have come nearer to each other by this since the pairs were found, only those pairs can be in contact, m.
@@ -84,14 +87,17 @@ struct NearPair {
 }
 
 impl Solids {
-    /// For the shapes of `model` against `obstacles` obstacles and, if so, against each other (`self_collision`).
-    pub fn new(model: &Model, self_collision: bool, obstacles: usize) -> Self {
+    /// For the shapes of `model` against the obstacles of `plan` and, if it says so, against each other.
+    pub fn new(model: &Model, plan: &StepPlan) -> Self {
+        let obstacles = plan.obstacles.len();
         let shapes = model.solids.len();
         let colliders = shapes + obstacles;
         let pairs = shapes * 16;
         let mean_reach = model.solids.iter().map(|solid| solid.reach).sum::<f64>() / shapes.max(1) as f64;
         Self {
-            self_collision,
+            self_collision: plan.self_collision,
+            // Without any limit in the model, joints go everywhere as it is.
+            limited: plan.limits.is_some() || model.limits.iter().all(Option::is_none),
             travel: Travel::new(model, obstacles > 0),
             valid: 0.0,
             quiet: 0.0,
@@ -348,7 +354,7 @@ impl Solids {
 
     /// Fills `near` with the pairs whose spheres are less than `distance` apart.
     fn sweep(&mut self, model: &Model, distance: f64) {
-        let Self { self_collision, spheres, order, near, .. } = self;
+        let Self { self_collision, limited, spheres, order, near, .. } = self;
         near.clear();
         let within_reach = |sphere: &BoundingSphere| sphere.center.amax() + sphere.radius < FARTHEST;
         let shapes = model.solids.len();
@@ -373,7 +379,7 @@ impl Solids {
                 }
                 let pair = [one.min(two), one.max(two)];
                 let possible = match (pair[0] < shapes, pair[1] < shapes) {
-                    (true, true) => *self_collision && model.pairs.can_touch(pair[0], pair[1]),
+                    (true, true) => *self_collision && model.pairs.can_touch(pair[0], pair[1], *limited),
                     (true, false) => !(model.fixed_base && model.ground_shapes[pair[0]].body == 0),
                     (false, _) => false,
                 };

@@ -28,7 +28,7 @@ pub struct ContactDetection {
     known: Vec<ContactCandidate>,
     /// Indices of the shapes that may touch the ground at other points than their candidates. (detect)
     close: Vec<usize>,
-    /// ContactDetection of contacts between solids, if the plan asks for it. (detect)
+    /// Finds contacts between solids, if the plan asks for it. (detect)
     solids: Option<Solids>,
     /// Greatest distance of a point of a collision shape from its body's centre of mass, m. (new)
     reach: f64,
@@ -39,8 +39,7 @@ pub struct ContactDetection {
 impl ContactDetection {
     /// For `model` as `plan` steps it.
     pub fn new(model: &Model, plan: &StepPlan) -> Self {
-        let solids = (plan.self_collision || !plan.obstacles.is_empty())
-            .then(|| Solids::new(model, plan.self_collision, plan.obstacles.len()));
+        let solids = (plan.self_collision || !plan.obstacles.is_empty()).then(|| Solids::new(model, plan));
         let slots = slots(model, plan);
         Self {
             candidates: Vec::with_capacity(slots),

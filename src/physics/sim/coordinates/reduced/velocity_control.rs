@@ -65,6 +65,14 @@ impl ReducedCoordinates {
                     ROOT..ROOT
                 },
             );
+            // No force between two bodies of the rigid whole changes its motion: none is asked to, and the estimate stays.
+            let rows_per_contact = contact::rows_per_contact(plan.friction);
+            for (index, candidate) in candidates.iter().enumerate() {
+                if candidate.against.body().is_some() {
+                    let first = index * rows_per_contact;
+                    (first..first + rows_per_contact).for_each(|row| feedforward.rows.disable(row));
+                }
+            }
             feedforward.rows.assemble(horizon);
             let (problem_of_contacts, force) = feedforward.rows.problem(plan.circular_friction());
             let solution = problem.solver.solve(&problem_of_contacts, force);
