@@ -343,6 +343,12 @@ fn too_much_of_anything_is_refused() {
     assert!(matches!(refuse(&rubbish, Source::Zip), InputError::Malformed(_)));
     let links: String = (0..1001).map(|i| format!("<link name=\"{i}\"/>")).collect();
     large(format!("<robot name=\"many\">{links}</robot>").as_bytes(), Source::Urdf);
+    // Every pair of shapes is looked at.
+    let shapes = r#"{"kind": "sphere", "radius": 1},"#.repeat(4001);
+    let ball = format!(r#"{{"name": "ball", "density": 1, "shapes": [{}]}}"#, shapes.trim_end_matches(','));
+    let many =
+        format!(r#"{{"format": "gaitwright/character@1", "name": "many", "links": [{ball}], "joints": []}}"#);
+    large(many.as_bytes(), Source::Json);
     let mut many = document();
     many["links"] = (0..1001).map(|i| json!({"name": i.to_string()})).collect();
     large(many.to_string().as_bytes(), Source::Json);

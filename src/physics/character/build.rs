@@ -7,6 +7,7 @@ use nalgebra::Matrix3;
 use super::bounds::{LENGTH, check_axis, check_lengths, shape_fault, unit};
 use super::digest::Digests;
 use super::draft::{At, Diagnostics, Draft, DraftInertial, DraftJoint, DraftLink};
+use super::size::SHAPES;
 use super::{
     About, Character, Inertial, Joint, JointKind, Limits, Link, NoteKind, Options, Placed, Reading, inertia,
     loops, stand_in, weld::weld,
@@ -20,6 +21,11 @@ const INERTIA: f64 = MASS * LENGTH * LENGTH;
 
 /// Checks `draft` and makes it a character.
 pub fn build(mut draft: Draft, digests: Digests, options: Options) -> Result<Reading, InputError> {
+    let shapes: usize = draft.links.iter().map(|link| link.collisions.len()).sum();
+    if shapes > SHAPES {
+        let reason = format!("the character has {shapes} collision shapes; at most {SHAPES} are read");
+        return Err(InputError::TooLarge(Fault::new("", reason)));
+    }
     let diagnostics = &mut draft.diagnostics;
     for link in &draft.links {
         check_link(link, diagnostics);

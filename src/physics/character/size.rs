@@ -8,6 +8,8 @@ pub const DOCUMENT_BYTES: usize = 8 << 20;
 pub const ARCHIVE_BYTES: usize = 32 << 20;
 /// Greatest number of links (and of joints).
 pub const LINKS: usize = 1000;
+/// Greatest number of collision shapes of all links together: every pair of them is looked at when a character is made ready.
+pub const SHAPES: usize = 4000;
 
 /// The text of a document within the bound on its size.
 pub fn text(bytes: &[u8]) -> Result<&str, InputError> {

@@ -20,7 +20,7 @@ pub struct Character {
     /// Joints that close loops over the tree.
     pub loops: Vec<Loop>,
     /// Joint angles (rad; m for prismatic joints) of a standing pose given by the author, by joint
-    /// name, in the order of the links; joints left out stand at 0.
+    /// name, in the order of the links; joints left out stand at 0, or at the nearest angle that they can have.
     pub standing: Option<Vec<(String, f64)>>,
     /// `sha256:…` of the bytes the character was read from.
     pub digest: String,

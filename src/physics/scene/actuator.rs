@@ -26,7 +26,7 @@ impl ActuatorLimits {
         torque.abs() <= self.torque * (1.0 - rate.abs() / self.speed) * (1.0 - 1e-12)
     }
 
-    /// Whether there is a greatest torque.
+    /// Whether there is a greatest torque, above 0: an actuator without any needs no row.
     pub fn is_bounded(self) -> bool {
         self.torque.is_finite() && self.torque > 0.0
     }

@@ -148,6 +148,11 @@ impl DrivePlan {
 }
 
 impl StepPlan {
+    /// The feedforward of the drive; none where there is no drive.
+    pub fn feedforward(&self) -> Feedforward {
+        self.drive.as_ref().map_or(Feedforward::None, |drive| drive.feedforward)
+    }
+
     /// Compiles the plan for `model` in `scene`, simulated as finely as `accuracy` asks, with joints
     /// driven by `gains` (or not driven at all).
     ///

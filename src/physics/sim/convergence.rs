@@ -8,7 +8,7 @@ const MAX_ITERATIONS: usize = 20;
 #[derive(Debug)]
 pub struct FixedPoint {
     count: usize,
-    /// Error of the last iteration, rad or m a step.
+    /// Error of the last iteration, rad or sizes of the character a step.
     last: f64,
 }
 

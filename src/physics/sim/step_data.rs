@@ -45,6 +45,6 @@ impl<'a> StepData<'a> {
 
     /// Whether the plan's drive has feedforward torques.
     pub fn feeds_forward(&self) -> bool {
-        self.plan.drive.as_ref().is_some_and(|drive| drive.feedforward != Feedforward::None)
+        self.plan.feedforward() != Feedforward::None
     }
 }

@@ -61,7 +61,7 @@ impl Simulator {
 
     /// Whether the plan's drives have feedforward.
     fn feeds_forward(&self) -> bool {
-        self.plan.drive.as_ref().is_some_and(|drive| drive.feedforward != Feedforward::None)
+        self.plan.feedforward() != Feedforward::None
     }
 
     /// Keeps the velocities of the targets, which feedforward compares with those of the next step.

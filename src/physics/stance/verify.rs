@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use super::anatomy::Posed;
 use super::standing::Stance;
@@ -29,12 +29,13 @@ const FIRST_STEP: f64 = 10.0;
 /// A surface point no farther from the ground than this touches it, in sizes of the character ([`Model::size`]).
 const TOUCHING: f64 = 0.01;
 
-/// Greatest tilt of the root against its first orientation, rad, and greatest loss of height, as a
-/// share of it, of a character that stands.
+/// Greatest tilt of the root against its first orientation, rad, of a character that stands.
 const GREATEST_TILT: f64 = 0.35;
-const GREATEST_SINKING: f64 = 0.35;
+/// How far a character that stands may sink at most, as a share of its height: the mean of what its root and its centre of mass (above
+/// its lowest point) do.
+const GREATEST_SINKING: f64 = 0.175;
 
-/// A standing character moves no faster than this many heights of its root in a usual step at the end.
+/// A standing character moves no faster than this many heights of its centre of mass in a usual step at the end.
 const REST: f64 = 1e-4;
 
 /// Holds `angles` with `gains` in `scene` and reports how the character stands. If `stop` returns true before it is at
@@ -104,14 +105,16 @@ fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> b
     let mut state = simulator.state().clone();
     let height = posed_height(model, &stance.state);
     let tilt = state.root.orientation.angle_to(&stance.state.root.orientation);
-    let sunk = posed_height(model, &stance.state) - posed_height(model, &state)
-        + (stance.state.root.position.z - state.root.position.z);
+    let at = state.root.position;
+    let ground = scene.ground.as_ref().map(Terrain::new);
+    let rise = ground.map_or(0.0, |ground| ground.height(at.x, at.y) - ground.height(0.0, 0.0));
+    let root_sunk = stance.state.root.position.z - (at.z - rise);
+    let sunk = 0.5 * (height - posed_height(model, &state) + root_sunk);
     let moving = state.root.linear_velocity.norm() + height * state.root.angular_velocity.norm();
     let stands =
         tilt < GREATEST_TILT && sunk < GREATEST_SINKING * height && moving * accuracy.step < REST * height;
     state.time = 0.0;
-    state.root.position.x = 0.0;
-    state.root.position.y = 0.0;
+    state.root.position = Point3::new(0.0, 0.0, at.z - rise);
     state.root.linear_velocity.fill(0.0);
     state.root.angular_velocity.fill(0.0);
     state.velocities.fill(0.0);

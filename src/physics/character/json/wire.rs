@@ -27,7 +27,7 @@ pub struct Document {
     /// Joints that close loops: each joins two links that the tree joins already, and is passive.
     #[serde(default)]
     pub loops: Vec<LoopDocument>,
-    /// A standing pose, by joint name, rad or m; joints left out stand at 0.
+    /// A standing pose, by joint name, rad or m; joints left out stand at 0, or at the nearest angle that they can have.
     #[serde(default)]
     pub standing: Option<BTreeMap<String, f64>>,
 }
@@ -328,7 +328,7 @@ pub enum LoopKindDocument {
 #[schemars(rename = "Limits")]
 pub struct LimitsDocument {
     pub lower: f64,
-    /// Greater than `lower`.
+    /// Not below `lower`; where it is the same, the joint is fixed.
     pub upper: f64,
 }
 

@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::character::{Character, Shape};
 use crate::model::body::LinkPlace;
 
-/// Slots of a cylinder: three points on each rim.
+/// Slots of a cylinder: three points of each rim, and three more of each that may be added as it tilts.
 pub const CYLINDER_SLOTS: usize = 12;
 
 /// A shape that can make contact with the ground.

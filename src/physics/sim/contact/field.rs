@@ -75,7 +75,7 @@ fn rim(
     within: f64,
     add: &mut impl FnMut(FieldPoint),
 ) {
-    let (mut nearest, mut face) = ((f64::INFINITY, Vector3::zeros()), f64::INFINITY);
+    let (mut nearest, mut face) = ((f64::INFINITY, Vector3::zeros(), 0.0), f64::INFINITY);
     field.triangles_near(center.x, center.y, within, |triangle| {
         let up = normal(&triangle);
         let above = (center - triangle[0]).dot(&up);
@@ -87,13 +87,13 @@ fn rim(
             let share = ((center - triangle[from]).dot(&edge) / edge.norm_squared()).clamp(0.0, 1.0);
             let arm = center - triangle[from] - edge * share;
             if arm.norm() < nearest.0 {
-                nearest = (arm.norm(), arm);
+                nearest = (arm.norm(), arm, edge.norm());
             }
         }
     });
-    let (distance, arm) = nearest;
+    let (distance, arm, edge) = nearest;
     // On a flat or hollow edge a face is as near; a point on the edge itself has no direction of its own.
-    if distance <= within && distance > RIM && distance < face * (1.0 - RIM) && arm.z > 0.0 {
+    if distance <= within && distance > RIM * edge && distance < face * (1.0 - RIM) && arm.z > 0.0 {
         add(field_point(arm / distance, distance - radius));
     }
 }

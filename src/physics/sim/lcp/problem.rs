@@ -98,7 +98,7 @@ impl Bound {
     }
 
     /// The interval of a row's force while the other forces stay; of a friction row, that of the pyramid.
-    pub(super) fn interval(&self, lambda: &[f64]) -> (f64, f64) {
+    pub(in crate::sim) fn interval(&self, lambda: &[f64]) -> (f64, f64) {
         match *self {
             Self::Free => (f64::NEG_INFINITY, f64::INFINITY),
             Self::NonNegative => (0.0, f64::INFINITY),

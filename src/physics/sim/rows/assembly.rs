@@ -123,7 +123,7 @@ impl Rows {
         self.matrix[row * self.len() + other]
     }
 
-    /// Work of the forces of impact, J a second of the step, where rebounds have `share` of their speeds: λᵀ (w⁻ + w⁺) / 2 over their
+    /// Mean power of the forces of impact over the step, W (times the step it is their work, J), where rebounds have `share` of their speeds: λᵀ (w⁻ + w⁺) / 2 over their
     /// rows, with w⁻ as it is with the forces `without` impact, one a row (see `sim/restitution.rs`).
     pub fn work_of_impact(&self, share: f64, without: &[f64]) -> f64 {
         let count = self.len();
@@ -227,23 +227,27 @@ impl Rows {
         half_solved::combine(&self.half, &self.force, step, half);
     }
 
-    /// The row whose velocity at the solution is not finite or else strays farthest from what its
-    /// bound asks, judged by its own natural-map residual; `None` without rows.
+    /// What the first row belongs to of which a number is not finite, or else its velocity at the forces so far; where all are, the row
+    /// whose velocity strays farthest from what its bound asks at its force. `None` without rows.
     pub fn worst(&self) -> Option<RowOwner> {
         let count = self.len();
         let stray = |row: usize| {
-            let w: f64 = self.offset[row]
-                + self.matrix[row * count..(row + 1) * count]
-                    .iter()
-                    .zip(&self.force)
-                    .map(|(entry, force)| entry * force)
-                    .sum::<f64>();
-            let violation = match self.bounds[row] {
-                Bound::NonNegative => (-w).max(0.0),
-                _ => w.abs(),
-            };
-            if violation.is_nan() { f64::INFINITY } else { violation }
+            let entries = &self.matrix[row * count..(row + 1) * count];
+            if !(self.offset[row].is_finite() && entries.iter().all(|entry| entry.is_finite())) {
+                return f64::INFINITY;
+            }
+            let moved: f64 = entries.iter().zip(&self.force).map(|(entry, force)| entry * force).sum();
+            let velocity = self.offset[row] + moved;
+            if !velocity.is_finite() {
+                return f64::MAX;
+            }
+            let (lower, upper) = self.bounds[row].interval(&self.force);
+            match self.force[row] {
+                force if force <= lower => (-velocity).max(0.0),
+                force if force >= upper => velocity.max(0.0),
+                _ => velocity.abs(),
+            }
         };
-        (0..count).max_by(|a, b| stray(*a).total_cmp(&stray(*b))).map(|row| self.owner[row])
+        (0..count).rev().max_by(|a, b| stray(*a).total_cmp(&stray(*b))).map(|row| self.owner[row])
     }
 }

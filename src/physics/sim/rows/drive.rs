@@ -16,11 +16,6 @@ use crate::model::wide::Lanes;
 use crate::sim::lcp::Bound;
 use crate::sim::tracking::Spring;
 
-/// The rotor of reflected inertia `armature` (kg m² or kg) of a joint that moves at `rate`.
-pub fn rotor(armature: f64, rate: f64, step: f64) -> Spring {
-    Spring { at_rest: armature * rate / step, resistance: armature / step }
-}
-
 /// Adds the row of joint `joint`, whose torque follows `line`.
 ///
 /// `free` is the joint's velocity if no row acted; `half_solve` half-solves the row of a force

@@ -74,7 +74,7 @@ impl Workspace {
         let composite = composite_inertia(model);
         let slots = detection::slots(model, plan);
         let contact_rows = slots.min(64) * contact::rows_per_contact(plan.friction);
-        let feedforward = plan.drive.as_ref().map_or(Feedforward::None, |drive| drive.feedforward);
+        let feedforward = plan.feedforward();
         let held = feedforward != Feedforward::None && !model.joints_are_independent();
         let control_rows = if feedforward == Feedforward::ContactAware { contact_rows } else { 0 };
         let maximal = plan.accuracy.coordinates == Coordinates::Maximal;
@@ -157,7 +157,7 @@ impl Workspace {
             .force
             .chunks_exact(per_contact)
             .zip(problem.rows.force.chunks_exact(per_contact));
-        // Forces between links do not appear in the feedforward pass: its warm start takes those of the step.
+        // Where the character is one rigid whole, the feedforward pass does not solve for forces between links: its estimate is those of the step.
         let forces =
             candidates.iter().zip(rows).map(|(candidate, (control, step))| match candidate.against.body() {
                 Some(_) => step,

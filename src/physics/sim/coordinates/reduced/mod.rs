@@ -82,7 +82,7 @@ impl ReducedCoordinates {
     /// For `model` as `plan` steps it.
     pub fn new(model: &Model, plan: &StepPlan) -> Self {
         let bodies = model.bodies.len();
-        let feedforward = plan.drive.as_ref().map_or(Feedforward::None, |drive| drive.feedforward);
+        let feedforward = plan.feedforward();
         let rigid = feedforward != Feedforward::None && model.joints_are_independent();
         Self {
             articulated: Articulated::new(model),

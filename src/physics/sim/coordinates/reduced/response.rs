@@ -14,7 +14,7 @@ use crate::model::wide::{LANES, Lanes, Wide};
 use crate::sim::bodies::Bodies;
 use crate::sim::per_body::Motions;
 use crate::sim::rows::ROOT;
-use crate::sim::spatial::{SpatialForce, SpatialMotion, WideMotion};
+use crate::sim::spatial::{SpatialForce, WideMotion};
 
 /// Half-solves units of the rows that are `forces`, no more than [`LANES`], on body `body`, and the opposite on body
 /// `other` if there is one: appends side by side to `numbers` [`ROOT`] of the root and one for each joint in the
@@ -130,8 +130,8 @@ fn climb(
     }
 }
 
-/// Change of velocity that belongs to the half-solved impulse `half`: of the root as the result, of
-/// the joints added to `joint_rates`; `changes` receives that of every body.
+/// Change of velocity that belongs to the half-solved impulse `half`: that of the joints is added to `joint_rates`, `changes` receives
+/// that of every body.
 #[multiversion(targets("x86_64+avx2"))]
 pub fn finish(
     model: &Model,
@@ -140,11 +140,10 @@ pub fn finish(
     half: &[f64],
     joint_rates: &mut [f64],
     changes: &mut Motions,
-) -> SpatialMotion {
+) {
     let mut z = [0.0; ROOT];
     z.copy_from_slice(&half[..ROOT]);
-    let root = factor.root.finish(z);
-    changes.set_root(root);
+    changes.set_root(factor.root.finish(z));
     for index in 1..model.groups.len() {
         let group = &model.groups[index];
         let (parents, own) = changes.outward(index, group);
@@ -159,7 +158,6 @@ pub fn finish(
             joint_rates[joint] += change;
         }
     }
-    root
 }
 
 /// Changes of the velocities of bodies whose parents' are `parents`, and of their joints' as the result, by the half-solved
