@@ -111,6 +111,16 @@ fn each_disturbance_is_a_run_of_its_own() {
     assert_eq!(&trotting, soft);
     assert!(soft.peak < leaping.peak && leaping.peak < plain.peak, "{} of {}", leaping.peak, plain.peak);
 
+    // Where it gallops, the same ground is slippery, too.
+    let arena_of = |name: &str| arena.clone().suited(&named(name, &subject.legs).unwrap());
+    let galloping = arena_of("transverse gallop").run_disturbed(&plain, &ring, &gains, STRIDES);
+    assert_eq!(galloping[0], *weak);
+    assert_ne!(galloping[1], leaping);
+    let scene = Scene { friction: 0.7 * subject.scene.friction, ..subject.scene.clone() };
+    let slippery = Subject { scene, ..subject.clone() }.arena().unwrap();
+    let bounding = slippery.suited(&named("bound", &subject.legs).unwrap());
+    assert_eq!(bounding.run_disturbed(&plain, &ring, &gains, STRIDES)[1], galloping[1]);
+
     // Where the scene is as soft already, that is no disturbance.
     for (contact_time_constant, [trots, bounds]) in [(0.1, [1, 1]), (0.018, [2, 1]), (0.003, [2, 2])] {
         let scene = Scene { contact_time_constant, ..Scene::default() };

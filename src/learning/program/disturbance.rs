@@ -13,7 +13,7 @@ pub const FRICTION: [f64; 2] = [0.6, 1.4];
 /// Factor of stiffness and damping.
 pub const GAINS: f64 = 0.75;
 
-/// Change of velocity by a push, in √(g h).
+/// Change of velocity by a push, in √(g h): in the search that of each of two components, in the trials that of the whole.
 const PUSH: f64 = 0.06;
 
 /// Time constant of soft contacts, in √(h / g), for gaits whose left and right legs take turns.
@@ -26,6 +26,10 @@ const SOFT: f64 = 0.15;
 /// stance of some 80 ms, which ground that takes 25 ms to give way does not allow. With half fewer bounds were natural, and none of
 /// three kept every trial (with a quarter four of five).
 const SOFT_FOR_LEAPS: f64 = SOFT / 4.0;
+
+/// Factor of the coefficient of friction on that soft ground for gallops, which push along the ground the hardest: about what is left
+/// of a circle's radius across the edges of a friction pyramid, which is what MuJoCo's contacts have where nothing is said of them.
+pub const GRIP_OF_GALLOPS: f64 = 0.7;
 
 /// `scene` and `model` with every coefficient of friction times `factor`: those of links and obstacles that have their own as well, since
 /// in a contact the smaller of both sides holds.

@@ -57,6 +57,11 @@ impl NamedGait {
         froude.clamp(self.froude[0], self.froude[2])
     }
 
+    /// Whether it is one of the gallops, the fastest of gaits.
+    pub fn gallops(&self) -> bool {
+        self.gait == "gallop"
+    }
+
     /// Whether the gait is used at this Froude number.
     pub fn suits(&self, froude: f64) -> bool {
         self.suited(froude) == froude

@@ -26,7 +26,7 @@ pub const STEERED_STRIDES: usize = 15;
 /// Steps between two looks whether to stop.
 const STOPPING: usize = 256;
 
-/// Where gaits are tried: one for each thread.
+/// Where gaits are tried; all threads share it.
 #[derive(Debug, Clone)]
 pub struct Arena {
     model: Arc<Model>,
@@ -132,7 +132,11 @@ impl Arena {
     pub fn suited(self, gait: &NamedGait) -> Self {
         let time = disturbance::soft_contact(self.legs.hip_height, self.gravity, leaps(gait.gait));
         let accuracy = self.weak.accuracy;
-        let soft = self.as_asked.softer(time).map(|soft| Conditions { accuracy, ..soft });
+        let grip = if gait.gallops() { disturbance::GRIP_OF_GALLOPS } else { 1.0 };
+        let soft = self.as_asked.softer(time).map(|soft| {
+            let (scene, model) = disturbance::with_friction(grip, &soft.scene, &soft.model);
+            Conditions { accuracy, scene, model, ..soft }
+        });
         Self { soft, ..self }
     }
 

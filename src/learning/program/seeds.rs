@@ -27,7 +27,8 @@ const LEAP: [(usize, f64); 7] = [
 pub fn seeds(gait: &NamedGait) -> Vec<Vec<f64>> {
     let mut seeds = templates(gait);
     if !gait.symmetrical() {
-        seeds.extend(leaping());
+        let periods = if gait.gallops() { [-1.6, -2.8] } else { [-2.5, -4.0] };
+        seeds.extend(leaping(periods));
     }
     seeds
 }
@@ -70,12 +71,12 @@ fn templates(gait: &NamedGait) -> Vec<Vec<f64>> {
     seeds
 }
 
-/// The gait as [`LEAP`] has it, with short stride times, feet that stand far behind the hips, lifted as usual and less, fore and hind legs sent
+/// The gait as [`LEAP`] has it, with the stride times `periods`, feet that stand far behind the hips, lifted as usual and less, fore and hind legs sent
 /// as the gait says, nearer to each other or farther apart, for the speed that is wanted and for a higher one. Where feet land when the
 /// trunk pitches, and how much speed that costs, differs most from one body to the next.
-fn leaping() -> Vec<Vec<f64>> {
+fn leaping(periods: [f64; 2]) -> Vec<Vec<f64>> {
     let mut seeds = Vec::new();
-    for period in [-2.5, -4.0] {
+    for period in periods {
         for foothold in [-2.5, -4.5] {
             for apart in [-1.0, 0.0, 1.0] {
                 for speed in [0.0, 1.5] {
