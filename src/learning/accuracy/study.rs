@@ -161,15 +161,16 @@ impl<'a> Study<'a> {
 
     fn run(mut self) -> Option<Table> {
         let all = self.series.iter().flat_map(|series| &series.settings).map(Vec::len).sum();
-        let mut rows = Vec::new();
+        let (mut rows, mut done) = (Vec::new(), 0);
         for Series { method, settings } in std::mem::take(&mut self.series) {
             match (settings, self.problems.of(&method)) {
                 (Err(reason), _) | (_, Err(reason)) => {
                     rows.push(row(&method, None, TrialOutcome::LeftOut(reason)));
                 }
                 (Ok(settings), Ok(problem)) => {
-                    for settings in settings {
-                        self.observer.progress(rows.len().min(all), all, &method.name);
+                    let after = done + settings.len();
+                    for (index, settings) in settings.into_iter().enumerate() {
+                        self.observer.progress(done + index, all, &method.name);
                         let observer = &*self.observer;
                         let outcome = problem.try_out(&settings, self.sweep.repeats, &|| observer.stop())?;
                         let left_out = matches!(outcome, TrialOutcome::LeftOut(_));
@@ -179,6 +180,7 @@ impl<'a> Study<'a> {
                             break;
                         }
                     }
+                    done = after;
                 }
             }
         }

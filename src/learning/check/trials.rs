@@ -93,8 +93,8 @@ impl From<&Trace> for Course {
 
 impl MotionCheck<'_> {
     /// Plays under every changed condition, on `threads` threads, which changes nothing about the result; without what
-    /// `stop` cuts short. `checked` is the motion played as it was learned, for as long at least: what goes by a leap's name there is
-    /// tried as a leap, or what was to go by one where it has none.
+    /// `stop` cuts short. `checked` is the motion played as it was learned, for as long at least. The ground is as soft as leaps are tried
+    /// on where the gait is called a leap there; where it has no name, the name that was wanted decides.
     ///
     /// # Errors
     ///

@@ -53,16 +53,6 @@ impl<S> Cache<S> {
         Self { known: HashMap::new(), capacity }
     }
 
-    /// Number of transitions held.
-    pub fn len(&self) -> usize {
-        self.known.len()
-    }
-
-    /// Whether it holds none.
-    pub fn is_empty(&self) -> bool {
-        self.known.is_empty()
-    }
-
     /// The transition, if it is known.
     pub fn get(&self, key: &TransitionKey) -> Option<&Arc<TrackedTransition<S>>> {
         self.known.get(key)

@@ -17,16 +17,19 @@ pub fn reference_gravity(scene: &Scene) -> f64 {
     if gravity > 0.0 { gravity } else { STANDARD_GRAVITY }
 }
 
-/// Cost of each kind at its usual weight, m: of energy a metre of ∫ Σ |τ q̇| dt / (m g), of drift a metre across the
-/// direction, of turn and of sway a standing root height of arc, of slip a metre that a contact slides, of impact the way at
-/// Froude number 1 in the time for which a link carries twice the weight, of torque variation a standing root height for torques that
-/// change by the weight at that height.
+/// Cost of energy at its usual weight, m: a metre of ∫ Σ |τ q̇| dt / (m g).
 const ENERGY: f64 = 0.02;
+/// Of drift, m: a metre across the direction.
 const DRIFT: f64 = 0.5;
+/// Of turn, m: a standing root height of arc.
 const TURN: f64 = 2.0;
+/// Of slip, m: a metre that a contact slides.
 const SLIP: f64 = 0.1;
+/// Of impact, m: the way at Froude number 1 in the time for which a link carries twice the weight.
 const IMPACT: f64 = 0.5;
+/// Of torque variation, m: a standing root height for torques that change by the weight at that height.
 const SMOOTHNESS: f64 = 0.02;
+/// Of sway, m: a standing root height of arc.
 const POSTURE: f64 = 0.1;
 /// Share of the costs of impact, torque variation and sway that is charged where a speed is asked for: it comes first, and keeps hops from paying
 /// already. With the whole of them, the median of five searches of 300 simulated seconds stood still.

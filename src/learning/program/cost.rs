@@ -21,6 +21,8 @@ const SCUFFED: f64 = 20.0;
 /// A turn (rad in a stride) and a drift to the side (share of the way ahead) up to this cost nothing in the search: the way is set
 /// straight at its end.
 const MENDED: f64 = 0.05;
+/// A turn in a stride beyond this breaks the constraint of the heading, rad.
+const HEADING: f64 = 0.05;
 /// What a disturbance changes of the turn in a stride costs so much a rad, up to the most that counts, rad.
 const TURNED: f64 = 3.0;
 const MOST_TURNED: f64 = 0.2;
@@ -82,8 +84,8 @@ fn broken(violation: f64) -> f64 {
 /// By how much the constraints are broken: upright, speed within a tenth, heading.
 fn violation(wanted: &Wanted, figures: &RolloutFigures) -> f64 {
     let off = (figures.speed / wanted.speed - 1.0).abs();
-    let sideways = figures.sideways.abs() - 0.05;
-    let yaw = figures.yaw.abs() - 0.05;
+    let sideways = figures.sideways.abs() - limits::DRIFT;
+    let yaw = figures.yaw.abs() - HEADING;
     3.0 * (1.0 - figures.upright) + (off - 0.1).max(0.0) + sideways.clamp(0.0, 1.0) + yaw.clamp(0.0, 1.0)
 }
 

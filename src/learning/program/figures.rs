@@ -30,7 +30,7 @@ pub struct RolloutFigures {
     pub yaw: f64,
     /// ∫ Σ |τ q̇| dt / (m g d).
     pub cost_of_transport: f64,
-    /// Mean speed of standing feet along the ground, weighted by their force, m/s.
+    /// Mean speed of whatever touches the ground along it, weighted by its force, m/s.
     pub slip: f64,
     /// Greatest force of one foot over the weight, without what lasts for less than an impact.
     pub peak: f64,

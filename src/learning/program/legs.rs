@@ -302,7 +302,7 @@ impl Legs {
     pub fn none(model: &Model, stance: &Stance, direction: [f64; 3]) -> Option<Self> {
         let (to_way, frames) = placed(model, stance, direction);
         let spine = Spine::of(model, &frames)?;
-        // What lies on its first link is not carried by the others.
+        // A wave of the other joints moves a body along only if it lies on the ground as a whole, its first link as well.
         if !stance.support.iter().any(|&link| model.links[link].body == 0) {
             return None;
         }

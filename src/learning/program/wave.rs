@@ -15,13 +15,27 @@ use crate::learn::Posture;
 
 /// Number of a wave's parameters.
 pub const WAVE_PARAMETERS: usize = 11;
-/// Index of the parameters of the stride time, the way to the side (as a share of a wave by which both waves are apart) and the turn (a bend
-/// of all joints to one side).
+/// Stride time: a fifth more or less.
 pub const WAVE_PERIOD: usize = 0;
+/// Amplitude to the side: 0.1 rad.
+const AMPLITUDE_ASIDE: usize = 1;
+/// Amplitude up and down: 0.05 rad.
+const AMPLITUDE_UP: usize = 2;
+/// Number of waves along the body: a quarter.
+const COUNT: usize = 3;
+/// Growth of the amplitudes from head to tail: a fifth.
+const GROWTH: usize = 4;
+/// Way to the side: how much later one wave is than the other, 0.05 of the period.
 pub const WAVE_SIDEWAYS: usize = 5;
+/// Turn: a bend of all joints to one side, 0.02 rad.
 pub const WAVE_TURN: usize = 6;
-/// Index of the parameter below whose 0 the waves run the other way along the body: it depends on the skin which of them drives
-/// it forward.
+/// How many more waves up and down the body has than to the side: a tenth.
+const COUNT_APART: usize = 7;
+/// Stiffness of the joints: a fifth more or less.
+const WAVE_STIFFNESS: usize = 8;
+/// Damping of the joints: three tenths more or less.
+const WAVE_DAMPING: usize = 9;
+/// Below 0 the waves run the other way along the body: it depends on the skin which of them drives it forward.
 const SENSE: usize = 10;
 
 /// Waves along a spine: amplitudes in rad, lengths in body lengths, phases in parts of a period.
@@ -52,12 +66,12 @@ fn waves(spine: &Spine, size: f64, wanted: &Wanted, parameters: &[f64]) -> Waves
     };
     Waves {
         period: wanted.usual_period(size) * (0.2 * p(WAVE_PERIOD)).exp().clamp(0.25, 4.0),
-        amplitudes: [amplitudes[0] + 0.1 * p(1), amplitudes[1] + 0.05 * p(2)],
-        count: (count + 0.25 * p(3)) * if p(SENSE) < 0.0 { -1.0 } else { 1.0 },
+        amplitudes: [amplitudes[0] + 0.1 * p(AMPLITUDE_ASIDE), amplitudes[1] + 0.05 * p(AMPLITUDE_UP)],
+        count: (count + 0.25 * p(COUNT)) * if p(SENSE) < 0.0 { -1.0 } else { 1.0 },
         later: later + 0.05 * p(WAVE_SIDEWAYS),
-        growth: 0.2 * p(4),
+        growth: 0.2 * p(GROWTH),
         turn: 0.02 * p(WAVE_TURN),
-        apart: 0.1 * p(7),
+        apart: 0.1 * p(COUNT_APART),
     }
 }
 
@@ -94,7 +108,7 @@ pub fn ring(model: &Model, legs: &Legs, spine: &Spine, wanted: &Wanted, paramete
 /// How the springs and dampers change with `parameters`: factors of both.
 pub fn softness(parameters: &[f64]) -> [f64; 2] {
     let p = |index: usize| parameters.get(index).copied().unwrap_or(0.0);
-    [(0.2 * p(8)).exp(), (0.3 * p(9)).exp()]
+    [(0.2 * p(WAVE_STIFFNESS)).exp(), (0.3 * p(WAVE_DAMPING)).exp()]
 }
 
 /// Where a search may start: waves of the usual time and of shorter and longer ones, running either way along the body.
@@ -104,7 +118,7 @@ pub fn seeds() -> Vec<Vec<f64>> {
         for (amplitude, sense) in [(0.0, 1.0), (2.0, 1.0), (0.0, -1.0), (2.0, -1.0)] {
             let mut parameters = vec![0.0; WAVE_PARAMETERS];
             (parameters[WAVE_PERIOD], parameters[SENSE]) = (period, sense);
-            (parameters[1], parameters[2]) = (amplitude, amplitude);
+            (parameters[AMPLITUDE_ASIDE], parameters[AMPLITUDE_UP]) = (amplitude, amplitude);
             seeds.push(parameters);
         }
     }

@@ -83,11 +83,7 @@ impl Scenario {
     /// Every fault of the document, with JSON pointers into it; those of its character below
     /// `/character`.
     pub fn set_up(&self, files: &impl Files) -> Result<ScenarioSetup, InputError> {
-        let faults = self.faults();
-        if !faults.is_empty() {
-            return Err(InputError::Impossible(faults));
-        }
-        let reading = self.read_character(files).map_err(|error| error.under("/character"))?;
+        let reading = self.check(files)?;
         let model = Arc::new(Model::new(Arc::new(reading.character), Base::fixed_if(self.fixed_base)));
         let stance = Stance::find(&model, &self.scene);
         let mut faults = Vec::new();
@@ -98,6 +94,15 @@ impl Scenario {
         }
         let (scene, duration) = (self.scene.clone(), self.duration);
         Ok(ScenarioSetup { model, scene, gains, start, script, duration })
+    }
+
+    /// Reads the character, and looks at everything else that can be judged without simulating.
+    ///
+    /// # Errors
+    /// Every fault of the document and of its character, with JSON pointers into the document.
+    pub fn check(&self, files: &impl Files) -> Result<Reading, InputError> {
+        let reading = self.read_character(files).map_err(|error| error.under("/character"));
+        InputError::beside(self.faults(), reading)
     }
 
     /// Reads the character.

@@ -47,7 +47,7 @@ pub struct JudgedMotion {
     pub stride_period: Option<f64>,
     /// Whether it is natural.
     pub natural: bool,
-    /// For how long it stays upright in a check of 20 s.
+    /// For how long it stays upright in the check, s: of 20 s, or of twelve cycles after its entry where these take longer.
     pub upright_seconds: f64,
 }
 

@@ -12,7 +12,7 @@ use crate::program::cma::Cma;
 use crate::program::ring::Ring;
 use crate::program::rollout::{Arena, STRIDES};
 
-/// Candidates of a generation.
+/// Candidates of a generation of CMA-ES; the genetic algorithm has a population of twice as many.
 const CANDIDATES: usize = 16;
 /// Reach of CMA-ES at its start, in units of the numbers of a ring: from nothing, and from a seed.
 const SIGMA: [f64; 2] = [0.5, 0.2];

@@ -89,7 +89,7 @@ pub struct VariantRow {
     pub cost_of_transport: Option<f64>,
     /// Median of what was found, s.
     pub stride_period: Option<f64>,
-    /// Median of what was found, of 20 s.
+    /// Median of what was found, s: of 20 s, or of twelve cycles after the entry where these take longer.
     pub upright_seconds: Option<f64>,
     /// Names of the gaits that were found, and in how many runs.
     pub gaits: BTreeMap<String, usize>,

@@ -81,6 +81,24 @@ impl InputError {
         Self::Impossible(vec![Fault::new(pointer, reason)])
     }
 
+    /// What is left of `result` where `faults` were found beside it: an error that has them all. One that is not about single faults
+    /// stays as it is.
+    ///
+    /// # Errors
+    ///
+    /// That, or the error of `result`.
+    pub fn beside<T>(mut faults: Vec<Fault>, result: Result<T, Self>) -> Result<T, Self> {
+        match result {
+            result if faults.is_empty() => result,
+            Ok(_) => Err(Self::Impossible(faults)),
+            Err(Self::Impossible(others)) => {
+                faults.extend(others);
+                Err(Self::Impossible(faults))
+            }
+            error => error,
+        }
+    }
+
     /// Every fault, in the order in which they were found.
     pub fn faults(&self) -> &[Fault] {
         match self {

@@ -37,17 +37,10 @@ pub enum Quantity {
     LimitOvershoot,
     /// Greatest depth of a contact, m.
     Penetration,
-    /// Greatest residual of the complementarity problem, m/s or rad/s.
-    Residual,
     /// Greatest excess of a drive's torque over its limit, N m or N.
     TorqueExcess,
     /// Greatest speed of the root's origin, m/s.
     RootSpeed {
-        /// s.
-        after: f64,
-    },
-    /// Greatest angular speed of the root, rad/s.
-    RootSpin {
         /// s.
         after: f64,
     },
@@ -95,8 +88,8 @@ impl Quantity {
             Self::AngularMomentumChange => "kg m²/s",
             Self::LimitOvershoot | Self::FinalAngle { .. } => "rad",
             Self::Penetration | Self::Creep { .. } | Self::Rise { .. } | Self::FinalPosition { .. } => "m",
-            Self::Residual | Self::RootSpeed { .. } => "m/s",
-            Self::RootSpin { .. } | Self::JointSpeed { .. } => "rad/s",
+            Self::RootSpeed { .. } => "m/s",
+            Self::JointSpeed { .. } => "rad/s",
             Self::TorqueExcess => "N m",
             Self::FinalWeight { .. } => "N",
         }
@@ -120,7 +113,6 @@ impl Quantity {
             ),
             Self::LimitOvershoot => run.summary.greatest_joint_error,
             Self::Penetration => run.summary.record.greatest_penetration,
-            Self::Residual => run.summary.record.greatest_residual,
             Self::TorqueExcess => {
                 let Drive::Hold { max_torque: MaxTorque::All(most), .. } = run.scenario.drive else {
                     return f64::NAN;
@@ -130,9 +122,6 @@ impl Quantity {
             }
             Self::RootSpeed { after } => {
                 greatest(late(*after).map(|sample| length(sample.root.linear_velocity)))
-            }
-            Self::RootSpin { after } => {
-                greatest(late(*after).map(|sample| length(sample.root.angular_velocity)))
             }
             Self::JointSpeed { after } => {
                 let joints = late(*after).flat_map(|sample| sample.joints.values());
@@ -192,9 +181,10 @@ fn spring(stiffness: f64, most: f64, displacement: f64) -> f64 {
     }
 }
 
-/// The greatest value; NaN if one of them is.
+/// The greatest value; NaN if one of them is, or there is none.
 fn greatest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(f64::NEG_INFINITY, |most, value| if value.is_nan() || value > most { value } else { most })
+    let greater = |most: f64, value: f64| if value.is_nan() || value > most { value } else { most };
+    values.reduce(greater).unwrap_or(f64::NAN)
 }
 
 fn length(vector: [f64; 3]) -> f64 {

@@ -131,6 +131,7 @@ impl<'a> NicheSearch<'a> {
     /// Whether the time that is left is needed to compare the best of `stage`, to set them straight, and to look whether they are
     /// natural; not where that would take most of it from the start.
     pub(super) fn is_late(&self, stage: &Stage) -> bool {
+        let Some(left) = self.shared.stop.left() else { return false };
         let searched = self.step_time / self.fine.step();
         let checked = self.check_time.unwrap_or(searched);
         let motion = self.motion(&stage.wanted, stage.best());
@@ -139,9 +140,7 @@ impl<'a> NicheSearch<'a> {
         let (looks, trials) = (STRAIGHTENED as f64 * check.seconds(), TRIALS * check.trial_seconds());
         let needed =
             MARGIN * (searched * stage.refinement.seconds_of_finalists(LONG) + checked * (looks + trials));
-        self.shared.stop.left().is_some_and(|left| {
-            left < needed && needed < LONGEST_END * (left + self.begun.elapsed().as_secs_f64())
-        })
+        left < needed && needed < LONGEST_END * (left + self.begun.elapsed().as_secs_f64())
     }
 
     /// A refinement at another Froude number, on from the best of `leading`.
