@@ -132,7 +132,9 @@ impl Jobs {
     /// [`ServiceError::UnknownJob`].
     pub async fn job_character(&self, id: Uuid) -> Result<Option<Vec<u8>>, ServiceError> {
         match self.job(id).await?.work {
-            Work::Learning(_) => Ok(Some(self.shared().store.job_input(id).await?)),
+            Work::Learning(_) => {
+                self.shared().store.job_input(id).await?.map(Some).ok_or(ServiceError::UnknownJob(id))
+            }
             Work::Accuracy(_) => Ok(None),
         }
     }

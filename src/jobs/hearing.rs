@@ -1,7 +1,6 @@
 //! Hears what other processes do that share the store.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use uuid::Uuid;
@@ -24,14 +23,12 @@ pub(super) async fn hear(jobs: Jobs) {
         match heard {
             Ok(None) => return,
             Ok(Some(listener)) => {
-                shared.hears.store(true, Ordering::Relaxed);
                 // Anything may have happened before.
                 shared.posted.notify_one();
                 let error = tokio::select! {
                     () = shared.shutdown.cancelled() => return,
                     error = follow(shared, listener) => error,
                 };
-                shared.hears.store(false, Ordering::Relaxed);
                 tracing::warn!(%error, "what others do is no longer heard; it is looked for instead");
             }
             Err(error) => tracing::warn!(%error, "what others do cannot be heard; it is looked for instead"),

@@ -9,7 +9,7 @@ use uuid::Uuid;
 use super::error::ServiceError;
 use super::job::Job;
 use super::retention::{Expiry, KeptThing, Upkeep};
-use super::service::Jobs;
+use super::service::{Jobs, Shared};
 use super::store::{Amendment, StoredJob};
 
 /// Longest time between two rounds.
@@ -64,18 +64,25 @@ impl Jobs {
         Ok(())
     }
 
-    /// Removes the files of jobs that there are no longer, as far as they lie outside the data folder.
+    /// Removes the files of jobs that were deleted and have some left. Those of jobs that the store has never heard of stay: the store
+    /// may be another than the one that they were made with.
     async fn sweep(&self) -> Result<(), ServiceError> {
-        let files = &self.shared().files;
+        let Shared { files, store, .. } = &**self.shared();
+        for id in store.deleted().await? {
+            files.remove(id).await?;
+            store.forget(id).await?;
+        }
         // In this order: a job is known before it has files.
         let with_files = files.jobs().await?;
-        if with_files.is_empty() {
-            return Ok(());
-        }
-        let known = self.shared().store.ids().await?;
-        for id in with_files.difference(&known) {
-            tracing::info!(%id, "removed what was left over of a deleted job");
-            files.remove(*id).await?;
+        let known = store.ids().await?;
+        // Others may have deleted jobs in the meantime.
+        let deleted = store.deleted().await?;
+        let count = with_files.iter().filter(|id| !known.contains(id) && !deleted.contains(id)).count();
+        if count > 0 {
+            tracing::warn!(
+                count,
+                "there are files of jobs that this store does not know; they stay as they are"
+            );
         }
         Ok(())
     }
@@ -116,22 +123,27 @@ impl Jobs {
             }
         }
         let recorded = ended.values().filter(|job| job.storage.recording_bytes > 0);
-        let recordings =
-            recorded.map(|job| thing(job, job.storage.recording_bytes, &job.storage.recording_expires));
-        for upkeep in limits.recordings.plan(recordings.collect(), limits.notice, now) {
+        let (removed, kept): (Vec<&Job>, Vec<&Job>) =
+            recorded.partition(|job| job.storage.recording_removed.is_some());
+        let recordings = kept
+            .into_iter()
+            .map(|job| thing(job, job.storage.recording_bytes, &job.storage.recording_expires))
+            .collect();
+        // A round before broke off.
+        for id in removed.into_iter().map(|job| job.id).collect::<Vec<_>>() {
+            self.remove_recording(&mut ended, id).await?;
+        }
+        for upkeep in limits.recordings.plan(recordings, limits.notice, now) {
             match upkeep {
                 Upkeep::Remove(id) => {
                     tracing::info!(%id, "its recording is removed, as it was told");
-                    // The record first: a job never has less than it says.
-                    self.tell(&mut ended, id, |job| {
-                        let storage = &mut job.storage;
-                        storage.bytes = storage.bytes.saturating_sub(storage.recording_bytes);
-                        storage.recording_bytes = 0;
-                        storage.recording_expires = None;
-                        storage.recording_removed = Some(now);
-                    })
-                    .await?;
-                    self.shared().files.remove_recording(id).await?;
+                    let told = |job: &mut Job| {
+                        job.storage.recording_expires = None;
+                        job.storage.recording_removed = Some(now);
+                    };
+                    if self.tell(&mut ended, id, told).await? {
+                        self.remove_recording(&mut ended, id).await?;
+                    }
                 }
                 Upkeep::Tell(id, expiry) => {
                     self.tell(&mut ended, id, |job| job.storage.recording_expires = expiry).await?;
@@ -174,13 +186,26 @@ impl Jobs {
         Ok(())
     }
 
-    /// Writes a change of the record of a job that has ended, unless it has been tried again in the meantime.
+    /// Removes a recording whose record says that it is, and then the bytes from the record: a job never has less than it says, and as
+    /// long as bytes stand there, the next round tries again.
+    async fn remove_recording(&self, ended: &mut BTreeMap<Uuid, Job>, id: Uuid) -> Result<(), ServiceError> {
+        self.shared().files.remove_recording(id).await?;
+        let told = |job: &mut Job| {
+            let storage = &mut job.storage;
+            storage.bytes = storage.bytes.saturating_sub(storage.recording_bytes);
+            storage.recording_bytes = 0;
+        };
+        self.tell(ended, id, told).await?;
+        Ok(())
+    }
+
+    /// Writes a change of the record of a job that has ended, unless it has been tried again in the meantime; whether it did.
     async fn tell(
         &self,
         ended: &mut BTreeMap<Uuid, Job>,
         id: Uuid,
         change: impl FnOnce(&mut Job),
-    ) -> Result<(), ServiceError> {
+    ) -> Result<bool, ServiceError> {
         let measured = ended.get(&id).map(|job| job.storage.clone());
         let change = |job: &mut Job| {
             if !job.state.is_final() {
@@ -193,10 +218,15 @@ impl Jobs {
             Ok(Amendment::Record)
         };
         match self.shared().store.amend(id, change).await? {
-            Some(job) if job.state.is_final() => ended.insert(id, job),
-            _ => ended.remove(&id),
-        };
-        Ok(())
+            Some(job) if job.state.is_final() => {
+                ended.insert(id, job);
+                Ok(true)
+            }
+            _ => {
+                ended.remove(&id);
+                Ok(false)
+            }
+        }
     }
 
     /// A job with the size of its files, which older versions have not noted, nor workers that were lost.

@@ -14,8 +14,6 @@ use gaitwright_learning::learn::{Cancel, Generation};
 /// How far a running job is; what changes whenever there is something new to see.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Moment {
-    /// Points of the curve so far.
-    pub generations: usize,
     /// The job no longer runs, and its record shows it.
     pub over: bool,
 }
@@ -115,16 +113,15 @@ impl Live {
 
     /// Starts from the curve of an earlier run of the same job.
     pub fn preload(&self, curve: Vec<Generation>) {
-        self.moment.send_modify(|moment| moment.generations = curve.len());
         *self.curve() = curve;
+        // Whoever watches looks at the curve anew.
+        self.moment.send_modify(|_| {});
     }
 
     /// Adds a point to the curve.
     pub fn push(&self, figures: Generation) {
-        let mut curve = self.curve();
-        curve.push(figures);
-        let generations = curve.len();
-        self.moment.send_modify(|moment| moment.generations = generations);
+        self.curve().push(figures);
+        self.moment.send_modify(|_| {});
     }
 
     /// Marks the job as over.

@@ -48,16 +48,16 @@ pub use places::{FilesPlace, PlaceError, StorePlace, without_password};
 pub use repertoire::{MotionSummary, Repertoire, RepertoireEntry, RepertoireFormat};
 pub use request::{CharacterChoice, JobRequest, JobTerms, Priority, PriorityError, Settings};
 pub use results::JobFile;
-pub use retention::{Expiry, KeptThing, Retention, RetentionError, RetentionOptions, Upkeep};
+pub use retention::{Expiry, KeptThing, NOTICE, Retention, RetentionError, RetentionOptions, Upkeep};
 pub use run::{
     PreparedRun, ReplayError, RunError, RunOutcome, RunTimes, RunWatcher, TrainingReport, Unsuccessful,
     replay, run,
 };
-pub use service::{Jobs, ServiceOptions};
+pub use service::{JOB_MEMORY, Jobs, LEASE, QUEUE, ServiceOptions, WORKERS};
 pub use start::{start, start_workers};
 pub use store::{
     Amendment, CharacterDeletion, Claim, Claimed, Holding, QueueRoom, Reclaimed, Store, StoreError,
     StoredCharacter, StoredJob,
 };
-pub use study::StudyRequest;
+pub use study::{StudyRequest, USUAL_TOLERANCES};
 pub use work::{LearningRecord, MotionOutcome, StudyRecord, Work};

@@ -49,9 +49,10 @@ impl Jobs {
                 (bytes, Some(Source::Json), "/character/json")
             }
             CharacterChoice::Id(id) => {
-                let bytes = self.shared().store.character(id).await?.ok_or_else(|| {
-                    InputError::impossible("/character/id", format!("there is no character {id}"))
-                })?;
+                let unknown =
+                    || InputError::impossible("/character/id", format!("there is no character {id}"));
+                let kept = self.shared().store.character(id).await?.ok_or_else(unknown);
+                let bytes = InputError::beside(terms.settings.faults(), kept)?;
                 self.shared().store.use_character(id).await?;
                 (bytes, None, "")
             }

@@ -37,6 +37,11 @@ impl JobFile {
     pub fn shelved(id: Uuid, shelf: Shelf, name: &str) -> Self {
         Self { id, name: shelf.file_name(name) }
     }
+
+    /// Its name among the job's files.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
 }
 
 impl Jobs {
@@ -104,7 +109,8 @@ impl Jobs {
         options: ExportOptions,
     ) -> Result<Option<Vec<u8>>, ServiceError> {
         let Some(motion) = self.read(file).await? else { return Ok(None) };
-        let character = self.shared().store.job_input(file.id).await?;
+        let character =
+            self.shared().store.job_input(file.id).await?.ok_or(ServiceError::UnknownJob(file.id))?;
         self.compute(move |_| {
             let motion = Motion::parse(&motion)?;
             let reading = read_character(&character, None, Options::default())?;
@@ -131,7 +137,7 @@ impl Jobs {
             };
             motions.push((animation_name(&file), motion));
         }
-        let character = self.shared().store.job_input(id).await?;
+        let character = self.shared().store.job_input(id).await?.ok_or(ServiceError::UnknownJob(id))?;
         self.compute(move |_| {
             let reading = read_character(&character, None, Options::default())?;
             let sampled = motions.into_iter().map(|(name, motion)| {

@@ -40,9 +40,12 @@ impl Default for RetentionOptions {
     /// Everything, for ever.
     fn default() -> Self {
         let all = Retention::default();
-        Self { jobs: all, recordings: all, characters: all, notice: Duration::from_secs(3600) }
+        Self { jobs: all, recordings: all, characters: all, notice: NOTICE }
     }
 }
+
+/// How long before it goes a thing says so at least, unless told otherwise.
+pub const NOTICE: Duration = Duration::from_secs(3600);
 
 /// When something goes, and why.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

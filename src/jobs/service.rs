@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use tokio::sync::{Mutex, Notify, Semaphore, broadcast};
@@ -35,6 +35,18 @@ const PROBE_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Things that happened to jobs that one who waits may be behind; whoever is further behind looks at everything.
 const CHANGES: usize = 1024;
+
+/// Jobs worked at side by side, unless told otherwise.
+pub const WORKERS: usize = 1;
+
+/// Jobs that may wait, unless told otherwise.
+pub const QUEUE: u64 = 64;
+
+/// How long a worker that shows no sign of life keeps its job, unless told otherwise, where nobody else can take it.
+pub const LEASE: Duration = Duration::from_secs(60);
+
+/// Memory that a job may come to need, unless told otherwise, bytes.
+pub const JOB_MEMORY: u64 = 1 << 30;
 
 /// How a service is set up.
 #[derive(Debug, Clone)]
@@ -66,11 +78,11 @@ impl ServiceOptions {
             data,
             store: StorePlace::default(),
             files: FilesPlace::default(),
-            workers: 1,
-            queue: 64,
+            workers: WORKERS,
+            queue: QUEUE,
             caller_queue: None,
-            lease: Duration::from_secs(60),
-            job_memory: 1 << 30,
+            lease: LEASE,
+            job_memory: JOB_MEMORY,
             retention: RetentionOptions::default(),
         }
     }
@@ -104,8 +116,6 @@ pub(super) struct Shared {
     pub(super) posted: Notify,
     /// Told of every job that something happens to.
     changes: broadcast::Sender<Uuid>,
-    /// What other processes do is heard as it happens.
-    pub(super) hears: AtomicBool,
     pub(super) shutdown: CancellationToken,
     /// Short computations done for a waiting client.
     computations: Arc<Semaphore>,
@@ -133,7 +143,7 @@ impl Jobs {
             for job in store.reclaim(Reclaimed::All, "the service ended while it was worked at").await? {
                 tracing::warn!(job_id = %job.id, attempts = job.attempts, state = job.state.name(), "found unfinished");
             }
-            files.sweep(&store.ids().await?)?;
+            files.sweep()?;
         }
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let shared = Shared {
@@ -149,7 +159,6 @@ impl Jobs {
             running: Running::default(),
             posted: Notify::new(),
             changes: broadcast::Sender::new(CHANGES),
-            hears: AtomicBool::new(false),
             shutdown,
             computations: Arc::new(Semaphore::new(cores)),
             _lock: lock,
@@ -180,7 +189,7 @@ impl Jobs {
     ///
     /// # Errors
     ///
-    /// Every fault of the character; [`InputError::Impossible`] with the figures of one that is too large.
+    /// Every fault of the scenario and of its character; [`InputError::Impossible`] with the figures of one that is too large.
     pub fn check_memory(&self, scenario: &Scenario) -> Result<(), InputError> {
         study::check_memory(scenario, self.shared.job_memory)
     }

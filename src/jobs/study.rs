@@ -21,6 +21,9 @@ const FORMAT: &str = "gaitwright/study@1";
 /// Longest scenario that is studied, s.
 const LONGEST: f64 = 60.0;
 
+/// Errors for which a setting is recommended where no others are asked for, in the unit of the error.
+pub const USUAL_TOLERANCES: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
+
 /// Most tolerances of a request.
 const MOST_TOLERANCES: usize = 20;
 
@@ -29,7 +32,7 @@ const MOST_TOLERANCES: usize = 20;
 pub struct StudyRequest {
     /// What is studied. Character and motion are inline; `accuracy` plays no part.
     pub scenario: Scenario,
-    /// Errors for which a setting is to be recommended, m: powers of ten from 1e-2 to 1e-6 where left out.
+    /// Errors for which a setting is to be recommended, m: powers of ten from 1e-2 to 1e-7 where left out.
     #[serde(default = "usual_tolerances")]
     pub tolerances: Vec<f64>,
     /// Which of the jobs that wait come first.
@@ -38,7 +41,7 @@ pub struct StudyRequest {
 }
 
 fn usual_tolerances() -> Vec<f64> {
-    vec![1e-2, 1e-3, 1e-4, 1e-5, 1e-6]
+    USUAL_TOLERANCES.to_vec()
 }
 
 impl StudyRequest {
@@ -56,11 +59,8 @@ impl StudyRequest {
         let priority = parts.take("priority").unwrap_or_default();
         let request = scenario.map(|scenario| Self { scenario, tolerances, priority });
         let request = parts.end(request, &["format", "scenario", "tolerances", "priority"])?;
-        let faults = request.faults();
-        if !faults.is_empty() {
-            return Err(InputError::Impossible(faults));
-        }
-        check_memory(&request.scenario, budget).map_err(|error| error.under("/scenario"))?;
+        let fits = check_memory(&request.scenario, budget).map_err(|error| error.under("/scenario"));
+        InputError::beside(request.faults(), fits)?;
         let setup = request.scenario.set_up(&NoFiles).map_err(|error| error.under("/scenario"))?;
         Ok((request, setup))
     }
@@ -95,9 +95,9 @@ impl From<StudyRequest> for Work {
 ///
 /// # Errors
 ///
-/// Every fault of the character; [`InputError::Impossible`] with the figures of one that is too large.
+/// Every fault of the scenario and of its character; [`InputError::Impossible`] with the figures of one that is too large.
 pub(super) fn check_memory(scenario: &Scenario, budget: u64) -> Result<(), InputError> {
-    let reading = scenario.read_character(&NoFiles).map_err(|error| error.under("/character"))?;
+    let reading = scenario.check(&NoFiles)?;
     MemoryEstimate::of_simulation(&reading.character, &scenario.scene, &scenario.accuracy).check(budget)
 }
 

@@ -25,7 +25,7 @@ use super::reporter::Reporter;
 use super::request::Settings;
 use super::run::{RunError, RunOutcome, RunWatcher, Unsuccessful, run};
 use super::service::Shared;
-use super::store::Claimed;
+use super::store::{Claimed, StoreError};
 use super::study;
 use super::work::{MotionOutcome, Work};
 use gaitwright_learning::learn::StopReason;
@@ -326,7 +326,7 @@ impl Worker {
             return Ok(());
         }
         live.preload(curve);
-        let bytes = self.runtime.block_on(self.shared.store.job_input(job.id))?;
+        let bytes = self.input(job.id)?;
         let order = Order::read(&bytes, None, "", settings)?;
         let threads = self.shared.threads();
         // The budget may have been another when the job was posted.
@@ -353,6 +353,12 @@ impl Worker {
         Ok(())
     }
 
+    /// The bytes of what a job works on. One that is worked at is never deleted.
+    fn input(&self, id: Uuid) -> Result<Vec<u8>, StoreError> {
+        let input = self.runtime.block_on(self.shared.store.job_input(id))?;
+        Ok(input.ok_or(sqlx::Error::RowNotFound)?)
+    }
+
     /// Does the study that a job wants, from its beginning.
     fn study(
         &self,
@@ -360,7 +366,7 @@ impl Worker {
         live: &Live,
         (folder, upload): (PathBuf, Option<Arc<Upload>>),
     ) -> Result<(), RunError> {
-        let bytes = self.runtime.block_on(self.shared.store.job_input(job.id))?;
+        let bytes = self.input(job.id)?;
         let place = (folder.clone(), upload);
         let mut reporter = Reporter::new((&self.shared.store, &self.runtime), job, live, place);
         reporter.stage(Stage::Studying);

@@ -331,24 +331,28 @@ fn size(folder: &Path) -> io::Result<u64> {
     Ok(bytes)
 }
 
-/// Removes what processes that were killed have left under the folder `data`: files without a lasting name, and the
-/// folders of jobs that are not among `known`. What cannot be removed stays, and is told in the log.
+/// The jobs that have a folder under `data`.
 ///
 /// # Errors
 ///
 /// When the folder cannot be read.
-pub(super) fn sweep(data: &Path, known: &BTreeSet<Uuid>) -> io::Result<()> {
+pub(super) fn jobs(data: &Path) -> io::Result<BTreeSet<Uuid>> {
+    let mut jobs = BTreeSet::new();
     for entry in std::fs::read_dir(data.join(JOBS))? {
-        let path = entry?.path();
-        let id = path.file_name().and_then(|name| name.to_str()).and_then(|name| Uuid::parse_str(name).ok());
-        match id {
-            Some(id) if !known.contains(&id) => swept(&path, std::fs::remove_dir_all(&path)),
-            Some(_) => sweep_folder(&path)?,
-            None if is_leftover(&path) => swept(&path, std::fs::remove_file(&path)),
-            None => {}
-        }
+        jobs.extend(entry?.file_name().to_str().and_then(|name| Uuid::parse_str(name).ok()));
     }
-    Ok(())
+    Ok(jobs)
+}
+
+/// Removes what processes that were killed have left under the folder `data`: files without a lasting name. What cannot be removed
+/// stays, and is told in the log.
+///
+/// # Errors
+///
+/// When the folder cannot be read.
+pub(super) fn sweep(data: &Path) -> io::Result<()> {
+    sweep_files(&data.join(JOBS))?;
+    jobs(data)?.into_iter().try_for_each(|id| sweep_folder(&folder(data, id)))
 }
 
 /// Removes the files without a lasting name in the folder of a job, into which nobody else writes.

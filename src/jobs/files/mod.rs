@@ -215,27 +215,26 @@ impl JobFiles {
         }
     }
 
-    /// The jobs that have files outside the data folder.
+    /// The jobs that have files.
     ///
     /// # Errors
     ///
     /// When they cannot be looked for.
     pub(super) async fn jobs(&self) -> io::Result<BTreeSet<Uuid>> {
         match self {
-            Self::Folder(_) => Ok(BTreeSet::new()),
+            Self::Folder(data) => folder::jobs(data),
             Self::Objects(objects) => objects.jobs().await,
         }
     }
 
-    /// Removes what processes that were killed have left in the data folder: files without a lasting name, and the folders
-    /// of jobs that are not among `known`.
+    /// Removes what processes that were killed have left in the data folder: files without a lasting name.
     ///
     /// # Errors
     ///
     /// When the folder cannot be read.
-    pub(super) fn sweep(&self, known: &BTreeSet<Uuid>) -> io::Result<()> {
+    pub(super) fn sweep(&self) -> io::Result<()> {
         match self {
-            Self::Folder(data) => folder::sweep(data, known),
+            Self::Folder(data) => folder::sweep(data),
             Self::Objects(_) => Ok(()),
         }
     }

@@ -130,15 +130,15 @@ impl Store {
         row.map(|row| readable(&row)).transpose()
     }
 
-    /// The bytes of what a job works on: a character, or a request for a study.
+    /// The bytes of what a job works on: a character, or a request for a study; `None` where there is no such job.
     ///
     /// # Errors
     ///
-    /// When the database refuses, or there is no such job.
-    pub async fn job_input(&self, id: Uuid) -> Result<Vec<u8>, StoreError> {
+    /// When the database refuses.
+    pub async fn job_input(&self, id: Uuid) -> Result<Option<Vec<u8>>, StoreError> {
         let query = self.dialect.query("SELECT input FROM jobs WHERE id = $1");
         let row = self.row(query.bind(id.to_string())).await?;
-        Ok(row.ok_or(sqlx::Error::RowNotFound)?.try_get("input")?)
+        Ok(row.map(|row| row.try_get("input")).transpose()?)
     }
 
     /// At most `limit` jobs, the newest first: those older than `after`, in the given state.
@@ -169,6 +169,28 @@ impl Store {
     pub async fn ids(&self) -> Result<BTreeSet<Uuid>, StoreError> {
         let rows = self.rows(self.dialect.query("SELECT id FROM jobs")).await?;
         rows.iter().map(id).collect()
+    }
+
+    /// The ids of the jobs that were deleted and are not [forgotten](Self::forget).
+    ///
+    /// # Errors
+    ///
+    /// When the database refuses.
+    pub async fn deleted(&self) -> Result<BTreeSet<Uuid>, StoreError> {
+        let rows = self.rows(self.dialect.query("SELECT id FROM deleted")).await?;
+        rows.iter().map(id).collect()
+    }
+
+    /// Forgets that the job `id` was deleted: nothing is left of it.
+    ///
+    /// # Errors
+    ///
+    /// When the database refuses.
+    pub async fn forget(&self, id: Uuid) -> Result<(), StoreError> {
+        let mut writing = self.begin().await?;
+        let query = self.dialect.query("DELETE FROM deleted WHERE id = $1");
+        writing.execute(query.bind(id.to_string())).await?;
+        writing.commit().await
     }
 
     /// Number of jobs in a state: of `caller`, or of everybody.
@@ -257,6 +279,8 @@ impl Store {
             return Err(refused);
         }
         let query = self.dialect.query("DELETE FROM jobs WHERE id = $1");
+        writing.execute(query.bind(id.to_string())).await?;
+        let query = self.dialect.query("INSERT INTO deleted (id) VALUES ($1)");
         writing.execute(query.bind(id.to_string())).await?;
         writing.tell(id, Happened::Changed).await?;
         writing.commit().await?;

@@ -1,6 +1,7 @@
 //! What is kept and for how long; and what clients keep: tags, compression.
 
 use serde_json::{Value, json};
+use tempfile::TempDir;
 
 use super::client::{Answer, PADDLER, QUADRUPED, Service};
 
@@ -42,9 +43,8 @@ fn jobs_say_when_they_go_and_go() {
 
     // The second keeps its place but for its recording.
     let recording = format!("{}/recording.rrd", posted[1]);
-    let job =
-        service.wait(&posted[1], "without recording", |job| !job["storage"]["recording_removed"].is_null());
-    assert_eq!(job["storage"]["recording_bytes"], 0);
+    let job = service.wait(&posted[1], "without recording", |job| job["storage"]["recording_bytes"] == 0);
+    assert!(!job["storage"]["recording_removed"].is_null());
     assert!(job["storage"]["expires"].is_null());
     while service.folder(&posted[1]).join("recording.rrd").exists() {
         std::thread::sleep(std::time::Duration::from_millis(20));
@@ -53,6 +53,45 @@ fn jobs_say_when_they_go_and_go() {
     assert!(detail.contains("was removed at"), "{detail}");
     assert_eq!(service.curl(&format!("{}/curve", posted[1]), &[]).status, 200);
     assert_eq!(service.curl(&format!("{}/recording.rrd", posted[2]), &[]).status, 200);
+}
+
+/// A job that was deleted goes with all its files, if need be at the next start. Those of a job that the database has never heard of
+/// are somebody's: the database may be another than the one that they were made with.
+#[test]
+fn a_start_removes_what_is_left_of_deleted_jobs_and_nothing_else() {
+    let data = TempDir::new().unwrap();
+    let mut service = Service::on(data.path(), &[]);
+    let [deleted, kept] = [(); 2].map(|()| service.post_job(&quick()));
+    for path in [&deleted, &kept] {
+        service.wait_for_end(path);
+    }
+    assert_eq!(service.curl(&deleted, &["-X", "DELETE"]).status, 204);
+    let left = service.folder(&deleted);
+    let stranger = data.path().join("jobs/01890000-0000-7000-8000-000000000000");
+    for folder in [&left, &stranger] {
+        std::fs::create_dir(folder).unwrap();
+        std::fs::write(folder.join("motion.json"), "{}").unwrap();
+    }
+    service.signal("TERM");
+    assert!(service.wait_for_exit());
+
+    let mut service = Service::on(data.path(), &[]);
+    service
+        .logged("what is unknown stays", |line| line.contains("files of jobs that this store does not know"));
+    assert!(!left.exists());
+    assert!(stranger.join("motion.json").exists());
+    assert_eq!(service.curl(&format!("{kept}/recording.rrd"), &[]).status, 200);
+    service.signal("TERM");
+    assert!(service.wait_for_exit());
+
+    // Without its database a service knows none of the jobs.
+    for name in ["gaitwright.db", "gaitwright.db-wal", "gaitwright.db-shm"] {
+        let _ = std::fs::remove_file(data.path().join(name));
+    }
+    let service = Service::on(data.path(), &[]);
+    service
+        .logged("what is unknown stays", |line| line.contains("files of jobs that this store does not know"));
+    assert!(service.folder(&kept).join("recording.rrd").exists());
 }
 
 #[test]

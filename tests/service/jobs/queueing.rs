@@ -118,7 +118,7 @@ async fn jobs_are_listed_and_counted(place: Place) {
     assert_eq!(listed(Some(JobState::Queued), Some(running), 100).await, [ids[1], ids[0]]);
     assert_eq!(store.count(JobState::Queued, None).await.unwrap(), 6);
     assert_eq!(store.ids().await.unwrap(), ids.iter().copied().collect());
-    assert_eq!(store.job_input(ids[0]).await.unwrap(), b"input");
+    assert_eq!(store.job_input(ids[0]).await.unwrap().unwrap(), b"input");
     let may = |_: &gaitwright::jobs::StoredJob| Ok::<_, StoreError>(());
     assert!(store.delete(ids[0], may).await.unwrap());
     assert!(!store.delete(ids[0], may).await.unwrap());
