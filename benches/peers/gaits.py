@@ -56,7 +56,7 @@ def first_natural(folder):
 
 def played(options, robot, motion, path):
     """Speed over ours, change of heading and time upright in MuJoCo, for each contact."""
-    known = path.with_suffix(".mujoco")
+    known = path.with_suffix(f".mujoco-{options.seconds:g}s")
     if known.exists():
         return json.loads(known.read_text())
     with tempfile.TemporaryDirectory() as folder:
@@ -90,9 +90,9 @@ def spread(values, form):
     return texts[0] if texts[1] == texts[2] else f"{texts[0]} ({texts[1]} to {texts[2]})"
 
 
-def row(found, seconds, firsts):
+def row(found, seconds, firsts, length):
     """A column of the table: the figures of one case over its seeds. `found` are pairs of a motion and its outcomes in MuJoCo,
-    `seconds` the times of the trainings, `firsts` those to the first natural motion."""
+    `seconds` the times of the trainings, `firsts` those to the first natural motion, `length` how long MuJoCo played, s."""
     metrics = [motion["metrics"] for motion, _ in found]
     natural = [one for one in metrics if one["natural"]]
     trials = [one["validity"]["trials"] for one in metrics]
@@ -117,12 +117,12 @@ def row(found, seconds, firsts):
     }
     for index, contact in enumerate(CONTACTS):
         outcomes = [outcome[index] for _, outcome in found]
-        upright = [outcome for outcome in outcomes if outcome[2] > 0.99 * 10]
+        upright = [outcome for outcome in outcomes if outcome[2] > 0.99 * length]
         text = spread([100 * (outcome[0] - 1) for outcome in upright], "{:+.0f}") + " %" if upright else "–"
         fallen = len(outcomes) - len(upright)
         turned = max((abs(outcome[1]) for outcome in upright), default=0)
         cells[f"MuJoCo, {1000 * contact:g} ms: speed"] = text + (f", {fallen} fall" if fallen else "")
-        cells[f"MuJoCo, {1000 * contact:g} ms: turn in 10 s, at most"] = f"{turned:.2f} rad"
+        cells[f"MuJoCo, {1000 * contact:g} ms: turn in {length:g} s, at most"] = f"{turned:.2f} rad"
     cells["missed"] = ", ".join(broken) or "–"
     return cells
 
@@ -192,7 +192,7 @@ def main():
                     found.append((motion, played(options, robot, motion, path)))
             if found:
                 gait, froude = case.split(":")
-                columns[f"{gait}, Fr {froude}"] = row(found, times, firsts)
+                columns[f"{gait}, Fr {froude}"] = row(found, times, firsts, options.seconds)
         print(f"\n{pathlib.Path(robot).stem}", end="\n\n")
         if columns:
             table(columns)

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use gaitwright::export::front_diagram;
+use gaitwright::jobs::USUAL_TOLERANCES;
 use gaitwright_learning::accuracy::catalogue::{self, CaseComparison, CaseVerdict};
 use gaitwright_learning::accuracy::scenes::{ClosedForm, SCENES};
 use gaitwright_learning::accuracy::{Pieces, Recommendation, StudyError, StudyObserver, Sweep, Table, study};
@@ -17,9 +18,6 @@ use super::failure::CommandError;
 use super::input::{name, print, read, to_stdout};
 use super::message::tell;
 use super::simulate::FilesBeside;
-
-/// Tolerances that are recommended for unless others are asked for, in the unit of the error.
-const TOLERANCES: [f64; 6] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
 
 /// Measures what accuracy costs in computing time for a scenario, as table.csv, table.json and front.svg, and
 /// prints the cheapest setting for a tolerance.
@@ -83,7 +81,7 @@ impl AccuracyCommand {
         leave(out, "table.csv", table.to_csv().as_bytes())?;
         leave(out, "table.json", &serde_json::to_vec_pretty(&table)?)?;
         leave(out, "front.svg", front_diagram(&table)?.as_bytes())?;
-        let tolerances = if self.tolerance.is_empty() { &TOLERANCES[..] } else { &self.tolerance };
+        let tolerances = if self.tolerance.is_empty() { &USUAL_TOLERANCES[..] } else { &self.tolerance };
         print(&Recommendations {
             format: "gaitwright/recommendations@1",
             subject: &table.subject.name,
@@ -104,7 +102,9 @@ fn of_scenario(path: &Path) -> Result<Table, CommandError> {
     let faulty = |error| CommandError::input(name(path))(error);
     let scenario = Scenario::parse(&read(path)?).map_err(faulty)?;
     let setup = scenario.set_up(&FilesBeside(path)).map_err(faulty)?;
-    let file = path.file_name().map_or_else(|| name(path), |file| file.to_string_lossy().into_owned());
+    let file = Path::new(&name(path))
+        .file_name()
+        .map_or_else(|| name(path), |file| file.to_string_lossy().into_owned());
     let studied = study(&file, &setup, &Pieces::default(), &Sweep::default(), &mut Progress::new());
     table(studied, &name(path))
 }

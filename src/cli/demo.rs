@@ -14,13 +14,14 @@ use reqwest::{Client, Response};
 use serde_json::{Value, json};
 use tokio::io::AsyncWriteExt;
 use tokio::runtime::Runtime;
+use uuid::Uuid;
 
 use super::failure::CommandError;
 use super::input::to_stdout;
 use super::message::tell;
 use super::serve::{Service, access, interrupted};
-use super::settings::{CONNECTIONS, STREAMS, token, tokens};
-use gaitwright::http::{HttpOptions, Unprotected};
+use super::settings::{CONNECTIONS, STREAMS, tokens};
+use gaitwright::http::{HttpOptions, Tokens, Unprotected};
 
 /// The character of the demonstration.
 pub(super) const QUADRUPED: &str = include_str!("../../examples/quadruped.urdf");
@@ -50,9 +51,15 @@ impl DemoCommand {
     pub fn run(self) -> Result<(), CommandError> {
         self.check().map_err(CommandError::input("the command line"))?;
         let listen = self.listen.unwrap_or_else(|| (Ipv4Addr::LOCALHOST, 0).into());
-        let token = token()?;
+        let mut tokens = tokens()?;
+        // Where it takes a token, the demonstration has one of its own: those of the others may be known by their digests only.
+        let token = (!tokens.is_empty()).then(|| Uuid::new_v4().to_string());
+        if let Some(token) = &token {
+            tokens =
+                tokens.extended(Tokens::one("demo", token.parse().context("the token is not accepted")?));
+        }
         let offer = HttpOptions {
-            access: access(listen, tokens()?, Unprotected::Refuse, Vec::new())?,
+            access: access(listen, tokens, Unprotected::Refuse, Vec::new())?,
             request_rate: None,
             connections: CONNECTIONS.get(),
             streams: STREAMS.get(),

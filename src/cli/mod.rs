@@ -19,9 +19,10 @@ mod work;
 
 use std::process::ExitCode;
 
-use clap::error::{ContextKind, ContextValue};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 use gaitwright::jobs::without_password;
+use gaitwright_physics::fault::InputError;
 
 use failure::CommandError;
 use log::LogFormat;
@@ -65,7 +66,10 @@ enum Command {
 
 /// Runs the command line's command.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::try_parse().unwrap_or_else(|error| without_secrets(error).exit());
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return explain(without_secrets(error)),
+    };
     // Service and workers log as their settings say; the other commands print their own messages.
     if !matches!(arguments.command, Command::Serve(_) | Command::Work(_)) {
         let filter = std::env::var("RUST_LOG").unwrap_or_default();
@@ -88,6 +92,20 @@ pub fn main() -> ExitCode {
         Command::Schema => schema::run(),
     };
     done.map_or_else(CommandError::exit, |()| ExitCode::SUCCESS)
+}
+
+/// Prints the help that was asked for, or in one line why the command line cannot be used; the exit status.
+fn explain(error: clap::Error) -> ExitCode {
+    let help = error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
+    if help || !error.use_stderr() {
+        error.exit();
+    }
+    let text = error.to_string();
+    let lines = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
+    let told: Vec<&str> = lines.filter(|line| !line.is_empty() && !line.starts_with("For more")).collect();
+    let told = told.join(" ");
+    let reason = format!("{}; --help lists the options", told.trim_start_matches("error: "));
+    CommandError::input("the command line")(InputError::impossible("", reason)).exit()
 }
 
 /// An error that tells of a value that cannot be read, without the password in it.

@@ -34,7 +34,7 @@ pub struct WorkCommand {
 
 impl WorkCommand {
     pub fn run(self) -> Result<(), CommandError> {
-        let settings = self.settings.complete()?;
+        let settings = self.settings.complete_at(self.status)?;
         let faults = faults(&settings);
         if !faults.is_empty() {
             return Err(CommandError::input("the settings")(InputError::Impossible(faults)));

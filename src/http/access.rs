@@ -21,7 +21,7 @@ use super::token::{TokenDigest, Tokens};
 const LONGEST_REQUEST_ID: usize = 128;
 
 /// Calls that a supervisor makes without a token.
-const OPEN: [&str; 2] = ["/healthz", "/readyz"];
+pub(super) const OPEN: [&str; 2] = ["/healthz", "/readyz"];
 
 /// Ways to give the token; a browser asks its user for the second.
 const CHALLENGES: [&str; 2] =

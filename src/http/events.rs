@@ -57,6 +57,7 @@ pub(super) async fn events(
         id,
         next: last.map_or(0, |last| last.saturating_add(1)),
         sent: None,
+        tried: 0,
         sender,
         _place: place,
     };
@@ -91,6 +92,8 @@ struct EventSender {
     next: u32,
     /// The state sent last.
     sent: Option<JobState>,
+    /// The number of candidates sent last.
+    tried: u64,
     sender: mpsc::Sender<Result<Event, Infallible>>,
     _place: Place,
 }
@@ -142,8 +145,8 @@ impl EventSender {
         }
     }
 
-    /// Sends the state of a job that does not run here, its curve so far if it runs elsewhere, and if it has ended its
-    /// curve and the end.
+    /// Sends the state of a job that does not run here, its curve and how many candidates it has tried so far if it runs elsewhere, and
+    /// if it has ended its curve and the end.
     async fn idle(&mut self) -> Result<(), StreamEnded> {
         let job = self.answered(|| self.jobs.job(self.id)).await?;
         let ended = job.state.is_final();
@@ -156,7 +159,7 @@ impl EventSender {
         let curve = self.answered(|| self.jobs.curve(self.id, self.next)).await?;
         self.figures(&curve).await?;
         if !ended {
-            return Ok(());
+            return self.progress(job.progress.evaluations).await;
         }
         self.send("end", &JobBody::from(job), None).await?;
         Err(StreamEnded)
@@ -169,7 +172,6 @@ impl EventSender {
         let mut moment = live.watch();
         let mut seconds = tokio::time::interval(PROGRESS_EVERY);
         seconds.set_missed_tick_behavior(MissedTickBehavior::Skip);
-        let mut sent = 0;
         loop {
             let over = moment.borrow_and_update().over;
             self.figures(&live.curve_from(self.next)).await?;
@@ -178,13 +180,7 @@ impl EventSender {
             }
             tokio::select! {
                 _ = moment.changed() => {}
-                _ = seconds.tick() => {
-                    let evaluations = live.tried();
-                    if evaluations > sent {
-                        self.send("progress", &Tried { evaluations }, None).await?;
-                        sent = evaluations;
-                    }
-                }
+                _ = seconds.tick() => self.progress(live.tried()).await?,
                 () = self.sender.closed() => return Err(StreamEnded),
                 () = self.jobs.shutdown().cancelled() => return Err(StreamEnded),
             }
@@ -197,6 +193,15 @@ impl EventSender {
             return Ok(());
         }
         self.send("state", &JobBody::from(job), None).await
+    }
+
+    /// Sends how many candidates have been tried, where it is more than was sent last.
+    async fn progress(&mut self, evaluations: u64) -> Result<(), StreamEnded> {
+        if evaluations > self.tried {
+            self.tried = evaluations;
+            self.send("progress", &Tried { evaluations }, None).await?;
+        }
+        Ok(())
     }
 
     async fn figures(&mut self, curve: &[Generation]) -> Result<(), StreamEnded> {

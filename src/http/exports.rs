@@ -173,7 +173,7 @@ pub(super) async fn converted(
     format: ExportFormat,
     (wanted, headers): (&Wanted, &HeaderMap),
 ) -> Result<Response, ProblemDetails> {
-    let name = format!("motion.{}", format.extension());
+    let name = file.name().replace(".json", &format!(".{}", format.extension()));
     check_ended(job, &wanted.choice(), &name)?;
     match app.jobs.exported(file, format, wanted.options()).await? {
         Some(exported) => Ok(given(job, headers, format.media_type(), exported)),

@@ -175,7 +175,10 @@ export class SettingsForm {
       seed: number("seed"),
       priority: before.priority,
     };
-    if (effects.length || before.scene) document.scene = { ...before.scene, effects: Object.fromEntries(effects) };
+    if (effects.length || before.scene) {
+      const hidden = Object.entries(before.scene?.effects ?? {}).filter(([name]) => !(name in EFFECTS));
+      document.scene = { ...before.scene, effects: Object.fromEntries([...hidden, ...effects]) };
+    }
     if (value("accuracy")) document.accuracy = { tolerance: number("accuracy") };
     else if (!before.chosen) document.accuracy = before.accuracy;
     return document;

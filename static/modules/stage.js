@@ -126,13 +126,6 @@ export class Stage {
     this.look(moment.root.position);
   }
 
-  /** Back into the standing pose. */
-  stand() {
-    if (!this.body) return;
-    const { standing, joints } = this.body;
-    this.pose({ root: standing, angles: Object.fromEntries([...joints].map(([name, { angle }]) => [name, angle])), contacts: null });
-  }
-
   arrow({ position, force }) {
     const size = Math.hypot(...force);
     const length = (FORCE_LENGTH * this.size * size) / (this.mass * this.gravity);

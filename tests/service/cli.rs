@@ -514,10 +514,31 @@ fn an_interrupted_training_writes_what_was_found() {
 }
 
 #[test]
+fn a_command_line_that_cannot_be_used_is_told_in_one_line() {
+    for (arguments, what) in [
+        (&["train", "robot.urdf"][..], "--out"),
+        (&["train", "robot.urdf", "--out", "there", "--sede", "7"], "--seed"),
+        (&["weave"], "weave"),
+        (&["export", "motion.json"], "--character"),
+    ] {
+        let output = run(arguments);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert!(message.starts_with("the command line: ") && message.contains(what), "{message}");
+    }
+    let help = run(&["train", "--help"]);
+    assert!(help.status.success() && stdout(&help).lines().count() > 10);
+}
+
+#[test]
 fn demo_leaves_recording_and_motion() {
     let folder = TempDir::new().unwrap();
     let out = folder.path().join("demo");
-    let output = run(&["demo", "--exit", "--generations", "2", "--out", out.to_str().unwrap()]);
+    // Its service asks for a token, of which the environment has the digest only.
+    let digest = format!("sha256:{}", "0".repeat(64));
+    let mut demo = command(&["demo", "--exit", "--generations", "2", "--out", out.to_str().unwrap()]);
+    let output = demo.env("GAITWRIGHT_TOKENS", format!("anna={digest}")).output().unwrap();
     let text = stdout(&output);
     let paths: Vec<&Path> = text.lines().map(Path::new).collect();
     assert_eq!(paths, [out.join("recording.rrd"), out.join("motion.json")]);

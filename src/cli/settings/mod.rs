@@ -11,13 +11,16 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use gaitwright::http::Tokens;
-use gaitwright::jobs::{FilesPlace, Retention, RetentionOptions, ServiceOptions, StorePlace};
+use gaitwright::jobs::{
+    FilesPlace, JOB_MEMORY, LEASE, NOTICE, QUEUE, Retention, RetentionOptions, ServiceOptions, StorePlace,
+    WORKERS,
+};
 use gaitwright_physics::fault::Fault;
 use serde::{Deserialize, Serialize};
 use tokio::sync::Semaphore;
 
 use super::log::LogFormat;
-pub use source::{STATUS, SettingsArguments, token, tokens};
+pub use source::{STATUS, SettingsArguments, tokens};
 
 /// Connections that may be open at once, unless told otherwise.
 pub const CONNECTIONS: NonZeroUsize = NonZeroUsize::new(2048).unwrap();
@@ -93,17 +96,17 @@ settings! {
     /// (with AWS's environment variables, such as AWS_ACCESS_KEY_ID, AWS_REGION, AWS_ENDPOINT) or file:///folder
     files: FilesPlace, (long, env = "GAITWRIGHT_FILES", value_name = "URL") = FilesPlace::default();
     /// Jobs worked at side by side; they share the cores. 0 for a server that leaves the work to others
-    workers: u16, (long, env = "GAITWRIGHT_WORKERS") = 1;
+    workers: u16, (long, env = "GAITWRIGHT_WORKERS") = WORKERS as u16;
     /// Jobs that may wait
-    queue: u64, (long, env = "GAITWRIGHT_QUEUE") = 64;
+    queue: u64, (long, env = "GAITWRIGHT_QUEUE") = QUEUE;
     /// How many of them may be of one caller; half where there may be several callers, otherwise all
     caller_queue: u64, (long, env = "GAITWRIGHT_CALLER_QUEUE")
         = if several_callers(listen, &tokens) { queue.div_ceil(2) } else { queue };
     /// Memory that a job may come to need, MiB; a job that asks for more is refused
-    job_memory: u64, (long, env = "GAITWRIGHT_JOB_MEMORY", value_name = "MIB") = 1024;
+    job_memory: u64, (long, env = "GAITWRIGHT_JOB_MEMORY", value_name = "MIB") = JOB_MEMORY >> 20;
     /// Time after which a job is taken from a worker that shows no sign of life, s
     lease: f64, (long, env = "GAITWRIGHT_LEASE", value_name = "SECONDS")
-        = if store.is_shared() { 20.0 } else { 60.0 };
+        = if store.is_shared() { 20.0 } else { LEASE.as_secs_f64() };
     /// Jobs that have ended are kept within these limits, such as `30d,1000,20GB`: age, number, size of all together
     keep_jobs: Retention, (long, env = "GAITWRIGHT_KEEP_JOBS", value_name = "LIMITS") = Retention::default();
     /// Recordings of jobs that have ended are kept within these limits
@@ -113,7 +116,7 @@ settings! {
     keep_characters: Retention, (long, env = "GAITWRIGHT_KEEP_CHARACTERS", value_name = "LIMITS")
         = Retention::default();
     /// Time before it goes for which each thing says so at least, s
-    keep_notice: u64, (long, env = "GAITWRIGHT_KEEP_NOTICE", value_name = "SECONDS") = 3600;
+    keep_notice: u64, (long, env = "GAITWRIGHT_KEEP_NOTICE", value_name = "SECONDS") = NOTICE.as_secs();
     /// How the log is written to standard error
     log_format: LogFormat, (long, env = "GAITWRIGHT_LOG_FORMAT") = LogFormat::Text;
     /// What is logged: levels by module, as the crate tracing-subscriber reads them

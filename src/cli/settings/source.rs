@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Command};
@@ -45,11 +46,24 @@ impl SettingsArguments {
     ///
     /// Everything that names no setting, and values that none may have.
     pub fn complete(self) -> Result<ServiceSettings, CommandError> {
+        self.complete_at(None)
+    }
+
+    /// The same for a process that listens at the address `at`, if any, in place of the one in the settings: the defaults of
+    /// what depends on that are decided by it.
+    ///
+    /// # Errors
+    ///
+    /// As of [`complete`](Self::complete).
+    pub fn complete_at(self, at: Option<SocketAddr>) -> Result<ServiceSettings, CommandError> {
         check_environment()?;
         let mut filed = self.config.as_deref().map(read).transpose()?.unwrap_or_default();
         // The tokens of the environment open beside those of the file.
         let tokens = filed.tokens.take().unwrap_or_default().extended(tokens()?);
-        let settings = GivenSettings { tokens: Some(tokens), ..self.given }.or(filed).decided();
+        let given = GivenSettings { tokens: Some(tokens), ..self.given }.or(filed);
+        let listen = given.clone().decided().listen;
+        let there = GivenSettings { listen: at.or(given.listen), ..given }.decided();
+        let settings = ServiceSettings { listen, ..there };
         let faults = settings.faults();
         if faults.is_empty() {
             Ok(settings)
@@ -74,7 +88,7 @@ fn read(path: &Path) -> Result<GivenSettings, CommandError> {
 }
 
 /// The token of the environment as it is sent, where there is one.
-pub fn token() -> Result<Option<String>, CommandError> {
+fn token() -> Result<Option<String>, CommandError> {
     let Some(text) = std::env::var_os(TOKEN) else { return Ok(None) };
     text.into_string().map(Some).map_err(|_| faulty(TOKEN)("is not of Unicode characters".to_owned()))
 }

@@ -9,6 +9,7 @@ use std::fmt::Write;
 use nalgebra::{Isometry3, Vector3};
 
 use super::sampled::{MotionFrame, SampledMotion};
+use super::unused::unused;
 use gaitwright_physics::character::{Friction, Inertial, JointKind, Placed, Shape, SurfaceMaterial};
 use gaitwright_physics::fault::{Fault, InputError};
 use gaitwright_physics::motion::Motion;
@@ -95,19 +96,29 @@ struct Model<'a> {
 impl Model<'_> {
     fn body(&mut self, link: usize, depth: usize) {
         let sampled = self.sampled;
-        let own = &sampled.skeleton.character.links[link];
+        let links = &sampled.skeleton.character.links;
+        let own = &links[link];
         let indent = "  ".repeat(depth);
         let frame = match &own.joint {
             Some(joint) => joint.origin,
             None => start(sampled).placed_root(false),
         };
-        let _ = writeln!(self.text, "{indent}<body name={} {}>", quoted(&own.name), pose(&frame));
+        // MuJoCo has a body of this name already.
+        let name = match &*own.name {
+            "world" => unused("world_", |name| links.iter().any(|link| link.name == name)),
+            name => name.to_owned(),
+        };
+        let _ = writeln!(self.text, "{indent}<body name={} {}>", quoted(&name), pose(&frame));
         if let Some(inertial) = own.inertial.as_ref().filter(|inertial| inertial.mass > 0.0) {
             let _ = writeln!(self.text, "{indent}  {}", inertia(inertial));
         }
         match (&own.joint, sampled.skeleton.angle_of[link]) {
             (None, _) => {
-                let _ = writeln!(self.text, "{indent}  <freejoint name=\"root\"/>");
+                let joint = |name: &str| {
+                    links.iter().filter_map(|link| link.joint.as_ref()).any(|joint| joint.name == name)
+                };
+                let name = unused("root", joint);
+                let _ = writeln!(self.text, "{indent}  <freejoint name={}/>", quoted(&name));
             }
             (Some(joint), Some(angle)) => {
                 self.order.push(angle);

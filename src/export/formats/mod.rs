@@ -16,6 +16,7 @@ mod sampled;
 mod skeleton;
 mod tessellation;
 mod track;
+mod unused;
 mod up;
 
 use std::collections::BTreeMap;

@@ -12,6 +12,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
 
+use super::access::OPEN;
 use super::{characters, jobs, problem};
 use crate::export::Curve;
 use crate::jobs::{JobRequest, Repertoire, StudyRequest, TrainingReport};
@@ -69,7 +70,7 @@ pub(super) fn complete(
             "basic": { "type": "http", "scheme": "basic", "description": "The token is the password of any user" },
         });
         description["security"] = json!([{ "bearer": [] }, { "basic": [] }]);
-        for probe in ["/healthz", "/readyz"] {
+        for probe in OPEN {
             description["paths"][probe]["get"]["security"] = json!([]);
         }
     }

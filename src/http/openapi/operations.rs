@@ -3,11 +3,10 @@
 
 use serde_json::{Map, Value, json};
 
+use crate::http::access::OPEN;
+
 /// A URDF that every example is about.
 const ARM: &str = include_str!("arm.urdf");
-
-/// Calls that a supervisor makes, which nobody is turned away from.
-const PROBES: [&str; 2] = ["/healthz", "/readyz"];
 
 /// Adds to every call in `paths` what it shares with others. `parameters` are schemas by the name of a parameter; `token`
 /// is whether requests have to bring one.
@@ -89,7 +88,7 @@ fn example(path: &str, kind: &str) -> Option<Value> {
 
 /// Adds the answers that come from what every request goes through, and the headers of those that ask to wait.
 fn complete_answers(operation: &mut Map<String, Value>, (method, path): (&str, &str), token: bool) {
-    let probe = PROBES.contains(&path);
+    let probe = OPEN.contains(&path);
     let body = operation.contains_key("requestBody");
     let mut parameters = operation.get("parameters").and_then(Value::as_array).into_iter().flatten();
     // A path that cannot be read leads nowhere, which is 404. Calls about one thing refuse parameters that they do not take.

@@ -123,6 +123,33 @@ fn mujoco_moves_the_joints_as_the_simulator_does() {
     }
 }
 
+/// MuJoCo has a body `world` of its own, and refuses two things of one kind with the same name.
+#[test]
+fn names_are_those_of_one_thing_only() {
+    let mut example = Example::new();
+    let text = std::fs::read_to_string(common::example_path("quadruped.urdf")).unwrap();
+    let root = &example.character().links[0].name;
+    let text = text.replace(&format!("\"{root}\""), "\"world\"").replace("\"LF_knee\"", "\"root\"");
+    let reading = character::read(text.as_bytes(), Source::Urdf, Options::default()).unwrap();
+    example.model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
+    example.motion.character.digest = example.character().digest.clone();
+    for name in &mut example.motion.joints {
+        if name == "LF_knee" {
+            "root".clone_into(name);
+        }
+    }
+    let text = String::from_utf8(example.export(ExportFormat::Mujoco, at(60.0))).unwrap();
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let names = |tags: &[&str]| {
+        let things = document.descendants().filter(|node| tags.contains(&node.tag_name().name()));
+        things.filter_map(|node| node.attribute("name")).collect::<Vec<_>>()
+    };
+    let joints = names(&["joint", "freejoint"]);
+    assert_eq!(joints.iter().filter(|name| **name == "root").count(), 1);
+    assert_eq!(joints.iter().collect::<std::collections::BTreeSet<_>>().len(), joints.len());
+    assert!(!names(&["body"]).contains(&"world"));
+}
+
 /// What stands at a shape is what holds in its contacts: the smaller friction of link and scene, and the scene's softness, which
 /// MuJoCo divides by its greatest impedance of 0.95.
 #[test]

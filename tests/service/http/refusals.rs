@@ -157,7 +157,10 @@ fn job_documents() {
                 "weights": { "energy": 1e308 } } }),
             vec!["/task/direction", "/task/speed", "/task/weights/energy"],
         ),
-        (json!({ "character": { "id": "01890000-0000-7000-8000-000000000000" } }), vec!["/character/id"]),
+        (
+            json!({ "character": { "id": "01890000-0000-7000-8000-000000000000" }, "learning": { "generations": 0 } }),
+            vec!["/character/id", "/learning/generations"],
+        ),
         (
             json!({ "character": { "json": { "format": "gaitwright/character@1", "legs": 4 } } }),
             vec!["/character/json"],
@@ -185,6 +188,31 @@ fn job_documents() {
     let problem = service.post("/v1/jobs", "application/json", b"{\"character\": }").problem(400);
     assert_eq!(pointers(&problem), ["line 1, column 15"]);
     assert_goes_on(&service);
+}
+
+/// Whatever is wrong with the character does not hide what else is.
+#[test]
+fn scenarios_with_several_faults() {
+    let service = Service::start();
+    let scenario =
+        json!({ "character": { "urdf": "<robot/>" }, "duration": -1, "scene": { "friction": -2 } });
+    let problem = service.post_json("/v1/simulations", &scenario).problem(422);
+    let places = pointers(&problem);
+    for place in ["/character", "/duration", "/scene/friction"] {
+        assert!(places.iter().any(|pointer| pointer.starts_with(place)), "{place}: {problem}");
+    }
+    let study = json!({ "scenario": scenario, "tolerances": [0.0, 1e-3, -1.0] });
+    let problem = service.post_json("/v1/accuracy", &study).problem(422);
+    let places = pointers(&problem);
+    for place in [
+        "/scenario/character",
+        "/scenario/duration",
+        "/scenario/scene/friction",
+        "/tolerances/0",
+        "/tolerances/2",
+    ] {
+        assert!(places.iter().any(|pointer| pointer.starts_with(place)), "{place}: {problem}");
+    }
 }
 
 #[test]

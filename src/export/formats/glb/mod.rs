@@ -19,6 +19,7 @@ use super::closing::LoopCertificate;
 use super::sampled::{MotionClip, MotionFrame, SampledMotion};
 use super::skeleton::Skeleton;
 use super::tessellation::DisplayMesh;
+use super::unused::unused;
 use super::up::y_up;
 use crate::export::recording::limb_colors;
 use document::{AnimationKeys, Document, Index, Node};
@@ -103,19 +104,11 @@ fn nodes(document: &mut Document, skeleton: &Skeleton<'_>, root: &Isometry3<f64>
     let links: Vec<Index<Node>> = indices.into_iter().flatten().collect();
     let names: Vec<&str> = skeleton.character.links.iter().map(|link| &*link.name).collect();
     let turned = Isometry3::from_parts(Default::default(), y_up());
-    let up = document.node(&unused("z_up", &names), Some(&turned), None, vec![links[0]]);
-    let travel = document.node(&unused("root_motion", &names), None, None, vec![up]);
+    let up =
+        document.node(&unused("z_up", |name| names.contains(&name)), Some(&turned), None, vec![links[0]]);
+    let travel = document.node(&unused("root_motion", |name| names.contains(&name)), None, None, vec![up]);
     document.scene(travel);
     Nodes { travel, links }
-}
-
-/// A name that no link has.
-fn unused(name: &str, taken: &[&str]) -> String {
-    let mut name = name.to_owned();
-    while taken.contains(&&*name) {
-        name.push('_');
-    }
-    name
 }
 
 /// A link's frame in its parent's; the root link's in the travelling frame.
