@@ -234,12 +234,7 @@ fn thinned(trace: &Trace, seconds: f64, wanted: f64) -> Trace {
     };
     let stride = (wanted / interval).round().max(1.0) as usize;
     let samples = trace.samples.iter().take_while(|sample| sample.time <= seconds).step_by(stride);
-    Trace {
-        samples: samples.cloned().collect(),
-        failure: trace.failure.clone(),
-        record: trace.record.clone(),
-        ..*trace
-    }
+    Trace { samples: samples.cloned().collect(), failure: trace.failure.clone(), ..*trace }
 }
 
 /// A name for the recording that no other job's has: made of the character and of everything that was decided
