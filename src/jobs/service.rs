@@ -37,7 +37,7 @@ const PROBE_TIMEOUT: Duration = Duration::from_secs(5);
 const CHANGES: usize = 1024;
 
 /// Jobs worked at side by side, unless told otherwise.
-pub const WORKERS: usize = 1;
+pub const WORKERS: u16 = 1;
 
 /// Jobs that may wait, unless told otherwise.
 pub const QUEUE: u64 = 64;
@@ -78,7 +78,7 @@ impl ServiceOptions {
             data,
             store: StorePlace::default(),
             files: FilesPlace::default(),
-            workers: WORKERS,
+            workers: usize::from(WORKERS),
             queue: QUEUE,
             caller_queue: None,
             lease: LEASE,

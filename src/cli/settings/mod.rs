@@ -96,7 +96,7 @@ settings! {
     /// (with AWS's environment variables, such as AWS_ACCESS_KEY_ID, AWS_REGION, AWS_ENDPOINT) or file:///folder
     files: FilesPlace, (long, env = "GAITWRIGHT_FILES", value_name = "URL") = FilesPlace::default();
     /// Jobs worked at side by side; they share the cores. 0 for a server that leaves the work to others
-    workers: u16, (long, env = "GAITWRIGHT_WORKERS") = WORKERS as u16;
+    workers: u16, (long, env = "GAITWRIGHT_WORKERS") = WORKERS;
     /// Jobs that may wait
     queue: u64, (long, env = "GAITWRIGHT_QUEUE") = QUEUE;
     /// How many of them may be of one caller; half where there may be several callers, otherwise all

@@ -16,7 +16,8 @@ use gaitwright_physics::stance::{Stance, Upright};
 
 /// Width of a cell of the trunk's roll or pitch, rad.
 const CELL_TILT: f64 = 0.2;
-/// Each of the two components, along and across, of the speed of the pushes of [`World::disturbed`], as a share of √(g h) (the speed at Froude number 1).
+/// Each of the two components, along and across, of the speed of the pushes of [`World::disturbed`], as a share of √(g h) (the speed at
+/// Froude number 1).
 const PUSH: f64 = 0.03;
 /// Number of steps between two checks whether to stop: a step of the largest characters takes milliseconds.
 const STEPS_BETWEEN_CHECKS: u64 = 16;

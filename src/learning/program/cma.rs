@@ -49,9 +49,9 @@ impl Cma {
         }
     }
 
-    /// The same with candidates in pairs in the first so many generations; to be called before the first [`ask`](Self::ask). That gets on sooner, but both
-    /// of a pair may become parents, whose steps cancel out: the reach shrinks faster than it should, which ends a long search too
-    /// soon.
+    /// The same with candidates in pairs in the first so many generations; to be called before the first [`ask`](Self::ask). That gets
+    /// on sooner, but both of a pair may become parents, whose steps cancel out: the reach shrinks faster than it should, which ends a
+    /// long search too soon.
     #[must_use]
     pub fn paired(self, generations: u32) -> Self {
         Self { paired: generations, ..self }

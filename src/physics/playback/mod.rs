@@ -76,7 +76,7 @@ pub struct Playback<'a> {
 /// A push in the course of a motion: from one step to the next the whole character has another velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Push {
-    /// When the step begins before which the velocity changes, s.
+    /// When the first step with the changed velocity ends, s.
     pub time: f64,
     /// By how much the velocity of every part changes, world frame, m/s: the impulse over the character's mass.
     pub velocity: Vector3<f64>,

@@ -254,7 +254,7 @@ fn what_only_the_joint_limits_keep_apart_touches_without_them() {
         }
         simulator.state().angles[0]
     };
-    // The hand's face and the post's are 0.05 m apart when they touch: a tenth of a radian before the post.
+    // Where hand and post touch, their middles are at least 0.05 m apart: a tenth of a radian before the post.
     let (limited, free) = (reach(Switch::Auto), reach(Switch::Off));
     assert!((limited - 1.0).abs() < 1e-3, "{limited}");
     assert!((1.8..2.0).contains(&free), "{free}");

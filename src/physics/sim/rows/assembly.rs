@@ -123,8 +123,8 @@ impl Rows {
         self.matrix[row * self.len() + other]
     }
 
-    /// Mean power of the forces of impact over the step, W (times the step it is their work, J), where rebounds have `share` of their speeds: λᵀ (w⁻ + w⁺) / 2 over their
-    /// rows, with w⁻ as it is with the forces `without` impact, one a row (see `sim/restitution.rs`).
+    /// Mean power of the forces of impact over the step, W (times the step it is their work, J), where rebounds have `share` of their
+    /// speeds: λᵀ (w⁻ + w⁺) / 2 over their rows, with w⁻ as it is with the forces `without` impact, one a row (see `sim/restitution.rs`).
     pub fn work_of_impact(&self, share: f64, without: &[f64]) -> f64 {
         let count = self.len();
         let mut work = 0.0;
