@@ -17,7 +17,7 @@
 //! | [`qlearning`], [`policy`], [`ratio`] | the best behaviour in a subset |
 //! | [`trial`] | its continuous check |
 //! | [`ga`], [`population`], [`search`] | the next subsets, the loop over generations |
-//! | [`Observer`], [`Stop`], [`Checkpoint`] | who is informed, when to stop, how to resume |
+//! | [`Observer`], [`Stop`], [`Clock`], [`Checkpoint`] | who is informed, when to stop, by which time, how to resume |
 //!
 //! The result depends on the setup and the seed alone, bit for bit, whatever the number of threads; unless a limit of seconds ended the
 //! search, which the result then says ([`StopReason::Seconds`]).
@@ -28,6 +28,7 @@ mod budget;
 pub mod cache;
 mod chance;
 mod checkpoint;
+mod clock;
 pub mod evaluation;
 pub mod ga;
 mod generation;
@@ -64,6 +65,7 @@ pub use behaviour::{Behaviour, Posture};
 pub use breeding::{Crossover, Mutation};
 pub use budget::Budget;
 pub use checkpoint::Checkpoint;
+pub use clock::Clock;
 pub use generation::Generation;
 pub use learned::Learned;
 pub use objective::{Earnings, Objective, Terms, reference_gravity};

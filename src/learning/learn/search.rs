@@ -1,6 +1,6 @@
 //! The loop over generations, in any world: ask the islands for genomes, evaluate them, tell the results.
 
-use std::time::Instant;
+use std::time::Duration;
 
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -9,6 +9,7 @@ use super::behaviour::Behaviour;
 use super::cache::{Cache, SimulationTotals};
 use super::chance::{Purpose, stream};
 use super::checkpoint::Checkpoint;
+use super::clock::Clock;
 use super::evaluation::World;
 use super::ga::{Individual, Island, migrate, restart_stale};
 use super::generation::Generation;
@@ -52,9 +53,18 @@ struct Progress<S> {
     curve: Vec<Generation>,
     totals: SimulationTotals,
     cache: Cache<S>,
-    started: Instant,
-    /// Wall clock time spent before this run was resumed, s.
+    clock: Clock,
+    /// What the clock showed when this run began.
+    started: Duration,
+    /// Time spent before this run was resumed, s.
     spent: f64,
+}
+
+impl<S> Progress<S> {
+    /// s since the start of the search.
+    fn elapsed(&self) -> f64 {
+        self.spent + self.clock.since(self.started)
+    }
 }
 
 /// An individual to be evaluated: index of its island, index on the island, genome.
@@ -70,7 +80,7 @@ impl<W: World> Search<W> {
         stop: &Stop,
         resume: Option<Checkpoint>,
     ) -> Learned {
-        let mut progress = self.begin(resume);
+        let mut progress = self.begin(stop.clock(), resume);
         let ended = loop {
             if self.parameters.budget.generations().is_some_and(|most| progress.generations >= most) {
                 break StopReason::Generations;
@@ -92,7 +102,7 @@ impl<W: World> Search<W> {
         Learned { ended, best, curve, parameters: self.parameters.clone() }
     }
 
-    fn begin(&self, resume: Option<Checkpoint>) -> Progress<W::State> {
+    fn begin(&self, clock: &Clock, resume: Option<Checkpoint>) -> Progress<W::State> {
         let parameters = &self.parameters;
         let islands = vec![Island::default(); parameters.islands];
         let mut progress = Progress {
@@ -103,7 +113,8 @@ impl<W: World> Search<W> {
             curve: Vec::new(),
             totals: SimulationTotals::default(),
             cache: Cache::new(parameters.cache_transitions),
-            started: Instant::now(),
+            clock: clock.clone(),
+            started: clock.now(),
             spent: 0.0,
         };
         if let Some(checkpoint) = resume {
@@ -274,7 +285,7 @@ impl<W: World> Search<W> {
             cache_hit_rate: progress.totals.hit_rate(),
             simulated_seconds: progress.totals.seconds,
             saved_seconds: progress.totals.saved,
-            elapsed: progress.spent + progress.started.elapsed().as_secs_f64(),
+            elapsed: progress.elapsed(),
         }
     }
 
@@ -289,7 +300,7 @@ impl<W: World> Search<W> {
             improved: progress.improved.clone(),
             curve: progress.curve.clone(),
             totals: progress.totals,
-            elapsed: progress.spent + progress.started.elapsed().as_secs_f64(),
+            elapsed: progress.elapsed(),
         }
     }
 }

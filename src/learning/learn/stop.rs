@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use super::clock::Clock;
 
 /// Asks a learner to stop; it does so within a second. Clones share one state.
 #[derive(Debug, Clone, Default)]
@@ -13,6 +15,7 @@ pub struct Cancel(Arc<CancelState>);
 
 #[derive(Debug, Default)]
 struct CancelState {
+    clock: Clock,
     cancelled: AtomicBool,
     /// Somebody has looked since the last [`Cancel::take_looked`].
     looked: AtomicBool,
@@ -20,6 +23,16 @@ struct CancelState {
 }
 
 impl Cancel {
+    /// For a learner whose time is told by `clock`.
+    pub fn of_learner_with(clock: Clock) -> Self {
+        Self(Arc::new(CancelState { clock, ..CancelState::default() }))
+    }
+
+    /// What tells the learner the time.
+    pub(crate) fn clock(&self) -> &Clock {
+        &self.0.clock
+    }
+
     /// Asks the learner to stop, from any thread.
     pub fn cancel(&self) {
         self.0.cancelled.store(true, Ordering::Relaxed);
@@ -69,7 +82,8 @@ pub enum StopReason {
 #[derive(Debug, Clone, Default)]
 pub struct Stop {
     cancel: Cancel,
-    deadline: Option<Instant>,
+    /// By the clock of `cancel`.
+    deadline: Option<Duration>,
 }
 
 /// An evaluation was broken off; its generation is discarded.
@@ -77,13 +91,18 @@ pub struct Stop {
 pub struct Interrupted(pub StopReason);
 
 impl Stop {
-    /// On `cancel`, or once `seconds` of the wall clock have passed from now.
+    /// On `cancel`, or once `seconds` have passed from now by its clock.
     pub fn new(cancel: &Cancel, seconds: Option<f64>) -> Self {
         let length = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds.max(0.0)).ok());
         Self {
             cancel: cancel.clone(),
-            deadline: length.and_then(|length| Instant::now().checked_add(length)),
+            deadline: length.and_then(|length| cancel.clock().now().checked_add(length)),
         }
+    }
+
+    /// What tells the time.
+    pub(crate) fn clock(&self) -> &Clock {
+        self.cancel.clock()
     }
 
     /// Counts a candidate that has been tried.
@@ -91,9 +110,9 @@ impl Stop {
         self.cancel.0.tried.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// s of the wall clock that are left, where they are limited.
+    /// s that are left, where they are limited.
     pub fn left(&self) -> Option<f64> {
-        self.deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()).as_secs_f64())
+        self.deadline.map(|deadline| deadline.saturating_sub(self.clock().now()).as_secs_f64())
     }
 
     /// What comes of work that breaks off when this says so, if it did not.
@@ -116,7 +135,7 @@ impl Stop {
             return Err(Interrupted(StopReason::Cancelled));
         }
         match self.deadline {
-            Some(deadline) if Instant::now() >= deadline => Err(Interrupted(StopReason::Seconds)),
+            Some(deadline) if self.clock().now() >= deadline => Err(Interrupted(StopReason::Seconds)),
             _ => Ok(()),
         }
     }

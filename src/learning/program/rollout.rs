@@ -23,8 +23,6 @@ use crate::learn::Stop;
 pub const STRIDES: usize = 5;
 /// The same with feedback, which shows what it is worth after more of them.
 pub const STEERED_STRIDES: usize = 15;
-/// Steps between two looks whether to stop.
-const STOPPING: usize = 256;
 
 /// Where gaits are tried; all threads share it.
 #[derive(Debug, Clone)]
@@ -199,7 +197,7 @@ impl Arena {
         playing.targets(&player, 0.0, &self.stance.state.root, &mut next);
         let mut done = 0;
         while done < total {
-            if done.is_multiple_of(STOPPING) && self.stop.check().is_err() {
+            if self.stop.check().is_err() {
                 break;
             }
             if done == lead {

@@ -35,7 +35,7 @@ pub(super) fn run(
     cancel: &Cancel,
     resume: Option<TrainingCheckpoint>,
 ) -> Result<(Trained, Vec<Milestone>), LearnError> {
-    let mut progress = Progress::default();
+    let mut progress = Progress::new(cancel.clock());
     let mut next = 0;
     if let Some(checkpoint) = resume {
         checkpoint.fits_gaits(setup, niches.len()).map_err(|error| error.under("/checkpoint"))?;
@@ -44,7 +44,8 @@ pub(super) fn run(
         } = checkpoint
         {
             next = done;
-            progress = Progress::resumed(milestones, curve, simulated, (elapsed, by_the_clock));
+            progress =
+                Progress::resumed(cancel.clock(), milestones, curve, simulated, (elapsed, by_the_clock));
         }
     }
     let seconds = setup.parameters.budget.seconds();

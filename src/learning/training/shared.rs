@@ -1,13 +1,13 @@
 //! What the niches of a training share: where candidates are tried, and how far the training is.
 
-use std::time::Instant;
+use std::time::Duration;
 
 use rayon::ThreadPool;
 
 use super::checkpoint::Milestone;
 use super::motion::LearnedMotion;
 use super::observer::TrainingObserver;
-use crate::learn::{Generation, LearningSetup, Stop, StopReason};
+use crate::learn::{Clock, Generation, LearningSetup, Stop, StopReason};
 use crate::program::rollout::Arena;
 use crate::program::subject::Subject;
 
@@ -43,32 +43,35 @@ pub(super) struct Progress {
     pub(super) hurried: bool,
     /// The clock decided what was searched for, though everything was.
     pub(super) by_the_clock: bool,
-    started: Instant,
-    /// Wall clock time spent before this run was resumed, s.
+    clock: Clock,
+    /// What the clock showed when this run began.
+    started: Duration,
+    /// Time spent before this run was resumed, s.
     pub(super) spent: f64,
 }
 
-impl Default for Progress {
-    fn default() -> Self {
-        Self::resumed(Vec::new(), Vec::new(), 0.0, (0.0, false))
-    }
-}
-
 impl Progress {
+    /// Of a run that begins.
+    pub(super) fn new(clock: &Clock) -> Self {
+        Self::resumed(clock, Vec::new(), Vec::new(), 0.0, (0.0, false))
+    }
+
     /// How far an earlier run had come.
     pub(super) fn resumed(
+        clock: &Clock,
         milestones: Vec<Milestone>,
         curve: Vec<Generation>,
         simulated: f64,
         (spent, by_the_clock): (f64, bool),
     ) -> Self {
-        let started = Instant::now();
-        Self { milestones, curve, simulated, hurried: false, by_the_clock, started, spent }
+        let clock = clock.clone();
+        let started = clock.now();
+        Self { milestones, curve, simulated, hurried: false, by_the_clock, clock, started, spent }
     }
 
-    /// s of the wall clock since the start of the training.
+    /// s since the start of the training.
     pub(super) fn elapsed(&self) -> f64 {
-        self.spent + self.started.elapsed().as_secs_f64()
+        self.spent + self.clock.since(self.started)
     }
 
     /// Shows a motion and keeps it.

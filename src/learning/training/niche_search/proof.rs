@@ -1,7 +1,5 @@
 //! What the trials leave of what was found, and whether feedback of the heading helps.
 
-use std::time::Instant;
-
 use gaitwright_physics::motion::Trial;
 use rayon::prelude::*;
 
@@ -28,7 +26,7 @@ impl NicheSearch<'_> {
             let motion = self.motion(wanted, candidate);
             let player = motion.player(&setup.stance.angles);
             let stopped = || stop.check().is_err();
-            let begun = Instant::now();
+            let begun = stop.clock().now();
             let trials = motion.check(setup, &player).trials(checked, setup.threads, &stopped).ok();
             let simulated = trials.iter().flatten().map(|trial| trial.upright_seconds).sum::<f64>();
             self.progress.simulated += simulated;
@@ -37,7 +35,7 @@ impl NicheSearch<'_> {
             if best.as_ref().is_none_or(|(others, ..)| proof > *others) {
                 best = Some((proof, index, trials));
             }
-            let short = stop.left().is_some_and(|left| left < begun.elapsed().as_secs_f64());
+            let short = stop.left().is_some_and(|left| left < stop.clock().since(begun));
             self.progress.by_the_clock |= short && proof != Proof::ALL_TRIALS_KEPT;
             if proof == Proof::ALL_TRIALS_KEPT || short {
                 break;

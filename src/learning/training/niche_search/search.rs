@@ -1,6 +1,6 @@
 //! What the search of a niche is made of: refinements at one speed, their budget, and whether what they find is natural.
 
-use std::time::Instant;
+use std::time::Duration;
 
 use rayon::prelude::*;
 
@@ -49,11 +49,12 @@ pub(in crate::training) struct NicheSearch<'a> {
     pub(super) observer: &'a mut dyn TrainingObserver,
     /// Generations that the niches after this one need.
     pub(super) later: u32,
-    /// s of the wall clock that one simulated step takes, as in the last generation.
+    /// s that one simulated step takes, as in the last generation.
     pub(super) step_time: f64,
-    /// s of the wall clock that one simulated second of a continuous check takes, once there was one: its forces may be more exact.
+    /// s that one simulated second of a continuous check takes, once there was one: its forces may be more exact.
     pub(super) check_time: Option<f64>,
-    pub(super) begun: Instant,
+    /// What the clock showed when this search began.
+    pub(super) begun: Duration,
     /// Refinements begun so far.
     pub(super) stages: u64,
     /// Whether gaits have feedback.
@@ -92,7 +93,7 @@ impl<'a> NicheSearch<'a> {
             later,
             step_time: 0.0,
             check_time: None,
-            begun: Instant::now(),
+            begun: shared.stop.clock().now(),
             progress,
             observer,
             stages: 0,
@@ -140,7 +141,7 @@ impl<'a> NicheSearch<'a> {
         let (looks, trials) = (STRAIGHTENED as f64 * check.seconds(), TRIALS * check.trial_seconds());
         let needed =
             MARGIN * (searched * stage.refinement.seconds_of_finalists(LONG) + checked * (looks + trials));
-        left < needed && needed < LONGEST_END * (left + self.begun.elapsed().as_secs_f64())
+        left < needed && needed < LONGEST_END * (left + self.shared.stop.clock().since(self.begun))
     }
 
     /// A refinement at another Froude number, on from the best of `leading`.
@@ -217,10 +218,10 @@ impl<'a> NicheSearch<'a> {
                 Fidelity::Fine => &self.fine,
             };
             let Stage { wanted, refinement } = &mut *stage;
-            let (before, begun) = (refinement.seconds, Instant::now());
+            let (before, begun) = (refinement.seconds, stop.clock().now());
             refinement.generation((pool, stop), subject, arena, wanted)?;
             let simulated = refinement.seconds - before;
-            self.step_time = begun.elapsed().as_secs_f64() * arena.step() / simulated;
+            self.step_time = stop.clock().since(begun) * arena.step() / simulated;
             self.progress.simulated += simulated;
             if rank == Rank::Leading {
                 self.found = Some(stage.found());
@@ -290,10 +291,10 @@ impl<'a> NicheSearch<'a> {
         self.progress.simulated += start.seconds();
         let Straightened { candidate: straight, seconds, .. } = straightening.straightened(start)?;
         self.progress.simulated += seconds;
-        let (begun, before) = (Instant::now(), self.progress.simulated);
+        let (begun, before) = (stop.clock().now(), self.progress.simulated);
         let natural = self.natural(wanted, std::slice::from_ref(&straight)).iter().any(Option::is_some);
         let checked = self.progress.simulated - before;
-        self.check_time = (checked > 0.0).then(|| begun.elapsed().as_secs_f64() / checked);
+        self.check_time = (checked > 0.0).then(|| stop.clock().since(begun) / checked);
         let cheaper = |seen: &Found| seen.wanted.speed != wanted.speed || straight.cost < seen.candidate.cost;
         if natural && self.seen_natural.as_ref().is_none_or(cheaper) {
             let (wanted, candidate) = (wanted.clone(), straight.clone());
