@@ -37,7 +37,7 @@ pub struct Island {
     /// Fitness of the best behaviour that passed the continuous check here, m/s, at every inspection of the check.
     #[serde(rename = "proven")]
     pub accepted: Option<Vec<f64>>,
-    /// Number of generations since `accepted` last changed.
+    /// Number of generations from that in which `accepted` last changed, or from the first, that one included.
     pub stale: u32,
 }
 
@@ -167,8 +167,8 @@ pub(super) fn nearest<'a>(
     others.into_iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))
 }
 
-/// Empties every island whose accepted behaviour has not improved for `patience` generations, except the one with the
-/// best of all: its next population is drawn at random, so that the search leaves local optima.
+/// Empties every island that is in the `patience`-th generation from that in which its accepted behaviour last improved, except the one
+/// with the best of all, or the first where none has any: its next population is drawn at random, so that the search leaves local optima.
 pub fn restart_stale(islands: &mut [Island], patience: u32) {
     let fitness =
         |island: &Island| island.accepted.as_ref().and_then(|inspections| inspections.last().copied());

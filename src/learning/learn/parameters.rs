@@ -168,8 +168,8 @@ parameters! {
     islands: usize = 4;
     /// Generations from one migration (of each island's best to the next island) to another.
     migration: u32 = 10;
-    /// Generations without progress after which an island is given up and drawn afresh, unless it is the
-    /// one with the best behaviour.
+    /// In so many generations from its last progress, that one included, an island has to make another, or it is drawn afresh, unless it
+    /// is the one with the best behaviour.
     patience: u32 = 20;
     /// Best individuals of an island that are kept as they are.
     elite: usize = 2;

@@ -99,7 +99,9 @@ pub(super) struct Watch<'a> {
     leg_rule: LegRule,
     leg_watches: Vec<LegWatch>,
     joint_sums: Vec<JointSums>,
+    /// Force on each foot, and on each link that is none, N.
     forces: Vec<f64>,
+    loads: Vec<f64>,
     /// Angles of one leg's joints.
     own: Vec<f64>,
     torques: Vec<f64>,
@@ -157,6 +159,7 @@ impl<'a> Watch<'a> {
             leg_watches: vec![LegWatch::default(); count],
             joint_sums: vec![JointSums::default(); joints],
             forces: vec![0.0; count],
+            loads: vec![0.0; model.links.len()],
             own: Vec::new(),
             torques: vec![0.0; joints],
             work: 0.0,
@@ -214,21 +217,23 @@ impl<'a> Watch<'a> {
     /// Forces of the ground.
     fn contacts(&mut self, simulator: &Simulator, judged: bool) {
         self.forces.fill(0.0);
-        let mut scuffing = false;
+        self.loads.fill(0.0);
         for contact in simulator.contacts().filter(|contact| contact.against == Against::Ground) {
             let normal = contact.force.dot(&contact.normal).max(0.0);
             match self.leg_of[contact.link] {
                 Some(leg) => self.forces[leg] += normal,
-                None => {
-                    scuffing = true;
-                    self.lies |= self.model.links[contact.link].body == 0;
-                }
+                None => self.loads[contact.link] += normal,
             }
             if judged {
                 let across = contact.velocity - contact.normal * contact.velocity.dot(&contact.normal);
                 self.slid += normal * across.norm();
                 self.load += normal;
             }
+        }
+        let mut scuffing = false;
+        for (link, _) in self.loads.iter().enumerate().filter(|(_, load)| **load > self.leg_rule.threshold) {
+            scuffing = true;
+            self.lies |= self.model.links[link].body == 0;
         }
         if judged {
             self.scuffed += f64::from(u8::from(scuffing));

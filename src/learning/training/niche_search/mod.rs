@@ -19,6 +19,7 @@ use crate::gait::leaps;
 use crate::learn::Interrupted;
 use crate::program::ring::Wanted;
 use crate::program::steer;
+use crate::program::straightening::Straightening;
 
 /// Share of the wanted speed below which a motion goes nowhere.
 const CRAWL: f64 = 0.1;
@@ -246,10 +247,15 @@ impl NicheSearch<'_> {
         let Shared { pool, stop, subject, .. } = self.shared;
         let before = refinement.seconds;
         let mut finalists = refinement.finalists((pool, stop), subject, &self.fine, &wanted, LONG)?;
-        // What was natural on the way is not lost where what came after it costs less but is not.
-        let seen = self.seen_natural.iter().filter(|seen| seen.wanted.speed == wanted.speed);
-        finalists.extend(seen.map(|seen| seen.candidate.clone()));
         self.progress.simulated += refinement.seconds - before;
+        // What was natural on the way is not lost where what came after it costs less but is not. It is tried as the others were.
+        if let Some(seen) = self.seen_natural.as_ref().filter(|seen| seen.wanted.speed == wanted.speed) {
+            let comparison =
+                Straightening { subject, arena: &self.fine, wanted: &wanted, strides: LONG, stop };
+            let tried = comparison.disturbed(&seen.candidate.parameters)?;
+            self.progress.simulated += tried.seconds();
+            finalists.push(tried);
+        }
         let Some(found) = self.first_proven(&wanted, finalists) else { return Ok(()) };
         // Kept before the clock is looked at: what was straightened and proven is not lost where time ends in the proof.
         self.found = Some(found.clone());
