@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use gaitwright_physics::character::{self, Character, Options, Shape};
+use gaitwright_physics::character::{self, Character, JointKind, Limits, Options, Shape};
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Effect, Gains, Scene, StepPlan, Switch};
 
@@ -107,11 +107,17 @@ pub fn scaled(character: &Character, s: f64) -> Character {
         }
         if let Some(joint) = &mut link.joint {
             joint.origin.translation.vector *= s;
-            joint.effort = joint.effort.map(|effort| effort * s.powi(4));
-            joint.velocity = joint.velocity.map(|velocity| velocity / s.sqrt());
-            joint.damping *= s.powf(4.5);
-            joint.friction *= s.powi(4);
-            joint.armature *= s.powi(5);
+            // What slides has a force where others have a torque, and a metre where they have a radian.
+            let length = if joint.kind == JointKind::Prismatic { s } else { 1.0 };
+            joint.limits = joint
+                .limits
+                .map(|limits| Limits { lower: limits.lower * length, upper: limits.upper * length });
+            let arm = length * length;
+            joint.effort = joint.effort.map(|effort| effort * s.powi(4) / length);
+            joint.velocity = joint.velocity.map(|velocity| velocity * length / s.sqrt());
+            joint.damping *= s.powf(4.5) / arm;
+            joint.friction *= s.powi(4) / length;
+            joint.armature *= s.powi(5) / arm;
         }
         for placed in link.collisions.iter_mut().chain(&mut link.visuals) {
             placed.pose.translation.vector *= s;
@@ -125,6 +131,9 @@ pub fn scaled(character: &Character, s: f64) -> Character {
                 Shape::Hull { vertices, .. } => vertices.iter_mut().for_each(|vertex| *vertex *= s),
             }
         }
+    }
+    for frame in scaled.loops.iter_mut().flat_map(|closing| &mut closing.frames) {
+        frame.translation.vector *= s;
     }
     scaled
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use gaitwright_physics::character::{self, Options, Source};
-use gaitwright_physics::model::{Base, Model};
+use gaitwright_physics::model::{Base, DofKind, Model};
 use gaitwright_physics::scene::{Accuracy, Scene};
 use gaitwright_physics::sim::{Command, Simulator, link_poses};
 use gaitwright_physics::stance::{Stance, Upright};
@@ -104,6 +104,39 @@ fn legs_whose_joints_turn_without_end_stand_bent() {
     }
     let (moved, up) = hold(&model, &stance);
     assert!(up && moved < 0.02 * stance.root_height, "it moved by {moved} m");
+}
+
+/// The pose of a character whose legs slide is the same whatever its size is.
+#[test]
+fn legs_that_slide_stand_alike_at_every_size() {
+    let text = std::fs::read_to_string(common::example_path("quadruped.urdf")).unwrap();
+    let mut sliding = text.replace(r#"rpy="0 0.7 0""#, "").replace(r#"rpy="0 -1.4 0""#, "");
+    for leg in ["LF", "RF", "LH", "RH"] {
+        let knee = format!(r#"<joint name="{leg}_knee" type="revolute">"#);
+        let (before, after) = sliding.split_once(&knee).unwrap();
+        let after = after.replacen(r#"<axis xyz="0 1 0"/>"#, r#"<axis xyz="0 0 1"/>"#, 1).replacen(
+            r#"lower="-1.1" upper="1.1""#,
+            r#"lower="-0.02" upper="0.15""#,
+            1,
+        );
+        sliding = format!("{before}{}{after}", knee.replace("revolute", "prismatic"));
+    }
+    let reading = character::read(sliding.as_bytes(), Source::Urdf, Options::default()).unwrap();
+    let slides = |joint: usize| joint % 3 == 2;
+    let standing = |size: f64| {
+        let character = common::scaled(&reading.character, size);
+        let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
+        assert!((0..12).all(|joint| slides(joint) == (model.bodies[joint + 1].dof == DofKind::Prismatic)));
+        Stance::find(&model, &Scene::default()).angles
+    };
+    let own = standing(1.0);
+    assert!((0..12).any(|joint| slides(joint) && own[joint].abs() > 0.01), "{own:?}");
+    for size in [0.01, 100.0] {
+        for (joint, (angle, other)) in own.iter().zip(standing(size)).enumerate() {
+            let other = if slides(joint) { other / size } else { other };
+            assert!((angle - other).abs() < 1e-3, "at {size}, joint {joint}: {angle} and {other}");
+        }
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::body::{Body, DofKind, LinkPlace, LoopJoint};
-use crate::character::{Character, Shape};
+use crate::character::{Character, Friction, Link, Shape};
 
 /// Differences of this share of a length or of an inertia count as rounding.
 const ROUNDING: f64 = 1e-6;
@@ -24,14 +24,9 @@ pub enum Spin {
 pub fn spins(character: &Character, links: &[LinkPlace], bodies: &[Body], loops: &[LoopJoint]) -> Vec<Spin> {
     let carries = |index: usize| bodies.iter().skip(1).any(|body| body.parent == index);
     let looped = |index: usize| loops.iter().any(|closing| closing.bodies.contains(&index));
-    let shapes = |index: usize| {
-        let places = character.links.iter().zip(links).filter(move |(_, place)| place.body == index);
-        places.flat_map(|(link, place)| {
-            link.collisions.iter().map(move |placed| (&placed.shape, place.pose * placed.pose))
-        })
-    };
     let symmetric = |index: usize, axis: Vector3<f64>| {
-        is_about(&bodies[index], axis) && shapes(index).all(|(shape, pose)| is_round(shape, &pose, axis))
+        let mut own = character.links.iter().zip(links).filter(|(_, place)| place.body == index);
+        is_about(&bodies[index], axis) && own.all(|(link, place)| is_alike(link, &place.pose, axis))
     };
     let spin = |index: usize| {
         let body = &bodies[index];
@@ -62,15 +57,29 @@ fn is_about(body: &Body, axis: Vector3<f64>) -> bool {
         && (body.inertia - round).amax() <= ROUNDING * moment
 }
 
+/// Whether the surface of `link` at `pose` in the body frame is the same, and as slippery, however far it is turned about `axis` through
+/// the body's origin.
+fn is_alike(link: &Link, pose: &Isometry3<f64>, axis: Vector3<f64>) -> bool {
+    let slides_alike = match &link.surface.friction {
+        Some(Friction::Directional { axis: own, .. }) => is_along(pose.rotation * own.into_inner(), axis),
+        Some(Friction::Uniform(_)) | None => true,
+    };
+    slides_alike && link.collisions.iter().all(|placed| is_round(&placed.shape, &(pose * placed.pose), axis))
+}
+
+/// Whether two unit vectors lie on one line.
+fn is_along(own: Vector3<f64>, axis: Vector3<f64>) -> bool {
+    own.cross(&axis).norm() <= ROUNDING
+}
+
 /// Whether `shape` at `pose` in the body frame is one of revolution about `axis` through the body's origin.
 fn is_round(shape: &Shape, pose: &Isometry3<f64>, axis: Vector3<f64>) -> bool {
     let at = pose.translation.vector;
     let off = (at - axis * axis.dot(&at)).norm();
-    let aligned = |own: Vector3<f64>| own.cross(&axis).norm() <= ROUNDING;
     match shape {
         Shape::Sphere { radius } => off <= ROUNDING * radius,
         Shape::Cylinder { radius, .. } | Shape::Capsule { radius, .. } => {
-            off <= ROUNDING * radius && aligned(pose.rotation * Vector3::z())
+            off <= ROUNDING * radius && is_along(pose.rotation * Vector3::z(), axis)
         }
         Shape::Box { .. } | Shape::Hull { .. } => false,
     }

@@ -15,6 +15,9 @@ use crate::model::{DofKind, Model};
 /// helps learning more than the low torques of a straight one.
 const EXTENSION: f64 = 0.7;
 
+/// Joints that slide are moved by this share of a limb's length where others are moved by a radian.
+const SLIDE: f64 = 0.25;
+
 /// Joints keep this share of their range away from its ends where they can.
 const MARGIN: f64 = 0.12;
 
@@ -53,8 +56,14 @@ pub fn search(model: &Model) -> Vec<f64> {
     if limbs.is_empty() || lies(&posed) {
         return start;
     }
-    let cost = Cost { model, limbs: &limbs, start: &start };
-    let mut angles = descend(start.clone(), model, &limbs, |angles| cost.of(angles));
+    let size = limbs.iter().map(|limb| limb.length).sum::<f64>() / limbs.len() as f64;
+    let units = model.bodies[1..].iter().map(|body| match body.dof {
+        DofKind::Prismatic => SLIDE * size,
+        DofKind::Revolute => 1.0,
+    });
+    let units: Vec<f64> = units.collect();
+    let cost = Cost { model, limbs: &limbs, start: &start, units: &units, size };
+    let mut angles = descend(start.clone(), model, &limbs, &units, |angles| cost.of(angles));
     loops::close(model, &mut angles);
     angles
 }
@@ -68,8 +77,14 @@ fn lies(posed: &Posed) -> bool {
 
 /// Pattern search: every move is tried in both directions, and the step is halved when none lowers the cost. Ends with
 /// the best pose found when [`PLACED`] is used up.
-fn descend(mut angles: Vec<f64>, model: &Model, limbs: &[Limb], cost: impl Fn(&[f64]) -> f64) -> Vec<f64> {
-    let moves = moves(model, limbs);
+fn descend(
+    mut angles: Vec<f64>,
+    model: &Model,
+    limbs: &[Limb],
+    units: &[f64],
+    cost: impl Fn(&[f64]) -> f64,
+) -> Vec<f64> {
+    let moves = moves(model, limbs, units);
     let mut best = cost(&angles);
     let mut step = 0.3;
     let mut rounds = PLACED / (2 * moves.len() * model.bodies.len());
@@ -98,24 +113,22 @@ fn descend(mut angles: Vec<f64>, model: &Model, limbs: &[Limb], cost: impl Fn(&[
 
 /// Moves of the search, each some joints and how far they go: every joint by itself; every joint
 /// against the one that carries it, which folds a limb and leaves its end below its beginning; and either
-/// for all limbs at once, without which level feet would keep each other from moving.
-fn moves(model: &Model, limbs: &[Limb]) -> Vec<Vec<(usize, f64)>> {
-    // Prismatic joints are moved by a tenth of a metre where revolute ones are moved by a radian.
-    let unit = |joint: usize| if model.bodies[joint + 1].dof == DofKind::Prismatic { 0.1 } else { 1.0 };
+/// for all limbs at once, without which level feet would keep each other from moving. `units` are what joints are moved by, rad or m.
+fn moves(model: &Model, limbs: &[Limb], units: &[f64]) -> Vec<Vec<(usize, f64)>> {
     let fold = |joint: usize| {
         let parent = model.bodies[joint + 1].parent;
-        (parent > 0).then(|| vec![(joint, 2.0 * unit(joint)), (parent - 1, -unit(parent - 1))])
+        (parent > 0).then(|| vec![(joint, 2.0 * units[joint]), (parent - 1, -units[parent - 1])])
     };
     let mut moves = Vec::new();
     // All limbs first, so that limbs alike bend alike.
     let longest = limbs.iter().map(|limb| limb.bodies.len()).max().unwrap_or(0);
     for place in 0..longest {
         let alike = || limbs.iter().filter_map(move |limb| limb.bodies.get(place)).map(|body| body - 1);
-        moves.push(alike().map(|joint| (joint, unit(joint))).collect());
+        moves.push(alike().map(|joint| (joint, units[joint])).collect());
         moves.push(alike().filter_map(fold).flatten().collect());
     }
     let joints = 0..model.joint_count();
-    moves.extend(joints.clone().map(|joint| vec![(joint, unit(joint))]));
+    moves.extend(joints.clone().map(|joint| vec![(joint, units[joint])]));
     moves.extend(joints.filter_map(fold));
     moves
 }
@@ -125,6 +138,10 @@ struct Cost<'a> {
     model: &'a Model,
     limbs: &'a [Limb],
     start: &'a [f64],
+    /// What counts as one of each joint, rad or m.
+    units: &'a [f64],
+    /// Mean length of the limbs, m.
+    size: f64,
 }
 
 impl Cost<'_> {
@@ -133,8 +150,7 @@ impl Cost<'_> {
         let feet: Vec<Vector3<f64>> = self.limbs.iter().filter_map(|limb| posed.foot(limb)).collect();
         let count = feet.len() as f64;
         let mean: Vector3<f64> = feet.iter().sum::<Vector3<f64>>() / count;
-        let size = self.limbs.iter().map(|limb| limb.length).sum::<f64>() / count;
-        let relative = |length: f64| (length / size).powi(2);
+        let relative = |length: f64| (length / self.size).powi(2);
 
         let mut cost = 4.0 * relative(flat(posed.center_of_mass - mean).norm());
         for (limb, foot) in self.limbs.iter().zip(&feet) {
@@ -154,7 +170,7 @@ impl Cost<'_> {
         // The simulator would close an open loop with large forces.
         cost += 20.0 * relative(loops::opening(self.model, &posed));
         for (joint, angle) in angles.iter().enumerate() {
-            cost += 0.003 * (angle - self.start[joint]).powi(2);
+            cost += 0.003 * ((angle - self.start[joint]) / self.units[joint]).powi(2);
             if let Some([lower, upper]) = self.model.limits[joint] {
                 let margin = MARGIN * (upper - lower);
                 let inside = (angle - lower).min(upper - angle);

@@ -267,14 +267,18 @@ fn an_open_loop_closes_no_faster_in_a_divided_step() {
 /// Taken exactly, a loop whose axes are not quite parallel is a rigid frame; in documents π/2 is 1.5708.
 #[test]
 fn a_loop_moves_although_its_axes_are_a_little_askew() {
-    let swing = |askew: f64, coordinates: Coordinates| {
-        let mut character = Character::clone(&common::example("fourbar.json").character);
+    let swing = |askew: f64, size: f64, coordinates: Coordinates| {
+        let mut character = common::scaled(&common::example("fourbar.json").character, size);
         let joints = character.links.iter_mut().filter_map(|link| link.joint.as_mut());
         for joint in joints.filter(|joint| joint.name == "right_shoulder") {
             joint.axis = Unit::new_normalize(Vector3::new(askew, 1.0, 0.0));
         }
         let model = Arc::new(Model::new(Arc::new(character), Base::Fixed));
-        let plan = common::plan(&model, &in_the_air(), &accuracy(coordinates), None);
+        // Alike in size, speeds and times are as the roots of lengths.
+        let mut accuracy = accuracy(coordinates);
+        accuracy.step *= size.sqrt();
+        accuracy.solver.tolerance *= size.sqrt().max(1.0);
+        let plan = common::plan(&model, &in_the_air(), &accuracy, None);
         let mut simulator = Simulator::new(plan, swung(&model, 0.5, 0.0));
         let mut apart = 0.0_f64;
         for _ in 0..1000 {
@@ -284,15 +288,20 @@ fn a_loop_moves_although_its_axes_are_a_little_askew() {
         (simulator.state().angles[0], apart)
     };
     for coordinates in BOTH {
-        let (straight, closed) = swing(0.0, coordinates);
+        let (straight, closed) = swing(0.0, 1.0, coordinates);
         for askew in [1e-12, 1e-8, 3.7e-6, 1e-4] {
-            let (angle, apart) = swing(askew, coordinates);
+            let (angle, apart) = swing(askew, 1.0, coordinates);
             // It gives way by the angle between its axes, and by what that makes of its links of 0.3 m.
             assert!(apart <= closed + 2.0 * askew, "{coordinates:?}, {askew}: apart by {apart:e}");
             assert!(
                 (angle - straight).abs() <= 1e-9 + askew,
                 "{coordinates:?}, {askew}: {angle}, {straight}"
             );
+        }
+        // Not by how large it is either.
+        for size in [0.001, 0.01, 100.0, 1000.0] {
+            let (angle, _) = swing(1e-4, size, coordinates);
+            assert!((angle - straight).abs() <= 1e-9 + 1e-4, "{coordinates:?}, {size}: {angle}, {straight}");
         }
     }
 }

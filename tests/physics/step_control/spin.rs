@@ -3,7 +3,8 @@
 use std::fmt::Write;
 use std::sync::Arc;
 
-use gaitwright_physics::model::Model;
+use gaitwright_physics::character::{Character, Friction};
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Scene};
 use gaitwright_physics::sim::{Command, Simulator, State};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -72,6 +73,21 @@ fn the_same_spin_about_another_axis_divides() {
     start.root.position.z = 3.0;
     start.root.angular_velocity = Vector3::z() * 1000.0;
     assert_eq!(run(&bodies::cube(), start).record().divided_steps, 250);
+}
+
+/// What the skin grips along turns with it, unless it lies along the axis of the spin.
+#[test]
+fn a_spin_that_turns_what_the_skin_grips_along_divides() {
+    let ball = round(r#"<sphere radius="0.1"/>"#, [0.004, 0.004]);
+    for (axis, divided) in [(Vector3::x_axis(), 250), (Vector3::z_axis(), 0)] {
+        let mut character = Character::clone(&ball.character);
+        character.links[0].surface.friction = Some(Friction::Directional { along: 0.2, across: 0.8, axis });
+        let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
+        let mut start = State::new(&model);
+        start.root.position.z = 3.0;
+        start.root.angular_velocity = Vector3::z() * 1000.0;
+        assert_eq!(run(&model, start).record().divided_steps, divided, "along {axis:?}");
+    }
 }
 
 /// A chassis of 20 kg on four wheels of 0.1 m.

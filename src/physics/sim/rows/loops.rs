@@ -75,7 +75,7 @@ pub fn add(
             |wrench, numbers| half_solve([child, parent], wrench, numbers),
         );
         if reduced.is_none() {
-            leave_out_weak(rows, first, coupling.translations());
+            leave_out_weak(rows, first, coupling.translations(), model.size);
         }
     }
     if let Some(reduced) = reduced {
@@ -87,15 +87,17 @@ pub fn add(
 }
 
 /// Disables the rows from `first` on whose mobility is next to none, of a loop whose first `shifts` rows are
-/// translations.
-fn leave_out_weak(rows: &mut Rows, first: usize, shifts: usize) {
-    let greatest = |range: Range<usize>, rows: &Rows| range.map(|row| rows.mobility(row)).fold(0.0, f64::max);
-    let shift = greatest(first..first + shifts, rows);
-    // Across a plane all rotations are weak: they are compared with translations by the metre too.
-    let any = greatest(first..rows.len(), rows);
+/// translations. A rotation (1/(kg m²)) is compared with a translation (1/kg) by what it moves at the distance `size`, m.
+fn leave_out_weak(rows: &mut Rows, first: usize, shifts: usize, size: f64) {
+    let shift = |row: usize| row < first + shifts;
+    let mobility = |rows: &Rows, row: usize| rows.mobility(row) * if shift(row) { 1.0 } else { size * size };
+    let greatest = |range: Range<usize>| range.map(|row| mobility(rows, row)).fold(0.0, f64::max);
+    let of_shifts = greatest(first..first + shifts);
+    // Across a plane all rotations are weak: they are compared with translations too.
+    let of_any = greatest(first..rows.len());
     for row in first..rows.len() {
-        let beside = if row < first + shifts { shift } else { any };
-        if rows.mobility(row) < WEAK * beside {
+        let beside = if shift(row) { of_shifts } else { of_any };
+        if mobility(rows, row) < WEAK * beside {
             rows.disable(row);
         }
     }
