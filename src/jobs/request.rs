@@ -111,8 +111,9 @@ impl JobRequest {
         let mut parts = Parts::parse(bytes)?;
         let character = parts.require("character");
         let terms = JobTerms::take(&mut parts);
+        let impossible = terms.settings.faults();
         let request = character.map(|character| Self { character, terms });
-        parts.end(request, &[&["character"], &FIELDS[..]].concat())
+        parts.end(request, &[&["character"], &FIELDS[..]].concat(), impossible)
     }
 }
 
@@ -125,7 +126,8 @@ impl JobTerms {
     pub fn parse(bytes: &[u8]) -> Result<Self, InputError> {
         let mut parts = Parts::parse(bytes)?;
         let terms = Self::take(&mut parts);
-        parts.end(Some(terms), &FIELDS)
+        let impossible = terms.settings.faults();
+        parts.end(Some(terms), &FIELDS, impossible)
     }
 
     fn take(parts: &mut Parts) -> Self {

@@ -58,13 +58,21 @@ impl StudyRequest {
         let tolerances = parts.take("tolerances").unwrap_or_else(usual_tolerances);
         let priority = parts.take("priority").unwrap_or_default();
         let request = scenario.map(|scenario| Self { scenario, tolerances, priority });
-        let request = parts.end(request, &["format", "scenario", "tolerances", "priority"])?;
+        let impossible = request.as_ref().map(Self::all_faults).unwrap_or_default();
+        let request = parts.end(request, &["format", "scenario", "tolerances", "priority"], impossible)?;
         let fits = check_memory(&request.scenario, budget).map_err(|error| error.under("/scenario"));
         InputError::beside(request.faults(), fits)?;
         let setup = request.scenario.set_up(&NoFiles).map_err(|error| error.under("/scenario"))?;
         Ok((request, setup))
     }
 
+    /// What is impossible in it, but for the character and the motion.
+    fn all_faults(&self) -> Vec<Fault> {
+        let of_scenario = self.scenario.faults().into_iter().map(|fault| fault.under("/scenario"));
+        self.faults().into_iter().chain(of_scenario).collect()
+    }
+
+    /// What cannot be studied here.
     fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
         if self.scenario.duration > LONGEST {

@@ -13,7 +13,7 @@ use crate::gait::leaps;
 use crate::program::disturbance;
 use crate::program::legs::Legs;
 use gaitwright_physics::fault::InputError;
-use gaitwright_physics::motion::{Playing, Trial};
+use gaitwright_physics::motion::{Playing, Trial, ahead};
 use gaitwright_physics::playback::{Playback, Push, Trace};
 use gaitwright_physics::scene::{Accuracy, Effect, StepPlan, Switch};
 use gaitwright_physics::sim::{Command, center_of_mass};
@@ -160,7 +160,7 @@ impl MotionCheck<'_> {
                 });
             }
         }
-        let soft = disturbance::soft_contact(self.size(), self.gravity(), gait.is_some_and(leaps));
+        let soft = disturbance::soft_contact(self.hip_height(), self.gravity(), gait.is_some_and(leaps));
         if soft > self.scene.contact_time_constant {
             let name = format!("soft contacts of {:.2} ms", 1000.0 * soft);
             changes.push(Change { soft: Some(soft), ..Change::none(name) });
@@ -183,17 +183,14 @@ impl MotionCheck<'_> {
 
     /// To the left, half-way through what a trial has of the loop.
     fn push(&self) -> Push {
-        let speed = disturbance::push(self.size(), self.gravity());
+        let speed = disturbance::push(self.hip_height(), self.gravity());
         let time = 0.5 * (self.player.lead() + self.trial_seconds());
         Push { time, velocity: speed * Vector3::z().cross(&self.forward()) }
     }
 
-    /// The height of the hips by which the search measures its disturbances, or what stands in for it, m; of the root for who has
-    /// neither legs nor its joints in a row.
-    fn size(&self) -> f64 {
-        let Self { model, stance, direction, .. } = *self;
-        let legs = Legs::any(model, stance, direction);
-        legs.map_or(stance.root_height, |legs| legs.hip_height)
+    /// That by which the search measures its disturbances, m.
+    fn hip_height(&self) -> f64 {
+        Legs::hip_height_of(self.model, self.stance, self.direction)
     }
 
     /// m/s².
@@ -203,8 +200,7 @@ impl MotionCheck<'_> {
 
     /// The direction of travel, level and of unit length.
     fn forward(&self) -> Vector3<f64> {
-        let [x, y, _] = self.direction;
-        Vector3::new(x, y, 0.0).try_normalize(0.0).unwrap_or_else(Vector3::x)
+        ahead(self.direction)
     }
 
     /// What came of the motion with `change`; `None` where the other engine cannot do what the scene asks for.

@@ -149,25 +149,14 @@ fn placed(
     foot: Point3<f64>,
     joint: usize,
 ) -> (Vector3<f64>, Vector3<f64>, Vector3<f64>) {
-    let (mut rotation, mut origin) = (Matrix3::identity(), Vector3::zeros());
+    let mut frame = (Matrix3::identity(), Vector3::zeros());
     let (mut axis, mut at) = (Vector3::zeros(), Vector3::zeros());
     for (index, (body, &angle)) in bodies.iter().zip(angles).enumerate() {
-        origin += rotation * body.offset;
-        match body.dof {
-            DofKind::Revolute => {
-                let (sine, cosine) = angle.sin_cos();
-                rotation *= body.joint_rotation
-                    + body.joint_rotation_sine * sine
-                    + body.joint_rotation_versine * (1.0 - cosine);
-            }
-            DofKind::Prismatic => {
-                rotation *= body.joint_rotation;
-                origin += rotation * body.axis * angle;
-            }
-        }
+        frame = body.carried_by(frame, angle);
         if index == joint {
-            (axis, at) = (rotation * body.axis, origin);
+            (axis, at) = (frame.0 * body.axis, frame.1);
         }
     }
+    let (rotation, origin) = frame;
     (axis, at, origin + rotation * foot.coords)
 }

@@ -13,6 +13,7 @@ use super::stride::{Phase, Strides, apart, mean};
 use super::unnamed::unnamed;
 use gaitwright_physics::character::Character;
 use gaitwright_physics::model::Model;
+use gaitwright_physics::motion::ahead;
 use gaitwright_physics::playback::Trace;
 use gaitwright_physics::sim::contact::Against;
 
@@ -223,8 +224,7 @@ impl Travel {
         }
         way.z = 0.0;
         let rate = if duration > 0.0 { way / duration } else { Vector3::zeros() };
-        let forward =
-            Vector3::new(direction[0], direction[1], 0.0).try_normalize(0.0).unwrap_or_else(Vector3::x);
+        let forward = ahead(direction);
         let left = Vector3::z().cross(&forward);
         Self {
             distance: way.norm(),

@@ -10,6 +10,7 @@ use super::parameters::Parameters;
 use super::stop::{Interrupted, Stop};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::{DofKind, Model};
+use gaitwright_physics::motion::ahead;
 use gaitwright_physics::scene::{Accuracy, Scene, StepPlan};
 use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::{Stance, Upright};
@@ -78,8 +79,7 @@ struct Mirror {
 impl Mirror {
     /// The vertical plane along `direction`, for a root that stands as in `stance`.
     fn new(direction: [f64; 3], stance: &Stance, sources: &[(usize, i8)]) -> Self {
-        let left = Vector3::new(-direction[1], direction[0], 0.0);
-        let left = left.try_normalize(0.0).unwrap_or_else(Vector3::y);
+        let left = Vector3::z().cross(&ahead(direction));
         let own = stance.state.root.orientation.inverse() * left;
         Self { normal: [left, own], sources: sources.into() }
     }
@@ -290,16 +290,16 @@ impl World for SimulatedWorld {
 
 /// The standing state with the root given a small velocity backward and to the left of `direction`, and the same to the right; none
 /// for a root that is fixed to the world.
-fn pushes(model: &Model, stance: &Stance, gravity: f64, [x, y, _]: [f64; 3]) -> Vec<State> {
+fn pushes(model: &Model, stance: &Stance, gravity: f64, direction: [f64; 3]) -> Vec<State> {
     if model.fixed_base {
         return Vec::new();
     }
     let speed = PUSH * (gravity * model.height_scale(stance.root_height)).sqrt();
-    let length = x.hypot(y);
+    let ahead = ahead(direction);
+    let left = Vector3::z().cross(&ahead);
     let pushed = [-1.0, 1.0].map(|side| {
         let mut state = stance.state.clone();
-        let (ahead, left) = (-speed / length, side * speed / length);
-        state.root.linear_velocity += Vector3::new(ahead * x - left * y, ahead * y + left * x, 0.0);
+        state.root.linear_velocity += (left * side - ahead) * speed;
         state
     });
     pushed.to_vec()

@@ -94,23 +94,11 @@ pub fn limbs(model: &Model, angles: &[f64], plane: Sagittal) -> Vec<JointChain> 
     let mut limbs: Vec<JointChain> = Vec::new();
     let mut limb_of: Vec<usize> = Vec::with_capacity(model.joint_count());
     for (joint, body) in model.bodies.iter().skip(1).enumerate() {
-        let (parent_rotation, parent_origin) = frames[body.parent];
-        let origin = parent_origin + parent_rotation * body.offset;
-        let (rotation, slide) = match body.dof {
-            DofKind::Revolute => {
-                let (sin, cos) = angles[joint].sin_cos();
-                (
-                    body.joint_rotation
-                        + body.joint_rotation_sine * sin
-                        + body.joint_rotation_versine * (1.0 - cos),
-                    0.0,
-                )
-            }
-            DofKind::Prismatic => (body.joint_rotation, angles[joint]),
-        };
-        let rotation = parent_rotation * rotation;
-        let axis = rotation * body.axis;
-        frames.push((rotation, origin + axis * slide));
+        let parent = frames[body.parent];
+        let frame = body.carried_by(parent, angles[joint]);
+        let axis = frame.0 * body.axis;
+        let origin = parent.1 + parent.0 * body.offset;
+        frames.push(frame);
         let limb = if body.parent == 0 || children[body.parent] > 1 {
             let (ahead, left) = (plane.ahead.dot(&origin), plane.left.dot(&origin));
             limbs.push(JointChain { joints: Vec::new(), axes: Vec::new(), origin, ahead, left, plane });

@@ -2,6 +2,7 @@
 
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
+use gaitwright_physics::motion::ahead_in_plane;
 use gaitwright_physics::scene::Scene;
 use gaitwright_physics::stance::Stance;
 
@@ -136,10 +137,8 @@ impl Objective {
         if !faults.is_empty() {
             return Err(InputError::Impossible(faults));
         }
-        let [x, y, _] = task.direction;
-        let length = x.hypot(y);
         Ok(Self {
-            direction: [x / length, y / length],
+            direction: ahead_in_plane(task.direction),
             speed: match task.pace(gravity * height) {
                 Pace::At(speed) => Some(speed),
                 Pace::Comfortable | Pace::Fastest => None,

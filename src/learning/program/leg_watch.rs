@@ -76,7 +76,7 @@ struct Sums {
 impl LegWatch {
     /// From here on the steps are judged.
     pub(super) fn begin(&mut self) {
-        (self.length, self.gap, self.begun, self.last, self.lift) = (0, 0, None, None, None);
+        (self.length, self.begun, self.last, self.lift) = (0, None, None, None);
         self.stance.clear();
         self.sums = Sums::default();
     }

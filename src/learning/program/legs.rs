@@ -5,10 +5,10 @@
 
 use nalgebra::{Matrix3, Matrix5, Point3, Rotation3, Vector2, Vector3, Vector5};
 
-use gaitwright_physics::model::{Body, DofKind, Model, Surface};
+use gaitwright_physics::model::{Body, DofKind, Frame, Model, Surface};
 use gaitwright_physics::stance::Stance;
 
-use super::spine::{Frame, Spine};
+use super::spine::Spine;
 use crate::gait::limb::{SOLE, first_long, greatest_reach};
 
 /// Shapes of a foot whose lowest points are within this share of the hip's height of each other stand together.
@@ -115,14 +115,13 @@ impl LegChain {
 
     /// The leg with its joints at `angles`.
     pub fn place(&self, angles: &[f64]) -> PlacedLeg {
-        let (mut rotation, mut origin) = self.base;
+        let mut frame = self.base;
         let mut axes = Vec::with_capacity(self.joints.len());
         for (body, &angle) in self.bodies.iter().zip(angles) {
-            let (turned, moved) = carried(body, angle, rotation, origin);
-            let axis = turned * body.axis;
-            axes.push((axis, moved, body.dof));
-            (rotation, origin) = (turned, moved);
+            frame = body.carried_by(frame, angle);
+            axes.push((frame.0 * body.axis, frame.1, body.dof));
         }
+        let (rotation, origin) = frame;
         PlacedLeg { foot: origin + rotation * self.point, up: rotation * self.up, rotation, axes }
     }
 
@@ -188,8 +187,7 @@ fn placed(model: &Model, stance: &Stance, direction: [f64; 3]) -> (Rotation3<f64
     let to_way = Rotation3::from_axis_angle(&Vector3::z_axis(), -direction[1].atan2(direction[0]));
     let mut frames = vec![(*to_way.matrix(), Vector3::zeros())];
     for (body, &angle) in model.bodies.iter().skip(1).zip(&stance.angles) {
-        let (rotation, origin) = frames[body.parent];
-        frames.push(carried(body, angle, rotation, origin));
+        frames.push(body.carried_by(frames[body.parent], angle));
     }
     (to_way, frames)
 }
@@ -207,27 +205,6 @@ fn whole(model: &Model, frames: &[Frame]) -> (Vector3<f64>, Matrix3<f64>) {
         })
         .sum();
     (center, inertia)
-}
-
-/// Frame of a body whose joint is at `angle`, on a parent with this frame.
-fn carried(body: &Body, angle: f64, rotation: Matrix3<f64>, origin: Vector3<f64>) -> Frame {
-    let at = origin + rotation * body.offset;
-    match body.dof {
-        DofKind::Revolute => {
-            let (sine, cosine) = angle.sin_cos();
-            (
-                rotation
-                    * (body.joint_rotation
-                        + body.joint_rotation_sine * sine
-                        + body.joint_rotation_versine * (1.0 - cosine)),
-                at,
-            )
-        }
-        DofKind::Prismatic => {
-            let turned = rotation * body.joint_rotation;
-            (turned, at + turned * body.axis * angle)
-        }
-    }
 }
 
 /// The legs of a character, and what of it as a whole a gait has to know.
@@ -295,6 +272,13 @@ impl Legs {
     /// The legs, or else a body without legs whose joints are a row, for travel along `direction`; `None` where there is neither.
     pub fn any(model: &Model, stance: &Stance, direction: [f64; 3]) -> Option<Self> {
         Self::of(model, stance, direction).or_else(|| Self::none(model, stance, direction))
+    }
+
+    /// The [height](Self::hip_height) by which a Froude number becomes a speed and disturbances are measured, m; that of the root for who has
+    /// neither legs nor its joints in a row.
+    pub fn hip_height_of(model: &Model, stance: &Stance, direction: [f64; 3]) -> f64 {
+        let legs = Self::any(model, stance, direction);
+        legs.map_or(model.height_scale(stance.root_height), |legs| legs.hip_height)
     }
 
     /// A body without legs whose joints are a row, for travel along `direction`; `None` where they are not, and where it stands on

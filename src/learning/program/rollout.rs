@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
-use gaitwright_physics::motion::Playing;
+use gaitwright_physics::motion::{Playing, ahead_in_plane};
 use gaitwright_physics::scene::{Accuracy, Gains, Scene, StepPlan, Terrain};
 use gaitwright_physics::sim::{Command, Simulator};
 use gaitwright_physics::stance::{Stance, Upright};
@@ -76,7 +76,6 @@ impl Arena {
         direction: [f64; 3],
     ) -> Result<Self, InputError> {
         StepPlan::compile(scene, accuracy, None, model)?;
-        let length = direction[0].hypot(direction[1]);
         let (height, gravity) = (legs.hip_height, scene.acting_gravity().norm());
         let as_asked = Conditions {
             model: model.clone(),
@@ -99,7 +98,7 @@ impl Arena {
             stance: stance.clone(),
             legs: legs.clone(),
             upright: Upright::new(model, stance, scene),
-            direction: [direction[0] / length, direction[1] / length],
+            direction: ahead_in_plane(direction),
             gravity,
             ground: scene.ground.as_ref().map_or(0.0, |ground| Terrain::new(ground).height(0.0, 0.0)),
             as_asked,

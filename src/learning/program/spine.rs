@@ -1,11 +1,8 @@
 //! Bodies without legs: joints in a row.
 
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Vector2, Vector3};
 
-use gaitwright_physics::model::{DofKind, Model};
-
-/// Rotation of a body and the place of its joint, way frame.
-pub(super) type Frame = (Matrix3<f64>, Vector3<f64>);
+use gaitwright_physics::model::{DofKind, Frame, Model};
 
 /// Fewest driven joints in a row that waves can run along.
 const FEWEST: usize = 4;

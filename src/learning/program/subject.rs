@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::model::Model;
-use gaitwright_physics::motion::TargetLimits;
+use gaitwright_physics::motion::{TargetLimits, ahead_in_plane};
 use gaitwright_physics::scene::{Accuracy, Gains, Scene};
 use gaitwright_physics::stance::Stance;
 
@@ -72,8 +72,7 @@ impl Subject {
         if parameters.len() > PARAMETERS {
             let of =
                 |changed: &[f64]| ring(model, legs, &self::program(legs, wanted, changed), &gains, wanted);
-            let [x, y, _] = self.direction;
-            let direction = [x / x.hypot(y), y / x.hypot(y)];
+            let direction = ahead_in_plane(self.direction);
             let limits = TargetLimits::of(&model.character);
             own.steering = Some(steering((legs, &limits), (wanted, direction), parameters, &own, of));
         }

@@ -22,7 +22,7 @@ pub fn check_task(task: &Task, model: &Model, stance: &Stance, scene: &Scene) ->
 fn speed_fault(task: &Task, model: &Model, stance: &Stance, scene: &Scene) -> Option<Fault> {
     let Some(AskedSpeed::Number(speed)) = task.speed else { return None };
     let gravity = scene.acting_gravity().norm();
-    let height = hip_height(model, stance, task.direction);
+    let height = Legs::hip_height_of(model, stance, task.direction);
     let froude = speed * speed / (gravity * height);
     (gravity > 0.0 && froude > GREATEST_FROUDE).then(|| {
         let most = (GREATEST_FROUDE * gravity * height).sqrt();
@@ -31,13 +31,6 @@ fn speed_fault(task: &Task, model: &Model, stance: &Stance, scene: &Scene) -> Op
         );
         Fault::new("/task/speed", reason)
     })
-}
-
-/// Height of the hips by which a Froude number becomes a speed, or what stands in for it, m; of the root for who has
-/// neither legs nor its joints in a row.
-pub(super) fn hip_height(model: &Model, stance: &Stance, direction: [f64; 3]) -> f64 {
-    let legs = Legs::any(model, stance, direction);
-    legs.map_or(model.height_scale(stance.root_height), |legs| legs.hip_height)
 }
 
 fn gait_fault(task: &Task, model: &Model, stance: &Stance, scene: &Scene) -> Option<Fault> {

@@ -3,13 +3,13 @@
 use gaitwright_physics::scene::Gains;
 
 use super::motion::LearnedMotion;
-use super::task_check::hip_height;
 use crate::learn::{AskedSpeed, Behaviour, LearningSetup, Objective, Pace, Task, reference_gravity};
+use crate::program::legs::Legs;
 
 /// The task of `setup` with a speed in place of a Froude number: that is one of the hips, of which QDSEGA knows nothing.
 pub(super) fn in_speed(setup: &LearningSetup) -> Task {
     let LearningSetup { task, model, stance, scene, .. } = setup;
-    let height = || hip_height(model, stance, task.direction);
+    let height = || Legs::hip_height_of(model, stance, task.direction);
     match task.froude.map(|_| task.pace(reference_gravity(scene) * height())) {
         Some(Pace::At(speed)) => {
             Task { speed: Some(AskedSpeed::Number(speed)), froude: None, ..task.clone() }

@@ -149,19 +149,28 @@ impl Parts {
         }
     }
 
-    /// Ends the reading: what has not been taken is unknown. `read` is the value built from the fields, if it could be.
+    /// Ends the reading: what has not been taken is unknown. `read` is the value built from the fields, if it could be, and `impossible`
+    /// what of the fields that could be read makes no sense: whoever checks what was read finds that again.
     ///
     /// # Errors
     ///
-    /// [`InputError::Impossible`] with every fault found.
-    pub fn end<T>(mut self, read: Option<T>, known: &[&str]) -> Result<T, InputError> {
+    /// [`InputError::Impossible`] with every fault found in reading, and then what is impossible as well.
+    pub fn end<T>(
+        mut self,
+        read: Option<T>,
+        known: &[&str],
+        impossible: Vec<Fault>,
+    ) -> Result<T, InputError> {
         for name in self.fields.keys() {
             let reason = format!("unknown field `{name}`, expected one of {}", known.join(", "));
             self.faults.push(Fault::new(member("", name), reason));
         }
         match read {
             Some(read) if self.faults.is_empty() => Ok(read),
-            _ => Err(InputError::Impossible(self.faults)),
+            _ => {
+                self.faults.extend(impossible);
+                Err(InputError::Impossible(self.faults))
+            }
         }
     }
 }

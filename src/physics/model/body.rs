@@ -33,6 +33,29 @@ pub struct Body {
     pub inertia: Matrix3<f64>,
 }
 
+/// Rotation matrix and origin, m, of a body in whatever frame they are given in.
+pub type Frame = (Matrix3<f64>, Vector3<f64>);
+
+impl Body {
+    /// Its frame with its joint at `angle` (rad or m), on a parent with the frame `parent`.
+    pub fn carried_by(&self, (rotation, origin): Frame, angle: f64) -> Frame {
+        let at = origin + rotation * self.offset;
+        match self.dof {
+            DofKind::Revolute => {
+                let (sine, cosine) = angle.sin_cos();
+                let turned = self.joint_rotation
+                    + self.joint_rotation_sine * sine
+                    + self.joint_rotation_versine * (1.0 - cosine);
+                (rotation * turned, at)
+            }
+            DofKind::Prismatic => {
+                let turned = rotation * self.joint_rotation;
+                (turned, at + turned * self.axis * angle)
+            }
+        }
+    }
+}
+
 /// The one degree of freedom of a movable joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DofKind {

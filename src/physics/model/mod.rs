@@ -16,7 +16,7 @@ use crate::character::Character;
 use collision::convex::Convex;
 use collision::pairs::Pairs;
 
-pub use body::{Body, DofKind, LinkPlace, LoopJoint};
+pub use body::{Body, DofKind, Frame, LinkPlace, LoopJoint};
 pub use collision::{CYLINDER_SLOTS, GroundBody, GroundShape, Surface};
 pub use groups::{BodyGroup, Parents, Slot};
 

@@ -2,6 +2,7 @@
 //! targets, the limits that those keep, and the motion document.
 
 mod check;
+mod direction;
 mod document;
 mod limits;
 mod metrics;
@@ -12,6 +13,7 @@ mod spline;
 mod steering;
 mod steering_limits;
 
+pub use direction::{ahead, ahead_in_plane};
 pub use document::{
     CharacterRef, Interpolation, Keyframe, Motion, MotionFormat, MotionLoop, Provenance, RootAdvance,
     RootMotion, RootPose, SampledPose, StanceTime,

@@ -172,6 +172,12 @@ fn job_documents() {
             vec!["/scene/friction", "/accuracy/step", "/learning/seconds", "/task/direction"],
         ),
         (
+            json!({ "character": character, "sede": 1, "seed": -1, "scene": { "friction": -1 },
+                "learning": { "generations": 0 } }),
+            vec!["/sede", "/seed", "/scene/friction", "/learning/generations"],
+        ),
+        (json!({ "seed": -1, "accuracy": { "step": 7 } }), vec!["/character", "/seed", "/accuracy/step"]),
+        (
             json!({ "character": { "urdf": PADDLER.replace("\"2\"", "\"-2\"") }, "accuracy": { "step": 7 } }),
             vec!["/character/urdf: line 4, link \"plate\"", "/accuracy/step"],
         ),
@@ -200,6 +206,12 @@ fn scenarios_with_several_faults() {
     let places = pointers(&problem);
     for place in ["/character", "/duration", "/scene/friction"] {
         assert!(places.iter().any(|pointer| pointer.starts_with(place)), "{place}: {problem}");
+    }
+    let study = json!({ "scenario": scenario, "tolerances": [0.0, 1e-3, -1.0], "tolerence": 1 });
+    let problem = service.post_json("/v1/accuracy", &study).problem(422);
+    let places = pointers(&problem);
+    for place in ["/tolerence", "/scenario/duration", "/tolerances/2"] {
+        assert!(places.iter().any(|pointer| pointer == place), "{place}: {problem}");
     }
     let study = json!({ "scenario": scenario, "tolerances": [0.0, 1e-3, -1.0] });
     let problem = service.post_json("/v1/accuracy", &study).problem(422);
