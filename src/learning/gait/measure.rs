@@ -37,6 +37,12 @@ pub struct GaitContext<'a> {
 }
 
 impl GaitContext<'_> {
+    /// Whether it stands on feet: a root that carries the character (a snake's) leaves no legs to judge.
+    pub(super) fn has_feet(&self) -> bool {
+        let carried_by_root = |link: usize| self.model.links.get(link).is_none_or(|place| place.body == 0);
+        !self.support.is_empty() && !self.support.iter().any(|&link| carried_by_root(link))
+    }
+
     /// Mean height of the hips over the ground in the standing pose, m: of where the long segments of the legs begin; `None` where
     /// nothing but the root carries.
     pub(super) fn hip_height(&self) -> Option<f64> {
@@ -103,7 +109,7 @@ pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
         .collect();
     let named = placed.as_ref().and_then(|feet| classify(feet, duty.unwrap_or(1.0)));
     let hip_height = setting.hip_height();
-    let has_names = !templates(legs.len()).is_empty();
+    let has_names = setting.has_feet() && !templates(legs.len()).is_empty();
     let unnamed_because = has_names
         .then(|| unnamed(&strides, &clearances, (hip_height, setting.gravity), named.as_ref()))
         .flatten();

@@ -75,10 +75,7 @@ impl Measures {
 fn measures(trace: &Trace, report: &GaitReport, context: &NaturalnessContext<'_>) -> Measures {
     let gait = &context.gait;
     let mut found = Measures::default();
-    // A root that carries the character (a snake's) leaves no legs to judge.
-    let root_carries =
-        gait.support.iter().any(|&link| gait.model.links.get(link).is_none_or(|place| place.body == 0));
-    let footed = !root_carries && !gait.support.is_empty();
+    let footed = gait.has_feet();
     let allowed = GaitLimits::of(report, footed);
     let stride = stride(report.stride_period.filter(|_| footed), context.period);
 

@@ -335,6 +335,11 @@ fn a_short_swing_is_smooth_and_a_tremor_is_not() {
 /// What lies on its trunk has no feet: it is judged by what does not need any, and may be natural without a name.
 #[test]
 fn what_lies_on_its_root_is_judged_without_feet() {
+    // Two and four feet would have names.
+    for support in [vec![0, 2], vec![0, 2, 4, 6]] {
+        let report = Case { support, ..Case::new(trot()) }.judged();
+        assert!(report.natural && report.gait.is_none(), "{:#?}", report.naturalness);
+    }
     let mut case = Case { support: vec![0, 2, 4], ..Case::new(trot()) };
     let report = case.judged();
     assert!(report.natural && report.gait.is_none(), "{:#?}", report.naturalness);
