@@ -6,7 +6,7 @@
 //! | crate | what it holds |
 //! |---|---|
 //! | [`gaitwright_physics`] | the character, its model, the scene, and the simulator |
-//! | [`gaitwright_learning`] | scenarios, gaits, QDSEGA, the price of accuracy |
+//! | [`gaitwright_learning`] | scenarios, natural gaits and their judge, QDSEGA, training, the study, the price of accuracy |
 //! | this one | recordings and files, jobs, the REST service, and the command line |
 //!
 //! | room of this crate | what it holds |

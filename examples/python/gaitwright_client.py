@@ -65,7 +65,7 @@ class Client:
 
     def submit(self, character, *, key=None, **wanted):
         """Queues a job for a character: a path, bytes, or `{"id": …}`. `wanted` are the fields of the job document: `task`,
-        `learning`, `scene`, `accuracy`, `seed`. With a `key` the same request can be sent again and is the same job."""
+        `learning`, `scene`, `accuracy`, `seed`, `priority`. With a `key` the same request can be sent again and is the same job."""
         headers = {"Idempotency-Key": key} if key else {}
         if isinstance(character, dict):
             body, kind = json.dumps({"character": character, **wanted}).encode(), "application/json"
@@ -98,7 +98,7 @@ class Client:
 
     def events(self, job):
         """The events of a job as pairs of kind and document: `state`, `generation` for every generation from the first
-        on, and `end`, the last. A stream that breaks off is taken up again where it was."""
+        on, `progress` in between, and `end`, the last. A stream that breaks off is taken up again where it was."""
         last, broken = None, 0
         while True:
             headers = {"Accept": "text/event-stream", **({"Last-Event-ID": last} if last else {})}

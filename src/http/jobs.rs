@@ -277,7 +277,7 @@ pub(super) async fn show(
     post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_job", tag = "jobs",
     params(JobId),
     responses(
-        (status = 202, description = "The job is cancelled, or will be within a second",
+        (status = 202, description = "The job is cancelled, or will be within a second (two, where another machine works at it)",
             body = ref("#/components/schemas/Job"), headers(("Location" = String, description = "Where the job is"))),
         NotCancelled))]
 pub(super) async fn cancel(

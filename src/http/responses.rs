@@ -80,7 +80,7 @@ problems! {
     NotExported {
         "404": "No such job or motion, or a study, which has none",
         "409": "The job has not ended, or has no motion",
-        "422": "The rate is out of range"
+        "422": "The rate is out of range, or the form cannot hold what is asked for"
     }
     /// The job has no report.
     NoReport { "404": "No such job, or a study, which has none", "409": "The job has not ended, or has no report" }

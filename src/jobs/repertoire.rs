@@ -20,8 +20,8 @@ pub enum RepertoireFormat {
 pub struct Repertoire {
     /// Kind and version of the document.
     pub format: RepertoireFormat,
-    /// Number of the one that is the job's motion: of the natural ones the one with the least cost of transport, or
-    /// of all where none is natural; `null` where there is none.
+    /// Number of the one that is the job's motion: of those that stay upright to the end (or longest) the natural one of least cost of
+    /// transport, or where none is natural that of all, valid ones first; `null` where there is none.
     pub motion: Option<u32>,
     /// In the order in which they were learned.
     pub motions: Vec<RepertoireEntry>,

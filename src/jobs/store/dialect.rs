@@ -1,4 +1,4 @@
-//! What the two databases do not say alike. Everything else is written once: both number parameters as `$1`, `$2`.
+//! How statements differ between the two databases. Most are written once: both number parameters as `$1`, `$2`.
 
 use sqlx::any::AnyArguments;
 use sqlx::{Any, AssertSqlSafe};

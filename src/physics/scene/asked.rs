@@ -58,7 +58,7 @@ struct Fields {
     /// Coordinates in which the character is simulated.
     #[serde(skip_serializing_if = "Option::is_none")]
     coordinates: Option<Coordinates>,
-    /// What joint rows ask for in maximal coordinates.
+    /// What the rows of joints ask for: of all joints in maximal coordinates, of those that close loops in joint coordinates.
     #[serde(skip_serializing_if = "Option::is_none")]
     joint_bias: Option<JointBias>,
     /// Shape of the set of admissible friction forces.

@@ -92,7 +92,7 @@ pub enum Integrator {
 pub struct SolverChoice {
     /// Which solver.
     pub kind: SolverKind,
-    /// Greatest number of sweeps or pivots.
+    /// Greatest number of Newton steps, sweeps or pivots.
     pub iterations: u32,
     /// Residual, m/s or rad/s, below which an iterative solver stops.
     pub tolerance: f64,
@@ -108,8 +108,8 @@ impl Default for SolverChoice {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SolverKind {
-    /// Newton's method on the natural map, with Gauss-Seidel sweeps behind it: exact to rounding in a
-    /// few iterations.
+    /// Newton's method on the natural map, with Gauss-Seidel sweeps, proximal-point steps, pivoting and a splitting method behind it:
+    /// exact to rounding in a few iterations.
     #[default]
     Newton,
     /// Projected Gauss-Seidel: iterative, with a budget.
