@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::foot::{FootShape, clearance};
 use super::footfall::{Detection, Footing};
 use super::legs::{self, Leg, Side};
-use super::name::{classify, templates};
+use super::name::{Classified, classify, templates};
 use super::report::{Foot, GaitFormat, GaitReport, Pair, Regime};
 use super::stride::{Phase, Strides, apart, mean};
 use super::unnamed::unnamed;
@@ -83,31 +83,8 @@ pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
         })
         .collect();
 
-    let feet: Vec<Foot> = legs
-        .iter()
-        .zip(&footings)
-        .enumerate()
-        .map(|(index, (&(link, leg), footing))| Foot {
-            link: link_name(character, link),
-            leg: leg.map(|leg| leg.to_string()),
-            duty_factor: strides.duties[index],
-            phase: strides.phases[index].map(|phase| phase.mean),
-            strides: footing.touch_downs.len().saturating_sub(1) as u32,
-            clearance: clearances[index],
-            stances: footing
-                .stances()
-                .into_iter()
-                // A stance ends at the first sample without it, or with the trace.
-                .map(|[from, to]| [times[from], times[to.min(times.len() - 1)]])
-                .collect(),
-        })
-        .collect();
-    let placed: Option<Vec<(Leg, f64)>> = legs
-        .iter()
-        .zip(&strides.phases)
-        .map(|(&(_, leg), phase)| Some((leg?, phase.as_ref()?.mean)))
-        .collect();
-    let named = placed.as_ref().and_then(|feet| classify(feet, duty.unwrap_or(1.0)));
+    let feet = feet(character, &legs, (&footings, &strides), &clearances, &times);
+    let named = named(&legs, &strides, duty);
     let hip_height = setting.hip_height();
     let has_names = setting.has_feet() && !templates(legs.len()).is_empty();
     let unnamed_because = has_names
@@ -162,6 +139,41 @@ pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
         span: [times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(0.0)],
         feet,
     }
+}
+
+/// What is seen of each foot.
+fn feet(
+    character: &Character,
+    legs: &[(usize, Option<Leg>)],
+    (footings, strides): (&[Footing], &Strides),
+    clearances: &[Option<f64>],
+    times: &[f64],
+) -> Vec<Foot> {
+    let foot = |(index, (&(link, leg), footing)): (usize, (&(usize, Option<Leg>), &Footing))| Foot {
+        link: link_name(character, link),
+        leg: leg.map(|leg| leg.to_string()),
+        duty_factor: strides.duties[index],
+        phase: strides.phases[index].map(|phase| phase.mean),
+        strides: footing.touch_downs.len().saturating_sub(1) as u32,
+        clearance: clearances[index],
+        stances: footing
+            .stances()
+            .into_iter()
+            // A stance ends at the first sample without it, or with the trace.
+            .map(|[from, to]| [times[from], times[to.min(times.len() - 1)]])
+            .collect(),
+    };
+    legs.iter().zip(footings).enumerate().map(foot).collect()
+}
+
+/// The gait that the phases of `legs` are nearest to; `None` where a leg has no place or no phase.
+fn named(legs: &[(usize, Option<Leg>)], strides: &Strides, duty: Option<f64>) -> Option<Classified> {
+    let placed: Option<Vec<(Leg, f64)>> = legs
+        .iter()
+        .zip(&strides.phases)
+        .map(|(&(_, leg), phase)| Some((leg?, phase.as_ref()?.mean)))
+        .collect();
+    classify(&placed?, duty.unwrap_or(1.0))
 }
 
 /// Shares of the samples in which nothing, and in which something else than a foot is on the ground, with more than

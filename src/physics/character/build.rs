@@ -1,6 +1,6 @@
 //! Checks the tree and the numbers of a draft and builds the character from it, whatever the document's format.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::Matrix3;
 
@@ -93,6 +93,14 @@ pub fn build(mut draft: Draft, digests: Digests, options: Options) -> Result<Rea
     })
 }
 
+/// How links are joined.
+struct Joined {
+    /// The joint that carries each link, and the link on which that sits.
+    carrier: Vec<Option<(usize, usize)>>,
+    /// What each link carries, in the order of the joints.
+    children: Vec<Vec<usize>>,
+}
+
 /// The links in depth-first order of the joints, parents before children, each with the joint that
 /// carries it; faults when they do not form one tree.
 fn order(
@@ -102,40 +110,7 @@ fn order(
     diagnostics: &mut Diagnostics,
 ) -> Vec<(usize, Option<usize>)> {
     let before = diagnostics.faults.len();
-    let mut index = HashMap::new();
-    for (number, link) in links.iter().enumerate() {
-        if index.insert(link.name.value.as_str(), number).is_some() {
-            diagnostics
-                .fault(link.name.place.as_str(), format!("there is another link {:?}", link.name.value));
-        }
-    }
-    let mut names = HashMap::new();
-    let mut carrier: Vec<Option<usize>> = vec![None; links.len()];
-    let mut children: Vec<Vec<usize>> = vec![Vec::new(); links.len()];
-    for (number, joint) in joints.iter().enumerate() {
-        if names.insert(joint.name.value.as_str(), number).is_some() {
-            diagnostics
-                .fault(joint.name.place.as_str(), format!("there is another joint {:?}", joint.name.value));
-        }
-        let mut find = |end: &At<String>, what: &str| {
-            let found = index.get(end.value.as_str()).copied();
-            if found.is_none() {
-                diagnostics
-                    .fault(end.place.as_str(), format!("the {what} link {:?} does not exist", end.value));
-            }
-            found
-        };
-        let (parent, child) = (find(&joint.parent, "parent"), find(&joint.child, "child"));
-        let (Some(parent), Some(child)) = (parent, child) else { continue };
-        if let Some(other) = carrier[child] {
-            let other = &joints[other].name.value;
-            let reason = format!("the link {:?} is the child of joint {other:?} already", joint.child.value);
-            diagnostics.fault(joint.child.place.as_str(), reason);
-            continue;
-        }
-        carrier[child] = Some(number);
-        children[parent].push(child);
-    }
+    let Joined { carrier, children } = joined(links, joints, diagnostics);
     if links.is_empty() {
         diagnostics.fault("", "there is no link");
     }
@@ -157,28 +132,73 @@ fn order(
     let mut stack = roots;
     while let Some(link) = stack.pop() {
         reached[link] = true;
-        order.push((link, carrier[link]));
+        order.push((link, carrier[link].map(|(joint, _)| joint)));
         stack.extend(children[link].iter().rev());
     }
-    for link in 0..links.len() {
-        if !reached[link] {
-            // A link that no root leads to is on a cycle or below one. Each cycle is reported once.
-            let mut cycle = Vec::new();
-            let mut at = link;
-            while !reached[at] {
-                reached[at] = true;
-                cycle.push(links[at].name.value.as_str());
-                let parent = carrier[at].and_then(|joint| index.get(joints[joint].parent.value.as_str()));
-                at = parent.copied().unwrap_or(at);
-            }
-            if let Some(start) = cycle.iter().position(|name| *name == links[at].name.value) {
-                let names = cycle[start..].join("\", \"");
-                let reason = format!("the links \"{names}\" are joined in a cycle; only trees can be read");
-                diagnostics.fault(links[at].name.place.as_str(), reason);
-            }
+    tell_cycles(links, &carrier, reached, diagnostics);
+    order
+}
+
+/// Which link carries which; faults where a name stands twice, an end does not exist, or a link has two parents.
+fn joined(links: &[DraftLink], joints: &[DraftJoint], diagnostics: &mut Diagnostics) -> Joined {
+    let mut index = HashMap::new();
+    for (number, link) in links.iter().enumerate() {
+        if index.insert(link.name.value.as_str(), number).is_some() {
+            diagnostics
+                .fault(link.name.place.as_str(), format!("there is another link {:?}", link.name.value));
         }
     }
-    order
+    let mut names = HashSet::new();
+    let mut carrier: Vec<Option<(usize, usize)>> = vec![None; links.len()];
+    let mut children: Vec<Vec<usize>> = vec![Vec::new(); links.len()];
+    for (number, joint) in joints.iter().enumerate() {
+        if !names.insert(joint.name.value.as_str()) {
+            diagnostics
+                .fault(joint.name.place.as_str(), format!("there is another joint {:?}", joint.name.value));
+        }
+        let mut find = |end: &At<String>, what: &str| {
+            let found = index.get(end.value.as_str()).copied();
+            if found.is_none() {
+                diagnostics
+                    .fault(end.place.as_str(), format!("the {what} link {:?} does not exist", end.value));
+            }
+            found
+        };
+        let (parent, child) = (find(&joint.parent, "parent"), find(&joint.child, "child"));
+        let (Some(parent), Some(child)) = (parent, child) else { continue };
+        if let Some((other, _)) = carrier[child] {
+            let other = &joints[other].name.value;
+            let reason = format!("the link {:?} is the child of joint {other:?} already", joint.child.value);
+            diagnostics.fault(joint.child.place.as_str(), reason);
+            continue;
+        }
+        carrier[child] = Some((number, parent));
+        children[parent].push(child);
+    }
+    Joined { carrier, children }
+}
+
+/// A link that no root leads to is on a cycle or below one. Each cycle is told once.
+fn tell_cycles(
+    links: &[DraftLink],
+    carrier: &[Option<(usize, usize)>],
+    mut reached: Vec<bool>,
+    diagnostics: &mut Diagnostics,
+) {
+    for link in 0..links.len() {
+        let mut cycle = Vec::new();
+        let mut at = link;
+        while !reached[at] {
+            reached[at] = true;
+            cycle.push(links[at].name.value.as_str());
+            at = carrier[at].map_or(at, |(_, parent)| parent);
+        }
+        if let Some(start) = cycle.iter().position(|name| *name == links[at].name.value) {
+            let names = cycle[start..].join("\", \"");
+            let reason = format!("the links \"{names}\" are joined in a cycle; only trees can be read");
+            diagnostics.fault(links[at].name.place.as_str(), reason);
+        }
+    }
 }
 
 fn check_link(link: &DraftLink, diagnostics: &mut Diagnostics) {

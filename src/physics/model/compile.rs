@@ -18,47 +18,7 @@ impl Model {
     /// A joint of kind fixed gets no degree of freedom: its child link is merged into the parent's body. `base` says
     /// whether the root link can move.
     pub fn new(character: Arc<Character>, base: Base) -> Self {
-        let mut bodies = vec![MergedBody::new(Body {
-            parent: 0,
-            dof: DofKind::Revolute,
-            offset: Vector3::zeros(),
-            joint_rotation: Matrix3::identity(),
-            joint_rotation_sine: Matrix3::zeros(),
-            joint_rotation_versine: Matrix3::zeros(),
-            axis: Vector3::z(),
-            mass: 0.0,
-            center: Vector3::zeros(),
-            inertia: Matrix3::zeros(),
-        })];
-        let mut links: Vec<LinkPlace> = Vec::with_capacity(character.links.len());
-        let mut joints = Vec::new();
-        for link in &character.links {
-            let place = match &link.joint {
-                None => LinkPlace { body: 0, pose: Isometry3::identity() },
-                Some(joint) => {
-                    let parent = &links[joint.parent];
-                    let origin = parent.pose * joint.origin;
-                    match dof(joint.kind) {
-                        None => LinkPlace { body: parent.body, pose: origin },
-                        Some(dof) => {
-                            bodies.push(MergedBody::new(carried(parent.body, dof, &origin, &joint.axis)));
-                            joints.push(joint);
-                            LinkPlace { body: bodies.len() - 1, pose: Isometry3::identity() }
-                        }
-                    }
-                }
-            };
-            if let Some(inertial) = &link.inertial {
-                let rotation = place.pose.rotation.to_rotation_matrix();
-                bodies[place.body].add(
-                    inertial.mass,
-                    (place.pose * inertial.center_of_mass).coords,
-                    rotation.matrix() * inertial.inertia * rotation.matrix().transpose(),
-                );
-            }
-            links.push(place);
-        }
-        let bodies: Vec<Body> = bodies.into_iter().map(MergedBody::finish).collect();
+        let Merged { bodies, links, joints } = merged(&character);
         let loops: Vec<LoopJoint> =
             character.loops.iter().map(|closing| loop_joint(closing, &links)).collect();
         let (ground_shapes, ground_points, ground_slots) = collision::candidates(&character, &links);
@@ -108,6 +68,59 @@ impl Model {
             character,
         }
     }
+}
+
+/// The bodies of a character: links that fixed joints join are one.
+struct Merged<'a> {
+    bodies: Vec<Body>,
+    /// Where each link is.
+    links: Vec<LinkPlace>,
+    /// The movable joints; each carries the body after its own number.
+    joints: Vec<&'a Joint>,
+}
+
+fn merged(character: &Character) -> Merged<'_> {
+    let mut bodies = vec![MergedBody::new(Body {
+        parent: 0,
+        dof: DofKind::Revolute,
+        offset: Vector3::zeros(),
+        joint_rotation: Matrix3::identity(),
+        joint_rotation_sine: Matrix3::zeros(),
+        joint_rotation_versine: Matrix3::zeros(),
+        axis: Vector3::z(),
+        mass: 0.0,
+        center: Vector3::zeros(),
+        inertia: Matrix3::zeros(),
+    })];
+    let mut links: Vec<LinkPlace> = Vec::with_capacity(character.links.len());
+    let mut joints = Vec::new();
+    for link in &character.links {
+        let place = match &link.joint {
+            None => LinkPlace { body: 0, pose: Isometry3::identity() },
+            Some(joint) => {
+                let parent = &links[joint.parent];
+                let origin = parent.pose * joint.origin;
+                match dof(joint.kind) {
+                    None => LinkPlace { body: parent.body, pose: origin },
+                    Some(dof) => {
+                        bodies.push(MergedBody::new(carried(parent.body, dof, &origin, &joint.axis)));
+                        joints.push(joint);
+                        LinkPlace { body: bodies.len() - 1, pose: Isometry3::identity() }
+                    }
+                }
+            }
+        };
+        if let Some(inertial) = &link.inertial {
+            let rotation = place.pose.rotation.to_rotation_matrix();
+            bodies[place.body].add(
+                inertial.mass,
+                (place.pose * inertial.center_of_mass).coords,
+                rotation.matrix() * inertial.inertia * rotation.matrix().transpose(),
+            );
+        }
+        links.push(place);
+    }
+    Merged { bodies: bodies.into_iter().map(MergedBody::finish).collect(), links, joints }
 }
 
 /// Angle of `joint` in the standing pose that the author gave, or at 0, within its range.
