@@ -1,6 +1,6 @@
 //! A learned behaviour: a sequence of postures.
 
-use gaitwright_physics::motion::Steering;
+use gaitwright_physics::motion::{Player, Steering};
 use serde::{Deserialize, Serialize};
 
 /// A cyclic behaviour: a sequence of joint angles and velocities, `transition_time` apart.
@@ -24,6 +24,14 @@ pub struct Behaviour {
     /// How the postures of the cycle, and those of the entry that grow into them, are changed by what the trunk does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steering: Option<Steering>,
+}
+
+impl Behaviour {
+    /// The targets of the joints over time, from the standing pose with these targets (rad or m).
+    pub fn player(&self, standing: &[f64]) -> Player {
+        let [entry, cycle] = [&self.entry, &self.cycle].map(|postures| postures.iter().map(Posture::parts));
+        Player::from_postures(standing, entry, cycle, self.transition_time).steered(self.steering.clone())
+    }
 }
 
 /// A state of the learner: angle and velocity of every joint (rad, rad/s; m, m/s).

@@ -49,18 +49,8 @@ impl Checkpoint {
     /// # Errors
     /// What belongs to a different job, with JSON pointers into the checkpoint.
     pub fn fits(&self, seed: u64, learning: &Learning, task: &Task, grid: &Grid) -> Result<(), InputError> {
-        let mut faults = Vec::new();
-        if self.seed != seed {
-            let reason = format!("the checkpoint was made with seed {}, not {seed}", self.seed);
-            faults.push(Fault::new("/seed", reason));
-        }
-        let budget = |learning: &Learning| Learning { generations: None, seconds: None, ..learning.clone() };
-        if budget(&self.learning) != budget(learning) {
-            faults.push(Fault::new("/learning", "the checkpoint was made with other parameters"));
-        }
-        if self.task != *task {
-            faults.push(Fault::new("/task", "the checkpoint was made for another task"));
-        }
+        let own = (self.seed, &self.learning, &self.task);
+        let mut faults = faults_of_origin(own, (seed, learning, task));
         if self.islands.len() != learning.islands {
             faults.push(Fault::new("/islands", format!("there are not {} islands", learning.islands)));
         }
@@ -84,4 +74,22 @@ impl Checkpoint {
         }
         if faults.is_empty() { Ok(()) } else { Err(InputError::Impossible(faults)) }
     }
+}
+
+/// What of a checkpoint with the seed, parameters and task `own` belongs to another job than that with those of `job`; the budgets may
+/// differ.
+pub(crate) fn faults_of_origin(own: (u64, &Learning, &Task), job: (u64, &Learning, &Task)) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    if own.0 != job.0 {
+        let reason = format!("the checkpoint was made with seed {}, not {}", own.0, job.0);
+        faults.push(Fault::new("/seed", reason));
+    }
+    let budget = |learning: &Learning| Learning { generations: None, seconds: None, ..learning.clone() };
+    if budget(own.1) != budget(job.1) {
+        faults.push(Fault::new("/learning", "the checkpoint was made with other parameters"));
+    }
+    if own.2 != job.2 {
+        faults.push(Fault::new("/task", "the checkpoint was made for another task"));
+    }
+    faults
 }

@@ -65,6 +65,7 @@ pub use behaviour::{Behaviour, Posture};
 pub use breeding::{Crossover, Mutation};
 pub use budget::Budget;
 pub use checkpoint::Checkpoint;
+pub(crate) use checkpoint::faults_of_origin;
 pub use clock::Clock;
 pub use generation::Generation;
 pub use learned::Learned;

@@ -208,7 +208,7 @@ pub fn run_check<W: World>(
     behaviour: &Behaviour,
     bar: Bar<'_>,
 ) -> Result<CheckResult, Interrupted> {
-    let player = player(context, behaviour);
+    let player = behaviour.player(&context.grid.standing().angles);
     let standing = world.standing().clone();
     let mut run = play(context, world, &player, standing, bar)?;
     for start in world.disturbed().to_vec() {
@@ -278,14 +278,4 @@ fn play<W: World>(
             next_inspection = (2 * next_inspection).min(last);
         }
     }
-}
-
-/// The joint targets of a behaviour over time, as a finished motion plays them.
-fn player(context: SearchContext<'_>, behaviour: &Behaviour) -> Player {
-    Player::from_postures(
-        &context.grid.standing().angles,
-        behaviour.entry.iter().map(Posture::parts),
-        behaviour.cycle.iter().map(Posture::parts),
-        behaviour.transition_time,
-    )
 }

@@ -6,7 +6,7 @@ use gaitwright_physics::fault::{Fault, InputError};
 
 use super::motion::LearnedMotion;
 use super::unnamed::UnnamedMotions;
-use crate::learn::{Behaviour, Checkpoint, Generation, Learning, LearningSetup, Task};
+use crate::learn::{Behaviour, Checkpoint, Generation, Learning, LearningSetup, Task, faults_of_origin};
 
 /// Everything a resumed training needs besides its setup.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -100,18 +100,8 @@ impl TrainingCheckpoint {
         let Self::Gaits { seed, learning, task, done, .. } = self else {
             return Err(InputError::impossible("/search", "the checkpoint was made by another search"));
         };
-        let mut faults = Vec::new();
-        if *seed != setup.seed {
-            let reason = format!("the checkpoint was made with seed {seed}, not {}", setup.seed);
-            faults.push(Fault::new("/seed", reason));
-        }
-        let budget = |learning: Learning| Learning { generations: None, seconds: None, ..learning };
-        if budget((**learning).clone()) != budget(Learning::from(&setup.parameters)) {
-            faults.push(Fault::new("/learning", "the checkpoint was made with other parameters"));
-        }
-        if *task != setup.task {
-            faults.push(Fault::new("/task", "the checkpoint was made for another task"));
-        }
+        let job = (setup.seed, &Learning::from(&setup.parameters), &setup.task);
+        let mut faults = faults_of_origin((*seed, learning, task), job);
         if *done > niches {
             faults.push(Fault::new("/done", format!("there are not {done} gaits to be learned")));
         }

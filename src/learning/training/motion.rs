@@ -6,7 +6,7 @@ use gaitwright_physics::motion::{Player, Trial};
 use gaitwright_physics::scene::Gains;
 
 use crate::check::MotionCheck;
-use crate::learn::{AskedSpeed, Behaviour, Generation, LearningSetup, Posture, StopReason, Task};
+use crate::learn::{AskedSpeed, Behaviour, Generation, LearningSetup, StopReason, Task};
 
 /// A learned motion, whichever search found it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -58,14 +58,7 @@ impl LearnedMotion {
 
     /// The targets of its joints over time, from the standing pose with these targets (rad or m).
     pub fn player(&self, standing: &[f64]) -> Player {
-        let Behaviour { entry, cycle, transition_time, steering, .. } = &self.behaviour;
-        Player::from_postures(
-            standing,
-            entry.iter().map(Posture::parts),
-            cycle.iter().map(Posture::parts),
-            *transition_time,
-        )
-        .steered(steering.clone())
+        self.behaviour.player(standing)
     }
 }
 
