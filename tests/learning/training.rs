@@ -193,6 +193,25 @@ fn a_search_that_runs_out_of_time_is_ended_properly() {
     assert_eq!(witness.checkpoints.len(), 1, "broken off: {:?}", trained.curve.last());
 }
 
+/// A search that is broken off, here too soon for a proper end, still gives what it has seen to be natural.
+#[test]
+fn what_was_natural_on_the_way_is_not_lost_when_time_ends() {
+    for seconds in [2.0, 3.0, 4.0] {
+        let learning = Learning { seconds: Some(seconds), gait_generations: 100_000, ..Learning::default() };
+        let setup = setup("quadruped.urdf", gait("trot"), learning, 1);
+        let cancel = Cancel::of_learner_with(Clock::of_readings(Duration::from_micros(5)));
+        let mut witness = Witness::default();
+        let trained = train(&setup, &mut witness, &cancel, None).unwrap();
+        assert_eq!((trained.ended, witness.checkpoints.len()), (StopReason::Seconds, 0));
+        // The first natural motion is shown, after the seed that stays up.
+        assert_eq!(witness.improved.len(), 2);
+        let motion = &trained.motions[0];
+        let player = motion.player(&setup.stance.angles);
+        let checked = motion.check(&setup, &player).run(&|| false).unwrap();
+        assert!(checked.gait.natural, "after {seconds} s: {:#?}", checked.gait.naturalness);
+    }
+}
+
 #[test]
 fn a_few_generations_teach_a_walk_that_is_a_walk() {
     let learning = once(40);

@@ -39,10 +39,14 @@ const BEGINNING: u32 = 8;
 const PARTS: usize = 4;
 
 impl NicheSearch<'_> {
-    /// Searches, and gives what was found also where the search was broken off: a motion that stays up and gets on.
+    /// Searches, and gives what was found also where the search was broken off: a motion that stays up and gets on, if one was seen a
+    /// natural one.
     pub(super) fn run(mut self) -> (Option<LearnedMotion>, Result<(), Interrupted>) {
         let outcome = self.search();
-        let found = self.found.take().filter(|Found { wanted, candidate, .. }| {
+        // A natural motion on the way is worth more than what was not found natural: the search may have been broken off after it.
+        let natural = |found: &Found| found.natural;
+        let seen = if self.found.as_ref().is_some_and(natural) { None } else { self.seen_natural.take() };
+        let found = seen.or(self.found.take()).filter(|Found { wanted, candidate, .. }| {
             candidate.figures.upright >= 1.0 && candidate.figures.speed > CRAWL * wanted.speed
         });
         let motion = |Found { wanted, candidate, trials, .. }: Found| LearnedMotion {
