@@ -25,10 +25,7 @@ pub(super) fn complete(paths: &mut Map<String, Value>, parameters: &Map<String, 
 /// Gives parameters the schemas that they have wherever they occur.
 fn refine_parameters(operation: &mut Map<String, Value>, schemas: &Map<String, Value>) {
     for parameter in operation.get_mut("parameters").and_then(Value::as_array_mut).into_iter().flatten() {
-        let refined = parameter["name"].as_str().and_then(|name| schemas.get(name));
-        // What is a whole number on one call may be a name elsewhere.
-        let number = parameter["schema"]["type"] == "integer";
-        if let Some(schema) = refined.filter(|schema| !number || schema["type"] != "string") {
+        if let Some(schema) = parameter["name"].as_str().and_then(|name| schemas.get(name)) {
             parameter["schema"] = schema.clone();
         }
     }
