@@ -112,12 +112,12 @@ pub fn scaled(character: &Character, s: f64) -> Character {
             joint.limits = joint
                 .limits
                 .map(|limits| Limits { lower: limits.lower * length, upper: limits.upper * length });
-            let arm = length * length;
+            let length_squared = length * length;
             joint.effort = joint.effort.map(|effort| effort * s.powi(4) / length);
             joint.velocity = joint.velocity.map(|velocity| velocity * length / s.sqrt());
-            joint.damping *= s.powf(4.5) / arm;
+            joint.damping *= s.powf(4.5) / length_squared;
             joint.friction *= s.powi(4) / length;
-            joint.armature *= s.powi(5) / arm;
+            joint.armature *= s.powi(5) / length_squared;
         }
         for placed in link.collisions.iter_mut().chain(&mut link.visuals) {
             placed.pose.translation.vector *= s;

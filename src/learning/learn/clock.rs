@@ -17,8 +17,8 @@ enum Source {
 }
 
 impl Clock {
-    /// A clock that advances by `tick` whenever it is read. A learner looks at its clock at every step of the simulation, so that
-    /// by this clock the same work takes the same time on every machine.
+    /// A clock that advances by `tick` whenever it is read. The search gait by gait looks at its clock at every step of the
+    /// simulation, so that by this clock the same work of it takes the same time on every machine.
     pub fn of_readings(tick: Duration) -> Self {
         Self(Source::Readings(Arc::default(), tick))
     }

@@ -43,9 +43,12 @@ impl NicheSearch<'_> {
     /// natural one.
     pub(super) fn run(mut self) -> (Option<LearnedMotion>, Result<(), Interrupted>) {
         let outcome = self.search();
-        // A natural motion on the way is worth more than what was not found natural: the search may have been broken off after it.
-        let natural = |found: &Found| found.natural;
-        let seen = if self.found.as_ref().is_some_and(natural) { None } else { self.seen_natural.take() };
+        // A natural motion on the way is worth more than what was not found natural at that speed: the search may have been broken off.
+        let in_its_place = |seen: &Found| {
+            let found = self.found.as_ref();
+            found.is_none_or(|found| !found.natural && found.wanted.speed == seen.wanted.speed)
+        };
+        let seen = self.seen_natural.clone().filter(in_its_place);
         let found = seen.or(self.found.take()).filter(|Found { wanted, candidate, .. }| {
             candidate.figures.upright >= 1.0 && candidate.figures.speed > CRAWL * wanted.speed
         });
