@@ -252,11 +252,17 @@ fn fall(model: &Arc<Model>, height: f64, passive: bool) -> Seen {
 #[test]
 fn steps_of_a_collapse_onto_many_points_are_solved() {
     let of_weight = 9.81 * Accuracy::default().step;
-    let seen = fall(&quadruped(|| 0.15), 0.0, true);
-    println!("{seen:?}");
-    assert!(seen.worst <= 1e-5 * of_weight, "{seen:?}");
-    assert!(100 * seen.unsolved <= seen.steps, "{seen:?}");
-    assert!(seen.contacts > 4 * seen.steps && seen.stuck > 0 && seen.slid > 0, "{seen:?}");
+    let mut all = Seen::default();
+    // From one height alone, rounding would decide how many: 40 of them left from none to 17.
+    for height in 0..10 {
+        let seen = fall(&quadruped(|| 0.15), 1e-5 * f64::from(height), true);
+        println!("{seen:?}");
+        assert!(seen.worst <= 1e-5 * of_weight, "{seen:?}");
+        assert!(seen.contacts > 4 * seen.steps && seen.stuck > 0 && seen.slid > 0, "{seen:?}");
+        all.steps += seen.steps;
+        all.unsolved += seen.unsolved;
+    }
+    assert!(100 * all.unsolved <= all.steps, "{all:?}");
 }
 
 /// The torques of friction act as torques do: without friction, but with those torques commanded, the same step ends at

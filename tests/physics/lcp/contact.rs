@@ -4,7 +4,7 @@ use super::contacts::{Motion, Numbers, contact_bounds, quadruped};
 use super::{
     TOLERANCE, assert_laws, greatest_difference, random_contacts, repeated, rng, solved, solvers, velocity,
 };
-use gaitwright_physics::sim::lcp::{Bound, Lemke, Newton, Pgs, SolveStatus, Solver, residual};
+use gaitwright_physics::sim::lcp::{Bound, Lemke, Newton, Pgs, Problem, SolveStatus, Solver, residual};
 use nalgebra::{DMatrix, DVector, Matrix3};
 use rand::RngExt;
 
@@ -67,6 +67,47 @@ fn a_quadruped_is_solved_exactly_whatever_its_mass_ratio() {
             }
         }
     }
+}
+
+/// The equations of an active set are solved by a symmetric core and a border where A is known to be symmetric, and otherwise by
+/// elimination with pivots: the same Newton steps, but for rounding.
+#[test]
+fn newton_steps_are_the_same_whether_or_not_symmetry_is_known() {
+    const FEW: u32 = 8;
+    let mut rng = rng(19);
+    let (mut sliding, mut long) = (0, 0);
+    for case in 0..300 {
+        let motion = [Motion::Sticking, Motion::Sliding, Motion::Opening][case % 3];
+        let numbers = match case % 2 {
+            0 => quadruped(&mut rng, motion, 10.0_f64.powi(case as i32 % 4), 0.3 + 0.1 * (case % 5) as f64),
+            _ => random_contacts(&mut rng, 1 + case % 5, 0.3),
+        };
+        for cone in [true, false] {
+            let known = numbers.problem(cone);
+            assert!(known.symmetric, "case {case}");
+            let unknown = Problem { symmetric: false, ..known };
+            let [(one, forces), (other, others)] = [known, unknown].map(|problem| {
+                let mut lambda = vec![0.0; problem.rows()];
+                let solution = Newton::new(200, 1e-9).solve(&problem, &mut lambda);
+                (solution, lambda)
+            });
+            assert_eq!((one.status, other.status), (SolveStatus::Solved, SolveStatus::Solved), "case {case}");
+            // Where the first steps do not lead on, rounding decides where others begin.
+            if one.iterations.max(other.iterations) > FEW {
+                long += 1;
+                continue;
+            }
+            assert_eq!(one.iterations, other.iterations, "case {case}, cone {cone}");
+            let great = forces.iter().fold(0.0_f64, |most, force| most.max(force.abs()));
+            assert!(greatest_difference(&forces, &others) <= 1e-6 * great, "case {case}, cone {cone}");
+            let w = velocity(&known, &forces);
+            sliding += (0..w.len() / 3)
+                .filter(|contact| w[3 * contact + 1].hypot(w[3 * contact + 2]) > 1e-6)
+                .count();
+        }
+    }
+    assert!(sliding > 500, "only {sliding} contacts slide or part");
+    assert!(long < 150, "{long} of 600 problems take more than {FEW} steps");
 }
 
 #[test]

@@ -16,10 +16,12 @@
 mod active;
 mod counted;
 mod equality;
+mod equations;
 mod lemke;
 mod linear;
 mod newton;
 mod pgs;
+mod pieces;
 mod problem;
 mod proximal;
 mod residual;

@@ -40,16 +40,20 @@ pub fn residual(problem: &Problem<'_>, lambda: &[f64]) -> f64 {
 /// The residual of `lambda`, whose velocities w = A λ + b are left in `velocity` (n).
 #[multiversion(targets("x86_64+avx2"))]
 pub(super) fn evaluate(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f64]) -> f64 {
-    multiply(problem, lambda, velocity);
+    velocities(problem, lambda, velocity);
     let poison = poison(velocity);
-    let mut worst = 0.0_f64;
+    let (mut worst, mut square, mut greatest) = (0.0_f64, 0.0_f64, 0.0_f64);
     let mut row = 0;
     while row < problem.rows() {
-        let (error, block) = error_of_block(problem, row, lambda, velocity);
-        worst = worst.max(error);
-        row += block;
+        let block = error_of_block(problem, row, lambda, velocity);
+        worst = worst.max(block.error);
+        square = square.max(block.square);
+        greatest = greater(greatest, block.scale);
+        row += block.rows;
     }
-    let (reach, asked) = reach_and_asked(problem, lambda);
+    // One root for all of them.
+    worst = worst.max(square.sqrt());
+    let (reach, asked) = reach_and_asked(problem, lambda, greatest);
     if ROUNDING * reach > NEGLIGIBLE * asked {
         let uncertain = uncertainty(problem, lambda);
         if uncertain > NEGLIGIBLE * asked {
@@ -80,16 +84,18 @@ fn in_lanes(numbers: &[f64], add: impl Fn(f64, f64) -> f64, join: impl Fn(f64, f
 }
 
 /// A bound of the sums of magnitudes that make up the velocities, but for b, that costs no product with A: no entry of a
-/// semidefinite matrix is greater than its greatest diagonal entry. And the greatest velocity in b.
+/// semidefinite matrix is greater than its greatest diagonal entry, `diagonal`. And the greatest velocity in b.
 #[inline(always)] // part of the kernels
-fn reach_and_asked(problem: &Problem<'_>, lambda: &[f64]) -> (f64, f64) {
-    // Not `max`, which looks for NaN as well.
-    let greater = |one: f64, other: f64| if other > one { other } else { one };
-    let diagonal = problem.matrix.iter().step_by(lambda.len() + 1);
-    let greatest = diagonal.fold(0.0, |greatest, entry| greater(greatest, *entry));
+fn reach_and_asked(problem: &Problem<'_>, lambda: &[f64], diagonal: f64) -> (f64, f64) {
     let forces = in_lanes(lambda, |sum, force| sum + force.abs(), |one, other| one + other);
     let asked = in_lanes(problem.offset, |asked, b| greater(asked, b.abs()), greater);
-    (if problem.symmetric { greatest * forces } else { f64::INFINITY }, asked)
+    (if problem.symmetric { diagonal * forces } else { f64::INFINITY }, asked)
+}
+
+/// The greater of two numbers. Not `max`, which looks for NaN as well.
+#[inline(always)] // part of the kernels
+fn greater(one: f64, other: f64) -> f64 {
+    if other > one { other } else { one }
 }
 
 /// How far the computed velocities of `lambda` may be from those that it causes, m/s or rad/s.
@@ -99,7 +105,8 @@ fn uncertainty(problem: &Problem<'_>, lambda: &[f64]) -> f64 {
 
 /// Whether rounding errors of the velocities of `lambda` are more than `tolerance` and more than `share` of the velocities in b.
 pub(super) fn is_beyond_numbers(problem: &Problem<'_>, lambda: &[f64], tolerance: f64, share: f64) -> bool {
-    let (reach, asked) = reach_and_asked(problem, lambda);
+    let diagonal = (0..problem.rows()).map(|row| row_scale(problem, row)).fold(0.0, greater);
+    let (reach, asked) = reach_and_asked(problem, lambda, diagonal);
     let most = tolerance.max(share * asked);
     // The bound costs no product with A, and in most problems it is far below.
     ROUNDING * (reach + asked) > most && uncertainty(problem, lambda) > most
@@ -107,13 +114,17 @@ pub(super) fn is_beyond_numbers(problem: &Problem<'_>, lambda: &[f64], tolerance
 
 /// Puts A λ + b into `velocity`.
 #[inline(always)] // part of the kernels
-fn multiply(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f64]) {
+pub(super) fn velocities(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f64]) {
     let n = lambda.len();
     let mut done = 0;
     if problem.symmetric {
-        // As many at once as there are registers for, which saves loading every force again.
-        done = by_columns::<3>(problem, lambda, velocity, done);
-        done = by_columns::<1>(problem, lambda, velocity, done);
+        // As many at once as there are registers for, which saves loading every force again. Four contacts have twelve rows, and
+        // a number of rows that the compiler knows makes the loop a few instructions.
+        done = match n {
+            12 => by_columns::<3>(problem, 12, lambda, velocity, done),
+            n => by_columns::<3>(problem, n, lambda, velocity, done),
+        };
+        done = by_columns::<1>(problem, n, lambda, velocity, done);
     }
     let rows = problem.matrix.chunks_exact(n.max(1)).zip(problem.offset);
     for (w, (row, b)) in velocity.iter_mut().zip(rows).skip(done) {
@@ -121,16 +132,16 @@ fn multiply(problem: &Problem<'_>, lambda: &[f64], velocity: &mut [f64]) {
     }
 }
 
-/// Puts velocities of a symmetric problem into `velocity` from row `done` on, four times `BLOCKS` side by side from what stands in their
+/// Puts velocities of a symmetric problem of `n` rows into `velocity` from row `done` on, four times `BLOCKS` side by side from what stands in their
 /// columns, for as long as so many rows are left. Returns how many are done then.
 #[inline(always)] // part of the kernels
 fn by_columns<const BLOCKS: usize>(
     problem: &Problem<'_>,
+    n: usize,
     lambda: &[f64],
     velocity: &mut [f64],
     mut done: usize,
 ) -> usize {
-    let n = lambda.len();
     while done + 4 * BLOCKS <= n {
         let columns = done..done + 4 * BLOCKS;
         let mut sums = [[0.0; 4]; BLOCKS];
@@ -156,38 +167,55 @@ pub(super) fn greatest_velocity(problem: &Problem<'_>, lambda: &[f64]) -> f64 {
 
 /// The natural map of the block of rows that begins at `row` (see [`Problem::block`]).
 pub(super) fn error(problem: &Problem<'_>, row: usize, lambda: &[f64], velocity: &[f64]) -> f64 {
-    error_of_block(problem, row, lambda, velocity).0
+    let BlockError { error, square, .. } = error_of_block(problem, row, lambda, velocity);
+    error.max(square.sqrt())
 }
 
-/// [`error`], and the number of rows of the block.
+/// The natural map of a block of rows that are bounded together.
+struct BlockError {
+    /// m/s or rad/s; 0 of the rows of a circular cone.
+    error: f64,
+    /// Of the rows of a circular cone its square, 0 of others.
+    square: f64,
+    /// The factor from a force to its velocity, the greatest of the block's.
+    scale: f64,
+    /// How many they are.
+    rows: usize,
+}
+
+/// [`error`], and what else is found with it.
 #[inline(always)] // part of the kernels
-fn error_of_block(problem: &Problem<'_>, row: usize, lambda: &[f64], velocity: &[f64]) -> (f64, usize) {
+fn error_of_block(problem: &Problem<'_>, row: usize, lambda: &[f64], velocity: &[f64]) -> BlockError {
     let (force, w) = (lambda[row], velocity[row]);
-    match problem.bounds[row] {
-        Bound::Free => (w.abs(), 1),
-        Bound::NonNegative => ((row_scale(problem, row) * force).min(w).abs(), 1),
-        Bound::Friction { normal, coefficient } if problem.cone => {
-            let radius = coefficient * lambda[normal].max(0.0);
-            let scale = tangent_scale(problem, row);
-            (disc_error(scale, radius, [force, lambda[row + 1]], [w, velocity[row + 1]]), 2)
-        }
+    if let Bound::Friction { normal, coefficient } = problem.bounds[row]
+        && problem.cone
+    {
+        let radius = coefficient * lambda[normal].max(0.0);
+        let scale = tangent_scale(problem, row);
+        let square = disc_error(scale, radius, [force, lambda[row + 1]], [w, velocity[row + 1]]);
+        return BlockError { error: 0.0, square, scale, rows: 2 };
+    }
+    let scale = row_scale(problem, row);
+    let error = match problem.bounds[row] {
+        Bound::Free => w.abs(),
+        Bound::NonNegative => (scale * force).min(w).abs(),
         bound => {
             let (lower, upper) = bound.interval(lambda);
-            let scale = row_scale(problem, row);
-            ((scale * (force - lower)).min(w.max(scale * (force - upper))).abs(), 1)
+            (scale * (force - lower)).min(w.max(scale * (force - upper))).abs()
         }
-    }
+    };
+    BlockError { error, square: 0.0, scale, rows: 1 }
 }
 
-/// The natural map of both tangential rows of a contact with a circular cone.
+/// The square of the natural map of both tangential rows of a contact with a circular cone.
 #[inline(always)] // part of the kernels
 fn disc_error(scale: f64, radius: f64, force: [f64; 2], w: [f64; 2]) -> f64 {
     let aim = [scale * force[0] - w[0], scale * force[1] - w[1]];
     if !reaches_beyond(aim, scale * radius) {
-        norm(w)
+        square(w)
     } else {
         let shrink = scale * radius / norm(aim);
-        norm([scale * force[0] - shrink * aim[0], scale * force[1] - shrink * aim[1]])
+        square([scale * force[0] - shrink * aim[0], scale * force[1] - shrink * aim[1]])
     }
 }
 

@@ -9,10 +9,10 @@ use multiversion::multiversion;
 use super::residual::dot;
 
 /// Rows and columns of a tile.
-const SIDE: usize = 4;
+pub(super) const SIDE: usize = 4;
 
 /// A column of a tile, or the part of a vector that belongs to a tile's rows.
-type Lanes = [f64; SIDE];
+pub(super) type Lanes = [f64; SIDE];
 
 /// Entries by columns.
 type Tile = [Lanes; SIDE];
@@ -20,19 +20,15 @@ type Tile = [Lanes; SIDE];
 /// A symmetric system of equations, K y = r.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Symmetric {
-    /// Number of equations.
-    size: usize,
     /// The tiles on and below the diagonal, one row of tiles after the other: of K, then of L D.
     tiles: Vec<Tile>,
     /// Of D.
     inverse: Vec<Lanes>,
-    /// r, then y.
-    side: Vec<Lanes>,
 }
 
 impl Symmetric {
     /// K becomes the part of the symmetric `stride` × `stride` matrix `matrix` in the rows and columns `chosen`, with `added` on its
-    /// diagonal, by place in `chosen`; and r 0.
+    /// diagonal, by place in `chosen`.
     #[inline(always)] // part of the kernels
     pub(super) fn gather(
         &mut self,
@@ -41,12 +37,8 @@ impl Symmetric {
         chosen: &[usize],
         added: impl Fn(usize) -> f64,
     ) {
-        let rows = chosen.len().div_ceil(SIDE);
-        self.size = chosen.len();
         self.tiles.clear();
-        self.inverse.resize(rows, [0.0; SIDE]);
-        self.side.clear();
-        self.side.resize(rows, [0.0; SIDE]);
+        self.inverse.resize(tiles(chosen.len()), [0.0; SIDE]);
         for (row, here) in chosen.chunks(SIDE).enumerate() {
             let place = run(here);
             for (column, there) in chosen.chunks(SIDE).take(row + 1).enumerate() {
@@ -71,43 +63,51 @@ impl Symmetric {
         }
     }
 
-    /// r before, y after [`solve`].
-    pub(super) fn side(&self) -> &[f64] {
-        &self.side.as_flattened()[..self.size]
+    /// Adds equations to K until there are `size`, with zeros for their entries, to be set one by one.
+    #[inline(always)] // part of the kernels
+    pub(super) fn extend(&mut self, size: usize) {
+        let rows = tiles(size);
+        self.inverse.resize(rows, [0.0; SIDE]);
+        self.tiles.resize(first_of(rows), [[0.0; SIDE]; SIDE]);
+        for beyond in size..SIDE * rows {
+            self.set(beyond, beyond, 1.0);
+        }
     }
 
-    /// The same, to be set.
-    pub(super) fn side_mut(&mut self) -> &mut [f64] {
-        &mut self.side.as_flattened_mut()[..self.size]
+    /// Sets the entry of K in `row` and in `column`, which is not greater.
+    #[inline(always)] // part of the kernels
+    pub(super) fn set(&mut self, row: usize, column: usize, entry: f64) {
+        self.tiles[first_of(row / SIDE) + column / SIDE][column % SIDE][row % SIDE] = entry;
+    }
+
+    /// The inverses of the pivots of the factorised K, in the order of its equations.
+    pub(super) fn inverse_pivots(&self) -> &[f64] {
+        self.inverse.as_flattened()
     }
 }
 
-/// Puts y in place of r. `None` when a pivot is not positive; r and K are lost then.
+/// How many tiles lie beside each other along `size` equations.
+#[inline(always)] // part of the kernels
+pub(super) fn tiles(size: usize) -> usize {
+    size.div_ceil(SIDE)
+}
+
+/// Puts L D in place of K. `None` when a pivot is not positive; K is lost then.
 #[multiversion(targets("x86_64+avx2"))]
-pub(super) fn solve(system: &mut Symmetric) -> Option<()> {
-    let Symmetric { tiles, inverse, side, .. } = system;
-    let rows = side.len();
+pub(super) fn factorise(system: &mut Symmetric) -> Option<()> {
+    let Symmetric { tiles, inverse, .. } = system;
+    let rows = inverse.len();
     for pivot in 0..rows {
         let (above, below) = tiles.split_at_mut(first_of(pivot + 1));
         let diagonal = above.last_mut()?;
         let inverse = &mut inverse[pivot];
-        *inverse = factorise(diagonal)?;
-        let (known, left) = side.split_at_mut(pivot + 1);
-        let own = known.last_mut()?;
-        for c in 0..SIDE - 1 {
-            let factor = own[c] * inverse[c];
-            for r in c + 1..SIDE {
-                own[r] -= factor * diagonal[c][r];
-            }
-        }
-        let share: Lanes = std::array::from_fn(|c| own[c] * inverse[c]);
+        *inverse = factorise_tile(diagonal)?;
         let mut start = 0;
-        for (row, side) in (pivot + 1..rows).zip(left) {
+        for row in pivot + 1..rows {
             let (before, own) = below.split_at_mut(start);
             let (own, _) = own.split_at_mut(row + 1);
             let (own, rest) = own[pivot..].split_first_mut()?;
             eliminate(own, diagonal, inverse);
-            subtract(side, own, &share);
             let mut other = 0;
             for (column, tile) in (pivot + 1..=row).zip(rest) {
                 let across = if column == row { &*own } else { &before[other + pivot] };
@@ -122,9 +122,32 @@ pub(super) fn solve(system: &mut Symmetric) -> Option<()> {
             start += row + 1;
         }
     }
+    Some(())
+}
+
+/// Puts y in place of the right-hand side r, which has as many lanes as `system`, now factorised, has rows of tiles.
+#[multiversion(targets("x86_64+avx2"))]
+pub(super) fn substitute(system: &Symmetric, side: &mut [Lanes]) {
+    let Symmetric { tiles, inverse, .. } = system;
+    let rows = side.len();
+    for pivot in 0..rows {
+        let (known, left) = side.split_at_mut(pivot + 1);
+        let (own, inverse) = (&mut known[pivot], &inverse[pivot]);
+        let diagonal = &tiles[first_of(pivot) + pivot];
+        for c in 0..SIDE - 1 {
+            let factor = own[c] * inverse[c];
+            for r in c + 1..SIDE {
+                own[r] -= factor * diagonal[c][r];
+            }
+        }
+        let share: Lanes = std::array::from_fn(|c| own[c] * inverse[c]);
+        for (row, side) in (pivot + 1..rows).zip(left) {
+            subtract(side, &tiles[first_of(row) + pivot], &share);
+        }
+    }
     for row in (0..rows).rev() {
         let (known, below) = side.split_at_mut(row + 1);
-        let own = known.last_mut()?;
+        let own = &mut known[row];
         let mut sums = [0.0; SIDE];
         for (other, known) in (row + 1..rows).zip(below) {
             for (sum, column) in sums.iter_mut().zip(&tiles[first_of(other) + row]) {
@@ -140,7 +163,6 @@ pub(super) fn solve(system: &mut Symmetric) -> Option<()> {
             own[c] = sum * inverse[row][c];
         }
     }
-    Some(())
 }
 
 /// The first of as many rows as a tile has, if nothing between them is left out.
@@ -159,7 +181,7 @@ fn first_of(row: usize) -> usize {
 
 /// Puts L D in place of the tile, which is symmetric, and gives D's inverse; `None` when a pivot is not positive.
 #[inline(always)] // part of the kernels
-fn factorise(tile: &mut Tile) -> Option<Lanes> {
+fn factorise_tile(tile: &mut Tile) -> Option<Lanes> {
     let mut inverse = [0.0; SIDE];
     for c in 0..SIDE {
         let column = tile[c];
