@@ -56,6 +56,7 @@ impl Model {
             outward: groups[1..].iter().flat_map(|group| &group.bodies[..group.count]).copied().collect(),
             slots: slots.into(),
             groups,
+            branches: branches(&bodies),
             bodies,
             loops,
             links,
@@ -151,6 +152,15 @@ fn dof(kind: JointKind) -> Option<DofKind> {
         JointKind::Revolute => Some(DofKind::Revolute),
         JointKind::Prismatic => Some(DofKind::Prismatic),
     }
+}
+
+/// The body on the way from each of `bodies` to the root that hangs on the root.
+fn branches(bodies: &[Body]) -> Vec<usize> {
+    let mut branches = vec![0; bodies.len()];
+    for (index, body) in bodies.iter().enumerate().skip(1) {
+        branches[index] = if body.parent == 0 { index } else { branches[body.parent] };
+    }
+    branches
 }
 
 /// A body, still without mass, carried by `parent` through a joint at `origin` with `axis`.

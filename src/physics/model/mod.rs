@@ -41,6 +41,9 @@ pub struct Model {
     pub groups: Vec<BodyGroup>,
     /// Where each body stands in `groups`; `n_bodies`.
     pub slots: Arc<[Slot]>,
+    /// The body on the way from each body to the root that hangs on the root; the body itself where it does, and 0 of the root;
+    /// `n_bodies`. From `branches` in `compile.rs`.
+    pub branches: Vec<usize>,
     /// Indices of all bodies but the root in the order of the groups; `n_joints`. Each body comes after its parent, and neighbours
     /// in this order seldom depend on each other, so that a processor can work on several limbs at a time.
     pub outward: Vec<usize>,

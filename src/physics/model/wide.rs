@@ -80,6 +80,14 @@ impl<T: Numbers<N>, const N: usize> Wide<T, N> {
         }
     }
 
+    /// Becomes the sum of `one` and `other`, lane by lane.
+    #[inline(always)] // part of the kernels
+    pub fn set_sum(&mut self, one: &Self, other: &Self) {
+        for (own, (one, other)) in self.numbers.iter_mut().zip(one.numbers.iter().zip(&other.numbers)) {
+            *own = std::array::from_fn(|lane| one[lane] + other[lane]);
+        }
+    }
+
     /// The sum of all lanes.
     #[inline(always)] // part of the kernels
     pub fn sum(&self) -> T {

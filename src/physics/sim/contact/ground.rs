@@ -11,6 +11,7 @@ use crate::model::{CYLINDER_SLOTS, GroundShape, Model, Surface};
 use crate::scene::Terrain;
 use crate::sim::bodies::{Bodies, BodyMotion};
 use crate::sim::per_body::Motions;
+use crate::sim::spatial::SpatialMotion;
 
 /// Normal and tangents of a horizontal plane.
 const FRAME: [Vector3<f64>; 3] =
@@ -92,32 +93,37 @@ pub fn detect(
         if body.origin.z - of_body.farthest - highest > settings.margin(moving + turning * of_body.farthest) {
             continue;
         }
+        // The whole motion is looked up here only: most bodies need no more than the parts above.
+        let BodyMotion { rotation, origin: place, velocity, .. } = bodies.at(of_body.body);
+        let mut near = NearGround { ground, origin, settings, rotation, place, velocity, candidates };
         for (index, shape) in of_body.shapes.clone().zip(&model.ground_shapes[of_body.shapes.clone()]) {
             let margin = settings.margin(moving + turning * shape.farthest);
-            let center = body.origin.z + (body.rotation.row(2) * shape.center)[0];
+            let upright = near.rotation.row(2).transpose();
+            let center = place.z + upright.dot(&shape.center);
             if center - shape.reach - highest > margin {
                 continue;
             }
-            // The whole motion is looked up here only: most bodies need no more than the parts above.
-            let body = bodies.at(of_body.body);
-            let mut near = NearGround { ground, origin, settings, body, shape, candidates };
             match shape.surface {
                 Surface::Points { first, count, radius } => {
                     if count > CORNERS_KEPT_WHOLE {
                         close.push(index);
                     }
                     // A long shape that lies flat reaches down less far than its bounding sphere: none of its corners is near.
-                    let upright = body.rotation.row(2).transpose();
                     if count == 1 || center - upright.abs().dot(&shape.extent) - highest <= margin {
-                        near.points(&model.ground_points[first..first + count], radius, highest + margin);
+                        near.points(
+                            shape,
+                            &model.ground_points[first..first + count],
+                            radius,
+                            highest + margin,
+                        );
                     }
                 }
                 Surface::Cylinder { axis, across, radius, half_length } => {
                     close.push(index);
-                    let center = body.point(shape.center);
-                    let rims = rim_points(body.rotation, center, axis, across, radius, half_length);
+                    let center = near.point(shape.center);
+                    let rims = rim_points(rotation, center, axis, across, radius, half_length);
                     for (index, at) in rims.into_iter().enumerate() {
-                        near.meet(shape.first_slot + index, at, 0.0);
+                        near.meet(shape, index, at, 0.0);
                     }
                 }
             }
@@ -130,23 +136,30 @@ struct NearGround<'a> {
     ground: &'a Terrain,
     origin: Vector3<f64>,
     settings: &'a DetectionSettings,
-    body: BodyMotion,
-    shape: &'a GroundShape,
+    rotation: Matrix3<f64>,
+    place: Vector3<f64>,
+    velocity: SpatialMotion,
     candidates: &'a mut Vec<ContactCandidate>,
 }
 
 impl NearGround<'_> {
+    /// A point given in the body frame, relative to the common point, m.
+    #[inline(always)] // part of `detect`
+    fn point(&self, local: Vector3<f64>) -> Vector3<f64> {
+        self.place + self.rotation * local
+    }
+
     /// Adds those of the balls of `radius` about the shape's `points` that touch the ground or may come to; none whose lowest point is
     /// higher than `highest` above the common point.
     #[inline(always)]
-    fn points(&mut self, points: &[Vector3<f64>], radius: f64, highest: f64) {
+    fn points(&mut self, shape: &GroundShape, points: &[Vector3<f64>], radius: f64, highest: f64) {
         let from = self.candidates.len();
-        let upright = self.body.rotation.row(2).into_owned();
-        let lowest = highest + radius - self.body.origin.z;
+        let upright = self.rotation.row(2).into_owned();
+        let lowest = highest + radius - self.place.z;
         for (index, point) in points.iter().enumerate() {
             // Most corners are too high whatever their speed.
             if upright[0] * point.x + upright[1] * point.y + upright[2] * point.z <= lowest {
-                self.meet(self.shape.first_slot + index, self.body.point(*point), radius);
+                self.meet(shape, index, self.point(*point), radius);
             }
         }
         if points.len() > CORNERS_KEPT_WHOLE {
@@ -156,16 +169,16 @@ impl NearGround<'_> {
 
     /// Adds the ball of `radius` about `midpoint`, which has the slots from `slot`, wherever it touches the ground or may come to.
     #[inline(always)]
-    fn meet(&mut self, slot: usize, midpoint: Vector3<f64>, radius: f64) {
+    fn meet(&mut self, shape: &GroundShape, index: usize, midpoint: Vector3<f64>, radius: f64) {
         match self.ground {
             Terrain::Plane { height } => {
                 let at = midpoint - Vector3::new(0.0, 0.0, radius);
-                self.add(slot, FRAME, at, at.z - (height - self.origin.z));
+                self.add(shape, index, FRAME, at, at.z - (height - self.origin.z));
             }
             Terrain::Field(heights) => {
-                let (center, velocity) = (midpoint + self.origin, self.body.velocity.at(midpoint));
+                let (center, velocity) = (midpoint + self.origin, self.velocity.at(midpoint));
                 field::meet(heights, center, radius, velocity, self.settings, |met| {
-                    self.add(slot, met.frame, midpoint - met.frame[0] * radius, met.gap);
+                    self.add(shape, index, met.frame, midpoint - met.frame[0] * radius, met.gap);
                 });
             }
         }
@@ -173,13 +186,20 @@ impl NearGround<'_> {
 
     /// Adds the point `at` of the surface, `gap` above a plane of the ground with normal and tangents `frame`, if it may touch it.
     #[inline(always)]
-    fn add(&mut self, slot: usize, frame: [Vector3<f64>; 3], at: Vector3<f64>, gap: f64) {
-        let approach = -frame[0].dot(&self.body.velocity.at(at));
+    fn add(
+        &mut self,
+        shape: &GroundShape,
+        index: usize,
+        frame: [Vector3<f64>; 3],
+        at: Vector3<f64>,
+        gap: f64,
+    ) {
+        let approach = -frame[0].dot(&self.velocity.at(at));
         if gap <= self.settings.margin(approach) {
             self.candidates.push(ContactCandidate {
-                slot,
-                link: self.shape.link,
-                body: self.shape.body,
+                slot: shape.first_slot + index,
+                link: shape.link,
+                body: shape.body,
                 against: Against::Ground,
                 at,
                 frame,

@@ -12,9 +12,8 @@ impl<C: CoordinateSystem> Stages<'_, C> {
     /// limit is to be corrected, new ones that also correct it. Correcting leaves no speed behind.
     pub(super) fn recovery(&mut self) -> Result<(), Failure> {
         let StepData { plan, work, step, .. } = &mut self.data;
-        if !work.problem.rows.needs_recovery() {
-            let Workspace { recovery, new, .. } = &mut **work;
-            recovery.copy_from(new);
+        work.recovers = work.problem.rows.needs_recovery();
+        if !work.recovers {
             return Ok(());
         }
         let status = work.problem.solve_recovery(plan, *step);

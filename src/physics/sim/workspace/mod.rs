@@ -47,8 +47,10 @@ pub struct Workspace {
     pub problem: RowProblem,
     /// Velocities after the step. (respond)
     pub new: Velocities,
-    /// Velocities along which positions move. (recovery)
+    /// Velocities along which positions move where rows correct them. (recovery)
     pub recovery: Velocities,
+    /// Whether rows do. (recovery)
+    pub recovers: bool,
     /// B changes of velocity by the rows. (respond, recovery)
     pub changes: Motions,
     /// How often new velocities have been computed since the simulator was made. (velocities_at_mean)
@@ -100,6 +102,7 @@ impl Workspace {
             problem: RowProblem::new(plan, rows, (width, joints), (contact_rows + 2 * joints, lasting_rows)),
             new: Velocities::new(model),
             recovery: Velocities::new(model),
+            recovers: false,
             changes: PerBody::new(model, SpatialMotion::ZERO),
             evaluations: 0,
             coarse: false,
@@ -131,6 +134,11 @@ impl Workspace {
             candidate.force(forces).dot(&slip).max(0.0)
         });
         slips.sum()
+    }
+
+    /// Velocities along which positions move.
+    pub fn moving(&self) -> &Velocities {
+        if self.recovers { &self.recovery } else { &self.new }
     }
 
     /// What the step's totals count of it.

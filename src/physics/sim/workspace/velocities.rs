@@ -68,8 +68,7 @@ impl Velocities {
     /// Gives the bodies the velocities `before` and the changes `by`.
     pub fn change(&mut self, before: &Motions, by: &Motions) {
         for ((new, before), change) in self.bodies.groups.iter_mut().zip(&before.groups).zip(&by.groups) {
-            *new = *before;
-            new.add(change);
+            new.set_sum(before, change);
         }
     }
 }

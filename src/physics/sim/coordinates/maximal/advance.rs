@@ -36,7 +36,7 @@ impl MaximalCoordinates {
             let velocity = work.new.bodies.at(index).minus(row_correction);
             body_state.linear_velocity = velocity.at(center);
             body_state.angular_velocity = velocity.angular;
-            let drift = work.recovery.bodies.at(index).minus(row_correction);
+            let drift = work.moving().bodies.at(index).minus(row_correction);
             body_state.center += drift.at(center) * *step;
             body_state.orientation =
                 UnitQuaternion::from_scaled_axis(drift.angular * *step) * body_state.orientation;

@@ -15,8 +15,8 @@ impl ReducedCoordinates {
         let momentum = self.momentum_of_flight(data);
         self.energy = momentum.and_then(|_| self.energy_of_whirl(data));
         let StepData { model, state, work, step, midpoint, .. } = data;
-        let root = if model.fixed_base { SpatialMotion::ZERO } else { work.recovery.bodies.at(0) };
-        advance(state, root, &work.recovery.rates, if *midpoint { 0.5 * *step } else { *step });
+        let root = if model.fixed_base { SpatialMotion::ZERO } else { work.moving().bodies.at(0) };
+        advance(state, root, &work.moving().rates, if *midpoint { 0.5 * *step } else { *step });
         if let Some(momentum) = momentum {
             // A step of Moreau and Jean's begins elsewhere.
             self.flight.end(model, state, momentum, self.energy, !*midpoint);

@@ -22,7 +22,8 @@ pub fn place(model: &Model, state: &State, bodies: &mut Bodies) {
     bodies.velocity.set_root(root.motion());
     for index in 1..model.groups.len() {
         let group = &model.groups[index];
-        let angles = group.of_joints(&state.angles);
+        // The rates are gathered before they are needed: what is written one by one can be read at once only some time later.
+        let (angles, rates) = (group.of_joints(&state.angles), group.of_joints(&state.velocities));
         let turned = sines_and_cosines(&angles);
         let (rotations, origins, own) = bodies.outward(index, group);
         let BodyLanes { rotation, origin, motion_subspace, center, inertia } = own;
@@ -30,7 +31,7 @@ pub fn place(model: &Model, state: &State, bodies: &mut Bodies) {
         weigh(group, rotation, origin, center, inertia);
         let (parents, velocities) = bodies.velocity.outward(index, group);
         let along = &bodies.groups[index].motion_subspace;
-        follow(parents, along, &group.of_joints(&state.velocities), velocities);
+        follow(parents, along, &rates, velocities);
     }
 }
 

@@ -53,6 +53,11 @@ pub fn of_bodies(
 /// The components of `forces`, no more than [`LANES`], moments first.
 #[inline]
 pub fn side_by_side(forces: &[SpatialForce]) -> [Lanes; 6] {
+    // The three of a contact, whose number the compiler then knows.
+    if let [a, b, c] = forces {
+        let [a, b, c] = [a, b, c].map(|force| force.components());
+        return std::array::from_fn(|component| [a[component], b[component], c[component], 0.0]);
+    }
     let mut filled = [[0.0; 6]; LANES];
     for (lane, force) in filled.iter_mut().zip(forces) {
         *lane = force.components();
@@ -82,11 +87,7 @@ pub fn of_joint(
 /// The range of the joints between body `body` and the root. A body's index is greater than its parent's.
 #[inline]
 fn way(model: &Model, body: usize) -> Range<usize> {
-    let mut first = body;
-    while first > 0 && model.bodies[first].parent > 0 {
-        first = model.bodies[first].parent;
-    }
-    ROOT + first.saturating_sub(1)..ROOT + body
+    ROOT + model.branches[body].saturating_sub(1)..ROOT + body
 }
 
 /// The smallest range that holds both.
