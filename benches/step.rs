@@ -2,8 +2,9 @@
 //! 2 ms steps, and but for one way of them contact with the ground only. The same scene that `benches/peers/step.py` gives another engine.
 //!
 //! `ROBOT=path/to/a1.urdf cargo bench --bench step` takes another robot than the bundled one, and a name after `--` one
-//! of the ways to solve it. What is printed is the fastest of many rounds. With `dry-friction` it is the time of a step with
-//! dry friction in every joint, against that without, of the robot that sways, stands, and falls.
+//! of the ways to solve it. What is printed is the mean over the steps of the fastest of many times of each. With
+//! `dry-friction` it is the time of a step with dry friction in every joint, against that without, of the robot that sways,
+//! stands, and falls.
 
 mod common;
 
@@ -86,11 +87,12 @@ fn dry_friction(model: &Arc<Model>, rounds: usize) {
     for (motion, sway, height) in [("sways", 0.05, 0.0), ("stands", 0.0, 0.0), ("falls", 0.0, 0.5)] {
         let targets = common::sway(&stance.angles, sway, accuracy.step, STEPS);
         // In turns, so that both see the same machine.
-        let (mut without, mut with) = (f64::INFINITY, f64::INFINITY);
+        let (mut without, mut with) = (common::Fastest::default(), common::Fastest::default());
         for _ in 0..rounds.div_ceil(50) {
-            without = without.min(common::nanoseconds(&start(0.0, height), &targets, rounds.min(10)));
-            with = with.min(common::nanoseconds(&start(FRICTION, height), &targets, rounds.min(10)));
+            without.measure(&start(0.0, height), &targets, rounds.min(10));
+            with.measure(&start(FRICTION, height), &targets, rounds.min(10));
         }
+        let (without, with) = (without.nanoseconds(), with.nanoseconds());
         let mut simulator = start(FRICTION, height);
         let (mut rows, mut unsolved, evaluations) = (0, 0, simulator.evaluations());
         for pair in targets.windows(2) {

@@ -3,10 +3,11 @@
     pip install mujoco
     python benches/peers/step.py path/to/a1.urdf [--check check.json] [--self-collision | --dry-friction]
 
-A free root is added, the robot stands on a plane with friction 0.8, position servos sway by 0.05 rad at 1 Hz
-about the pose. Only contacts with the ground are computed, or with `--self-collision` the robot's with itself too, and with
-`--dry-friction` every joint has the dry friction of `benches/step.rs` in both engines. The engines are measured in turns; timings are the best of several rounds, of MuJoCo the best of every step, without what a call from Python takes. Contacts,
-residual and penetration come from a round that is not timed.
+A free root is added, the robot stands on a plane with friction 0.8, position servos sway by 0.05 rad at 1 Hz about the
+pose. Only contacts with the ground are computed, or with `--self-collision` the robot's with itself too, and with
+`--dry-friction` every joint has the dry friction of `benches/step.rs` in both engines. The engines are measured in turns;
+timings are the best of every step of many rounds, of MuJoCo without what a call from Python takes and of gaitwright without
+a look at the clock. Contacts, residual and penetration come from a round that is not timed.
 """
 
 import argparse
