@@ -3,7 +3,7 @@
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-use super::candidate::Candidate;
+use super::candidate::{Candidate, evaluate};
 use super::cma::Cma;
 use super::cost::{undisturbed, when_disturbed};
 use super::ring::{Ring, Wanted};
@@ -124,6 +124,31 @@ impl Refinement {
             kept.cost = kept.least_cost(subject, wanted) + when_disturbed(&kept.figures, &kept.disturbed);
         }
         self.kept.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    }
+
+    /// Tries the best so far again in `arena`, where another step may find them other than the last did.
+    ///
+    /// # Errors
+    /// The reason of `stop` to break off; the refinement is then as it was.
+    pub fn again_in(
+        &mut self,
+        (pool, stop): (&ThreadPool, &Stop),
+        subject: &Subject,
+        arena: &Arena,
+        wanted: &Wanted,
+    ) -> Result<(), Interrupted> {
+        let strides = self.strides;
+        let mut tried: Vec<Candidate> = pool.install(|| {
+            let one = |kept: &Candidate| {
+                let again = || evaluate(subject, arena, wanted, &kept.parameters, strides);
+                stop.whole(again)
+            };
+            self.kept.par_iter().with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
+        })?;
+        self.count(&tried);
+        tried.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        self.kept = tried;
+        Ok(())
     }
 
     /// The best so far, over the few strides of the search.

@@ -4,16 +4,18 @@ use rayon::ThreadPool;
 use rayon::prelude::*;
 
 use super::candidate::Candidate;
-use super::cost::HOLDS;
+use super::cost::{HOLDS, when_disturbed};
 use super::ring::Wanted;
 use super::rollout::Arena;
 use super::subject::Subject;
 use crate::learn::{Interrupted, Stop};
 
-/// What speaks against a start: its cost, but what hardly breaks a constraint is not behind all that hold them, since the search soon
-/// mends that.
-fn promise(start: &Candidate) -> f64 {
-    if start.cost >= HOLDS { start.cost - HOLDS } else { start.cost }
+/// What speaks against a start: its cost, but what hardly breaks a constraint, undisturbed, is not behind all that hold them, since the
+/// search soon mends that.
+fn promise(subject: &Subject, wanted: &Wanted, start: &Candidate) -> f64 {
+    let least = start.least_cost(subject, wanted);
+    let mended = if least >= HOLDS { least - HOLDS } else { least };
+    mended + when_disturbed(&start.figures, &start.disturbed)
 }
 
 /// One in so many starts is tried under disturbances as well, but never fewer than so many.
@@ -47,6 +49,7 @@ impl Starts {
             starts.par_iter().with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
         })?;
         let mut seconds = tried.iter().map(Candidate::seconds).sum::<f64>();
+        let promise = |start: &Candidate| promise(subject, wanted, start);
         tried.sort_by(|a, b| promise(a).total_cmp(&promise(b)));
         tried.truncate((starts.len() / PROMISING).max(PROMISING));
         let mut ranked: Vec<Candidate> = pool.install(|| {

@@ -248,10 +248,17 @@ impl NicheSearch<'_> {
             leading.wanted = leading.wanted.strictly();
             leading.refinement.revalue(self.shared.subject, &leading.wanted);
         }
+        let Shared { pool, stop, subject, .. } = self.shared;
+        if self.fine.step() != self.coarse.step() {
+            // What is found at the step that was asked for is compared with what is best at that step.
+            let Stage { wanted, refinement } = &mut leading;
+            let before = refinement.seconds;
+            refinement.again_in((pool, stop), subject, &self.fine, wanted)?;
+            self.progress.simulated += refinement.seconds - before;
+        }
         self.refine(&mut leading, Fidelity::Fine, generations, Rank::Leading)?;
         let Stage { wanted, mut refinement } = leading;
         let wanted = wanted.as_it_goes();
-        let Shared { pool, stop, subject, .. } = self.shared;
         let before = refinement.seconds;
         let mut finalists = refinement.finalists((pool, stop), subject, &self.fine, &wanted, LONG)?;
         self.progress.simulated += refinement.seconds - before;
