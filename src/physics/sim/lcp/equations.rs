@@ -78,7 +78,7 @@ impl Equations {
         pieces: &Pieces,
         velocity: &[f64],
     ) -> Option<Extent> {
-        cleared(&mut self.changes, problem.rows(), 0.0);
+        self.changes.resize(problem.rows(), 0.0);
         cleared(&mut self.turns, pieces.sliding.len(), 0.0);
         self.turning.clear();
         self.turning.extend((0..pieces.sliding.len()).filter(|index| pieces.sliding[*index].turn.is_some()));
@@ -103,6 +103,9 @@ impl Equations {
         let Self { changes, inner, core, scales, sides, .. } = self;
         inner.clear();
         inner.extend((0..problem.rows()).filter(|row| pieces.free[*row]));
+        if inner.len() < changes.len() {
+            changes.fill(0.0);
+        }
         scales.clear();
         scales.extend(inner.iter().map(|row| stiffness(problem, *row)));
         core.gather(problem.matrix, problem.rows(), inner, |place| PROXIMITY * scales[place]);
@@ -154,6 +157,7 @@ impl Equations {
             }
         }
         linear::solve(system, last)?;
+        changes.fill(0.0);
         let scales_of_border = &scales[scales.len() - last..];
         let pivots = system.chunks_exact(width).enumerate().map(|(place, entries)| entries[place]);
         if pivots.zip(scales_of_border).any(|(pivot, scale)| pivot.abs() < LEAST_PIVOT * scale) {
@@ -327,6 +331,7 @@ impl Equations {
             |system: &[f64]| system.chunks_exact(width).fold(0.0_f64, |most, row| most.max(row[m].abs()));
         let asked = magnitudes(system);
         linear::solve(system, m)?;
+        changes.fill(0.0);
         let gone = magnitudes(system);
         for ((unknown, row), scale) in unknowns.iter().zip(system.chunks_exact(width)).zip(&*scales) {
             match *unknown {

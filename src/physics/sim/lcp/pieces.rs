@@ -57,8 +57,7 @@ impl Sliding {
         direction[0] * numbers[first] + direction[1] * numbers[second]
     }
 
-    /// Puts what a force along e, as great as one of the normal force brings about, does to the velocities of all rows into
-    /// `effects`, in place of what is there or added to it.
+    /// Adds to `effects` what the friction along e that a unit of the normal force brings about does to the velocities of all rows.
     #[inline(always)] // part of the kernels
     pub(super) fn add_effects_along(&self, problem: &Problem<'_>, effects: &mut [f64]) {
         let [x, y] = self.direction.map(|part| self.coefficient * part);
@@ -140,18 +139,11 @@ impl Pieces {
         &mut self,
         problem: &Problem<'_>,
         row: usize,
-        (lower, upper): (f64, f64),
+        interval: (f64, f64),
         lambda: &mut [f64],
         velocity: &[f64],
     ) -> bool {
-        let scale = row_scale(problem, row);
-        let end = if velocity[row] >= scale * (lambda[row] - lower) {
-            Some(lower)
-        } else if velocity[row] <= scale * (lambda[row] - upper) {
-            Some(upper)
-        } else {
-            None
-        };
+        let end = end(problem, row, interval, lambda, velocity);
         self.free[row] = end.is_none();
         end.is_some_and(|end| place(&mut lambda[row], end))
     }
@@ -166,19 +158,12 @@ impl Pieces {
         velocity: &[f64],
     ) -> bool {
         let Bound::Friction { normal, coefficient } = problem.bounds[row] else { return false };
-        let scale = row_scale(problem, row);
-        let sign = if velocity[row] >= scale * (lambda[row] + radius) {
-            Some(-1.0)
-        } else if velocity[row] <= scale * (lambda[row] - radius) {
-            Some(1.0)
-        } else {
-            None
-        };
-        self.free[row] = sign.is_none();
-        let Some(sign) = sign else { return false };
-        let direction = [sign, 0.0];
+        let end = end(problem, row, (-radius, radius), lambda, velocity);
+        self.free[row] = end.is_none();
+        let Some(end) = end else { return false };
+        let direction = [end.signum(), 0.0];
         self.sliding.push(Sliding { rows: [row; 2], normal, coefficient, direction, turn: None });
-        place(&mut lambda[row], sign * radius)
+        place(&mut lambda[row], end)
     }
 
     /// Both rows of a circular cone.
@@ -232,6 +217,25 @@ impl Pieces {
             }
             lambda[first] = reach * direction[0];
         }
+    }
+}
+
+/// The end of the interval that the force of `row` is held at, if it is.
+#[inline(always)] // part of the kernels
+fn end(
+    problem: &Problem<'_>,
+    row: usize,
+    (lower, upper): (f64, f64),
+    lambda: &[f64],
+    velocity: &[f64],
+) -> Option<f64> {
+    let scale = row_scale(problem, row);
+    if velocity[row] >= scale * (lambda[row] - lower) {
+        Some(lower)
+    } else if velocity[row] <= scale * (lambda[row] - upper) {
+        Some(upper)
+    } else {
+        None
     }
 }
 

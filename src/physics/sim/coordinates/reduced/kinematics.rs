@@ -20,10 +20,15 @@ pub fn place(model: &Model, state: &State, bodies: &mut Bodies) {
     whole.motion_subspace = Wide::ZERO;
     weigh(&model.groups[0], &whole.rotation, &whole.origin, &mut whole.center, &mut whole.inertia);
     bodies.velocity.set_root(root.motion());
-    for index in 1..model.groups.len() {
-        let group = &model.groups[index];
-        // The rates are gathered before they are needed: what is written one by one can be read at once only some time later.
-        let (angles, rates) = (group.of_joints(&state.angles), group.of_joints(&state.velocities));
+    // Angles and rates are gathered before they are needed: what is written one by one can be read at once only some time later.
+    let gathered = |index: usize| {
+        let group = model.groups.get(index)?;
+        Some((group, group.of_joints(&state.angles), group.of_joints(&state.velocities)))
+    };
+    let mut next = gathered(1);
+    for index in 1.. {
+        let Some((group, angles, rates)) = next else { break };
+        next = gathered(index + 1);
         let turned = sines_and_cosines(&angles);
         let (rotations, origins, own) = bodies.outward(index, group);
         let BodyLanes { rotation, origin, motion_subspace, center, inertia } = own;
