@@ -16,6 +16,8 @@
 //! approached by a splitting method, which converges slowly but hardly ever goes astray: Newton steps and proximal-point steps from
 //! its points, ever farther apart, find the solution to rounding.
 //!
+//! What that leaves unsolved is tried once more from no force at all, for the forces of the last time step may lead astray.
+//!
 //! A problem that has no solution leaves forces without bound that hardly differ in what they leave of it. Then rows that yield
 //! a little take their place: a problem whose forces are unique and bounded.
 
@@ -277,6 +279,35 @@ impl Newton {
         taken
     }
 
+    /// Newton steps, proximal-point steps, sweeps and splitting from no force at all: where many rows depend on each other, the forces of the last
+    /// time step, if they were not a solution then, may lead astray in every step after it. `lambda` and `residual` are replaced where
+    /// that leaves less. Returns how many steps, sweeps and iterations that took.
+    fn afresh(&mut self, problem: &Problem<'_>, lambda: &mut [f64], residual: &mut f64) -> u32 {
+        let mut found = std::mem::take(&mut self.pivoted);
+        found.clear();
+        found.resize(problem.rows(), 0.0);
+        project(problem, &mut found);
+        let mut left = evaluate(problem, &found, &mut self.velocity);
+        self.trial.clone_from(&found);
+        let (mut taken, _) = self.walk(problem, &mut found, &mut left, self.iterations);
+        if left > self.tolerance {
+            taken += self.approach(problem, &mut found, &mut left);
+        }
+        if left > self.tolerance {
+            evaluate(problem, &found, &mut self.velocity);
+            taken += self.search(problem, &mut found, &mut left).0;
+        }
+        if left > self.tolerance && problem.cone {
+            taken += self.split(problem, &mut found, &mut left);
+        }
+        if left < *residual {
+            *residual = left;
+            lambda.copy_from_slice(&found);
+        }
+        self.pivoted = found;
+        taken
+    }
+
     /// Forces in place of `lambda`, which are not a solution but great: those of rows that yield by a share ε of A's diagonal D,
     /// in units of force. With the least ε that is solved for, 10⁻³ in most cases, they satisfy
     /// ε λᵀ D λ ≤ −bᵀ λ, for λᵀ w ≤ 0 and A is semidefinite, and with it ‖D^½ λ‖ ≤ ‖D^-½ b‖ / ε. They are taken where they are much smaller and leave
@@ -430,6 +461,9 @@ impl Solver for Newton {
             let before = residual;
             iterations += self.split(problem, lambda, &mut residual);
             contradiction &= residual == before;
+        }
+        if residual > self.tolerance {
+            iterations += self.afresh(problem, lambda, &mut residual);
         }
         // Forces whose velocities are lost in rounding leave a residual that says so.
         if residual > NEARLY * self.tolerance
