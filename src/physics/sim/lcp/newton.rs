@@ -96,6 +96,8 @@ pub struct Newton {
     splitting: Splitting,
     /// n.
     pivoted: Vec<f64>,
+    /// n. See `afresh`.
+    fresh: Vec<f64>,
 }
 
 impl Newton {
@@ -116,6 +118,7 @@ impl Newton {
             pivoting: Lemke::new(PIVOTS),
             splitting: Splitting::default(),
             pivoted: Vec::new(),
+            fresh: Vec::new(),
         }
     }
 
@@ -283,7 +286,7 @@ impl Newton {
     /// time step, if they were not a solution then, may lead astray in every step after it. `lambda` and `residual` are replaced where
     /// that leaves less. Returns how many steps, sweeps and iterations that took.
     fn afresh(&mut self, problem: &Problem<'_>, lambda: &mut [f64], residual: &mut f64) -> u32 {
-        let mut found = std::mem::take(&mut self.pivoted);
+        let mut found = std::mem::take(&mut self.fresh);
         found.clear();
         found.resize(problem.rows(), 0.0);
         project(problem, &mut found);
@@ -304,7 +307,7 @@ impl Newton {
             *residual = left;
             lambda.copy_from_slice(&found);
         }
-        self.pivoted = found;
+        self.fresh = found;
         taken
     }
 
