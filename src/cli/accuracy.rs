@@ -3,7 +3,7 @@
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use gaitwright::export::front_diagram;
 use gaitwright::jobs::USUAL_TOLERANCES;
 use gaitwright_learning::accuracy::catalogue::{self, CaseComparison, CaseVerdict};
@@ -17,6 +17,7 @@ use serde::Serialize;
 use super::failure::CommandError;
 use super::input::{name, print, read, to_stdout};
 use super::message::tell;
+use super::output::{leave, make_folder};
 use super::simulate::FilesBeside;
 
 /// Measures what accuracy costs in computing time for a scenario, as table.csv, table.json and front.svg, and
@@ -71,6 +72,7 @@ impl AccuracyCommand {
             return list();
         }
         let out = self.out.as_deref().unwrap_or(Path::new("."));
+        make_folder(out)?;
         if self.hard_cases {
             return hard_cases(out);
         }
@@ -150,12 +152,6 @@ fn hard_cases(out: &Path) -> Result<(), CommandError> {
         broken: broken(|run| &run.best),
         broken_by_default: broken(|run| &run.by_default),
     })
-}
-
-fn leave(folder: &Path, name: &str, contents: &[u8]) -> Result<(), CommandError> {
-    std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
-    let path = folder.join(name);
-    Ok(std::fs::write(&path, contents).with_context(|| format!("{} cannot be written", path.display()))?)
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {

@@ -71,11 +71,19 @@ impl DemoCommand {
             let mut service = Service::start(listen, options, offer).await?;
             let base = format!("http://{}", service.address);
             tell(format_args!("the page: {base}/"));
-            let shown = tokio::select! {
-                shown = self.show(&base, token.as_deref()) => shown,
-                interrupted = interrupted() => interrupted.map_err(anyhow::Error::from).and(Err(anyhow!(
-                    "interrupted before the results were there"
-                ))),
+            let client = client(token.as_deref())?;
+            let shown = match self.post(&client, base.clone()).await {
+                Ok(job) => tokio::select! {
+                    shown = self.show(&client, &job) => shown,
+                    interrupted = interrupted() => match interrupted {
+                        // The next demonstration is not to wait for this one's job.
+                        Ok(()) => job.cancel(&client).await.and(Err(anyhow!(
+                            "interrupted before the results were there"
+                        ))),
+                        Err(error) => Err(error.into()),
+                    },
+                },
+                Err(error) => Err(error),
             };
             if shown.is_ok() && !self.exit {
                 tell(format_args!("serving at {base}/ until Ctrl-C"));
@@ -97,9 +105,8 @@ impl DemoCommand {
         if faults.is_empty() { Ok(()) } else { Err(InputError::Impossible(faults).under("/learning")) }
     }
 
-    /// Posts the job, follows its events, and downloads its recording and motion.
-    async fn show(&self, base: &str, token: Option<&str>) -> anyhow::Result<()> {
-        let client = client(token)?;
+    /// Posts the job.
+    async fn post(&self, client: &Client, base: String) -> anyhow::Result<PostedJob> {
         let request = json!({
             "format": "gaitwright/job@1",
             "character": { "urdf": QUADRUPED },
@@ -107,18 +114,19 @@ impl DemoCommand {
         });
         let posted = answer(client.post(format!("{base}/v1/jobs")).json(&request).send().await?).await?;
         let job: Value = posted.json().await?;
-        let links = &job["links"];
-        let at = |link: &str| match links[link].as_str() {
-            Some(path) => Ok(format!("{base}{path}")),
-            None => bail!("the job has no link to its {link}"),
-        };
-        tell(format_args!("the job:  {}", at("self")?));
-        let job = watch(answer(client.get(at("events")?).send().await?).await?).await?;
+        let job = PostedJob { base, links: job["links"].clone() };
+        tell(format_args!("the job:  {}", job.at("self")?));
+        Ok(job)
+    }
+
+    /// Follows the events of a job, and downloads its recording and motion.
+    async fn show(&self, client: &Client, posted: &PostedJob) -> anyhow::Result<()> {
+        let job = watch(answer(client.get(posted.at("events")?).send().await?).await?).await?;
         ensure!(job["state"] == "succeeded", "the job {}: {}", job["state"], job["error"]);
         let recording = self.out.join("recording.rrd");
         let motion = self.out.join("motion.json");
-        download(answer(client.get(at("recording")?).send().await?).await?, &recording).await?;
-        download(answer(client.get(at("motion")?).send().await?).await?, &motion).await?;
+        download(answer(client.get(posted.at("recording")?).send().await?).await?, &recording).await?;
+        download(answer(client.get(posted.at("motion")?).send().await?).await?, &motion).await?;
         to_stdout(|out| writeln!(out, "{}\n{}", recording.display(), motion.display()))?;
         for learned in job["motions"].as_array().into_iter().flatten() {
             let number = |name: &str| learned[name].as_f64().unwrap_or_default();
@@ -130,8 +138,31 @@ impl DemoCommand {
                 if learned["natural"] == true { "" } else { ", not natural" },
             ));
         }
-        tell(format_args!("to watch them: {} or the page {base}/", at("viewer")?));
+        tell(format_args!("to watch them: {} or the page {}/", posted.at("viewer")?, posted.base));
         Ok(())
+    }
+}
+
+/// A job that the service has.
+struct PostedJob {
+    /// Where the service is.
+    base: String,
+    /// The job's links, by name.
+    links: Value,
+}
+
+impl PostedJob {
+    /// The address of one of its links.
+    fn at(&self, link: &str) -> anyhow::Result<String> {
+        match self.links[link].as_str() {
+            Some(path) => Ok(format!("{}{path}", self.base)),
+            None => bail!("the job has no link to its {link}"),
+        }
+    }
+
+    /// Has the service cancel it.
+    async fn cancel(&self, client: &Client) -> anyhow::Result<()> {
+        answer(client.post(self.at("self")? + "/cancel").send().await?).await.map(drop)
     }
 }
 
@@ -163,6 +194,13 @@ async fn watch(mut events: Response) -> anyhow::Result<Value> {
     if let Some(bar) = &bar {
         bar.set_style(ProgressStyle::with_template("{spinner} {elapsed}  {msg}")?);
     }
+    let say = |line: String| match &bar {
+        Some(bar) => {
+            bar.set_message(line);
+            bar.tick();
+        }
+        None => tell(format_args!("{line}")),
+    };
     let mut text = Vec::new();
     while let Some(chunk) = events.chunk().await? {
         text.extend_from_slice(&chunk);
@@ -178,27 +216,21 @@ async fn watch(mut events: Response) -> anyhow::Result<Value> {
             };
             match field("event:") {
                 Some("end") => {
-                    if let Some(bar) = bar {
+                    if let Some(bar) = &bar {
                         bar.finish_and_clear();
                     }
                     return Ok(data);
                 }
+                Some("state") => say(format!("the job is {}", data["state"].as_str().unwrap_or_default())),
                 Some("generation") => {
                     let number = |name: &str| data[name].as_f64().unwrap_or_default();
-                    let line = format!(
+                    say(format!(
                         "{}, generation {}: fitness {:.3}, mean {:.3}",
                         data["gait"].as_str().unwrap_or("a motion"),
                         data["generation"],
                         number("best"),
                         number("mean"),
-                    );
-                    match &bar {
-                        Some(bar) => {
-                            bar.set_message(line);
-                            bar.tick();
-                        }
-                        None => tell(format_args!("{line}")),
-                    }
+                    ));
                 }
                 _ => {}
             }

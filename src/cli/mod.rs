@@ -9,6 +9,7 @@ mod gait;
 mod input;
 mod log;
 mod message;
+mod output;
 mod schema;
 mod serve;
 mod settings;

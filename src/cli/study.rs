@@ -1,10 +1,10 @@
 //! `study`: the open questions about the learning.
 
 use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use gaitwright::export::course_diagram;
 use gaitwright::jobs::read_character as read_bytes;
 use gaitwright_learning::learn::LearnError;
@@ -20,6 +20,7 @@ use super::demo::QUADRUPED;
 use super::failure::CommandError;
 use super::input::{read_character, to_stdout, whole};
 use super::message::tell;
+use super::output::{leave, make_folder};
 
 /// Answers the open questions of the paper, and compares the learning with rival searches, each variant on the same budget
 /// of simulated time: table.csv, table.json, and a plot for each question.
@@ -68,6 +69,7 @@ impl StudyCommand {
             seconds: self.seconds,
             threads: self.threads.map_or_else(cores, usize::from),
         };
+        make_folder(&self.out)?;
         let bar = bar();
         let progress = |done: usize, all: usize, what: &str| match &bar {
             Some(bar) => {
@@ -81,11 +83,15 @@ impl StudyCommand {
             LearnError::Input(error) => CommandError::input("study")(error),
             error => CommandError::Work(anyhow!(error)),
         })?;
-        leave(&self.out, "table.csv", table.to_csv().as_bytes())?;
-        leave(&self.out, "table.json", &serde_json::to_vec_pretty(&table)?)?;
+        let out = |name: &str, contents: &[u8]| {
+            leave(&self.out, name, contents)?;
+            Ok::<_, CommandError>(to_stdout(|stdout| writeln!(stdout, "{}", self.out.join(name).display()))?)
+        };
+        out("table.csv", table.to_csv().as_bytes())?;
+        out("table.json", &serde_json::to_vec_pretty(&table)?)?;
         for question in &study.questions {
             let plot = course_diagram(&table, question.name)?;
-            leave(&self.out, &format!("{}.svg", question.name), plot.as_bytes())?;
+            out(&format!("{}.svg", question.name), plot.as_bytes())?;
         }
         Ok(())
     }
@@ -111,14 +117,6 @@ fn bar() -> Option<ProgressBar> {
         let style = ProgressStyle::with_template("{bar:40} {pos}/{len}  {elapsed}  {msg}");
         style.map_or(bar.clone(), |style| bar.with_style(style))
     })
-}
-
-/// Writes a file and names it on standard output.
-fn leave(folder: &Path, name: &str, contents: &[u8]) -> Result<(), CommandError> {
-    std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
-    let path = folder.join(name);
-    std::fs::write(&path, contents).with_context(|| format!("{} cannot be written", path.display()))?;
-    Ok(to_stdout(|out| writeln!(out, "{}", path.display()))?)
 }
 
 fn budget(text: &str) -> Result<f64, String> {

@@ -4,13 +4,13 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::Context;
 use gaitwright::jobs::{
     Artefact, JobTerms, Order, PreparedRun, RepertoireEntry, RunError, RunWatcher, Settings, Stage, run,
 };
 use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::learn::{Budget, Cancel, Generation};
 use gaitwright_learning::training::{LearnedMotion, TrainingCheckpoint};
+use gaitwright_physics::fault::InputError;
 use gaitwright_physics::motion::Metrics;
 use indicatif::{ProgressBar, ProgressStyle};
 use tokio::signal::unix::{SignalKind, signal};
@@ -18,6 +18,7 @@ use tokio::signal::unix::{SignalKind, signal};
 use super::failure::CommandError;
 use super::input::{self, check_once, name, read_character, to_stdout, whole};
 use super::message::tell;
+use super::output::make_folder;
 
 /// How long a run that is asked to end may take to write what it has found.
 const LONGEST_END: Duration = Duration::from_secs(5);
@@ -60,20 +61,28 @@ impl TrainCommand {
         check_once(job.chain([("CHARACTER", &self.character)]))?;
         let reading = read_character(&self.character, self.strict)?;
         let (settings, place) = self.settings()?;
-        let order = Order::new(reading, settings).map_err(CommandError::input(place.clone()))?;
+        let order = Order::new(reading, settings).map_err(|error| self.faulty(&place, error))?;
         let out = &self.out;
-        std::fs::create_dir_all(out).with_context(|| format!("{} cannot be made", out.display()))?;
+        make_folder(out)?;
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         let threads = self.threads.map_or_else(cores, usize::from);
         let cancel = Cancel::default();
         cancel_on_interrupt(cancel.clone())?;
         let outcome = run(&order, threads, out, (&cancel, Duration::MAX), None, &mut Progress::new())
             .map_err(|error| match error {
-                RunError::Input(error) => CommandError::Input { name: place, error },
+                RunError::Input(error) => self.faulty(&place, error),
                 error => CommandError::from(error),
             })?;
         list(out)?;
         outcome.motion.map(drop).map_err(|reason| CommandError::Work(reason.into()))
+    }
+
+    /// An error in what was asked for at `place`, or in the character, which has a file of its own here.
+    fn faulty(&self, place: &str, error: InputError) -> CommandError {
+        match error.within("/character") {
+            Some(error) => CommandError::Input { name: name(&self.character), error },
+            None => CommandError::Input { name: place.to_owned(), error },
+        }
     }
 
     /// What is wanted, and where it was asked for.

@@ -25,7 +25,7 @@ use super::problem::ProblemDetails;
 use super::ranges;
 use super::responses::{JobId, NoRecording};
 use super::results::{check_left, not_ready};
-use crate::jobs::{Artefact, JobState, Jobs, Joined, Live, Recorded, ServiceError};
+use crate::jobs::{Artefact, Job, JobState, Jobs, Joined, Live, Recorded, ServiceError, Stage};
 
 /// How often a growing recording is looked at for more.
 const POLL_EVERY: Duration = Duration::from_millis(200);
@@ -103,7 +103,7 @@ impl Growing {
 
     async fn follow(self, sender: &Sender) -> Result<(), ServiceError> {
         match self.place {
-            GrowingPlace::File(path, live) => Ok(follow_file(&self.jobs, path, live, sender).await?),
+            GrowingPlace::File(path, live) => follow_file((&self.jobs, self.id), path, live, sender).await,
             GrowingPlace::Objects => follow_objects(&self.jobs, self.id, sender).await,
         }
     }
@@ -130,17 +130,22 @@ fn followed(request: &Request, growing: Growing, place: Place) -> Response {
     ([(CONTENT_TYPE, "application/octet-stream"), (ACCEPT_RANGES, "none")], body).into_response()
 }
 
-async fn follow_file(jobs: &Jobs, path: PathBuf, live: Arc<Live>, sender: &Sender) -> io::Result<()> {
+async fn follow_file(
+    (jobs, id): (&Jobs, Uuid),
+    path: PathBuf,
+    live: Arc<Live>,
+    sender: &Sender,
+) -> Result<(), ServiceError> {
     let mut moment = live.watch();
     let (mut file, mut at) = (None, 0);
     loop {
         // Looked at before the file is: whatever was written before the end is read after it.
         let over = moment.borrow_and_update().over;
-        if file.is_none() {
+        if file.is_none() && (over || records(&jobs.job(id).await?)) {
             file = match File::open(&path).await {
                 Ok(file) => Some(file),
                 Err(error) if error.kind() == io::ErrorKind::NotFound => None,
-                Err(error) => return Err(error),
+                Err(error) => return Err(error.into()),
             };
         }
         if let Some(file) = &mut file {
@@ -164,6 +169,11 @@ async fn follow_file(jobs: &Jobs, path: PathBuf, live: Arc<Live>, sender: &Sende
     }
 }
 
+/// Whether a running job has come to where it makes a recording: what there is before is of a run that broke off.
+fn records(job: &Job) -> bool {
+    !matches!(job.stage, None | Some(Stage::Standing))
+}
+
 /// Whether another file, or none, is at the path of an open one by now.
 async fn replaced(open: Option<&File>, path: &Path) -> io::Result<bool> {
     let Some(open) = open else { return Ok(false) };
@@ -179,7 +189,14 @@ async fn follow_objects(jobs: &Jobs, id: Uuid, sender: &Sender) -> Result<(), Se
     let (mut run, mut at) = (None, 0);
     loop {
         // Looked at before the recording is: whatever was written before the end is read after it.
-        let running = jobs.job(id).await?.state == JobState::Running;
+        let job = jobs.job(id).await?;
+        let running = job.state == JobState::Running;
+        if at == 0 && running && !records(&job) {
+            if !pause(jobs, sender, LOOK_EVERY).await {
+                return Ok(());
+            }
+            continue;
+        }
         let present = jobs.run(id).await?;
         // A worker that takes the job up anew writes a recording of its own.
         let followed = *run.get_or_insert(present);

@@ -17,7 +17,7 @@ use super::service::{Jobs, uninterrupted};
 use super::store::{CharacterDeletion, StoredCharacter};
 use super::work::Work;
 use crate::export::export_pose;
-use gaitwright_physics::character::{Options, Source};
+use gaitwright_physics::character::{Options, Source, without_byte_order_mark};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::scene::{AskedAccuracy, Scene};
 
@@ -34,28 +34,40 @@ impl Jobs {
     ) -> Result<(Uuid, Findings), ServiceError> {
         self.check_not_shutting_down()?;
         let bytes = Arc::new(bytes);
-        let findings = {
-            let (bytes, budget) = (Arc::clone(&bytes), self.shared().job_memory);
-            self.compute(move |given_up| {
-                let reading = read_character(&bytes, source, Options::default())?;
-                let (character, scene) = (&reading.character, Scene::default());
-                MemoryEstimate::of_simulation(character, &scene, &AskedAccuracy::default()).check(budget)?;
-                let findings = check_until(&reading, &Scene::default(), given_up);
-                if given_up() { Err(ServiceError::GivenUp) } else { Ok(findings) }
-            })
-            .await?
-        };
+        let findings = self.check_character(Arc::clone(&bytes), source).await?;
         let id = self.shared().store.keep_character(&findings, &bytes).await?;
         Ok((id, findings))
     }
 
-    /// What was found in the character called `id`.
+    /// What is found in a posted character.
+    async fn check_character(
+        &self,
+        bytes: Arc<Vec<u8>>,
+        source: Option<Source>,
+    ) -> Result<Findings, ServiceError> {
+        let budget = self.shared().job_memory;
+        self.compute(move |given_up| {
+            let reading = read_character(&bytes, source, Options::default())?;
+            let (character, scene) = (&reading.character, Scene::default());
+            MemoryEstimate::of_simulation(character, &scene, &AskedAccuracy::default()).check(budget)?;
+            let findings = check_until(&reading, &scene, given_up);
+            if given_up() { Err(ServiceError::GivenUp) } else { Ok(findings) }
+        })
+        .await
+    }
+
+    /// What was found in the character called `id`; what another version of this program has noted in a way that this one cannot read
+    /// is found anew.
     ///
     /// # Errors
     ///
     /// [`ServiceError::UnknownCharacter`].
     pub async fn findings(&self, id: Uuid) -> Result<Findings, ServiceError> {
-        self.shared().store.findings(id).await?.ok_or_else(|| ServiceError::UnknownCharacter(id))
+        let noted = self.shared().store.findings(id).await?;
+        match serde_json::from_str(&noted.ok_or(ServiceError::UnknownCharacter(id))?) {
+            Ok(findings) => Ok(findings),
+            Err(_) => self.check_character(Arc::new(self.character_file(id).await?), None).await,
+        }
     }
 
     /// At most `limit` characters, the newest first: those older than `after`.
@@ -186,7 +198,8 @@ impl WithNamed {
 fn in_full(bytes: &[u8]) -> Result<Value, ServiceError> {
     Ok(match Source::detect(bytes) {
         Some(Source::Json) => {
-            json!({ "json": serde_json::from_slice::<Value>(bytes).map_err(io::Error::from)? })
+            let document = without_byte_order_mark(bytes);
+            json!({ "json": serde_json::from_slice::<Value>(document).map_err(io::Error::from)? })
         }
         Some(Source::Zip) => json!({ "zip": BASE64_STANDARD.encode(bytes) }),
         Some(Source::Urdf) | None => json!({ "urdf": String::from_utf8_lossy(bytes) }),

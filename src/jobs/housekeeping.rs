@@ -7,6 +7,7 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::error::ServiceError;
+use super::files::Run;
 use super::job::Job;
 use super::retention::{Expiry, KeptThing, Upkeep};
 use super::service::{Jobs, Shared};
@@ -69,8 +70,13 @@ impl Jobs {
     async fn sweep(&self) -> Result<(), ServiceError> {
         let Shared { files, store, .. } = &**self.shared();
         for id in store.deleted().await? {
-            files.remove(id).await?;
-            store.forget(id).await?;
+            // One that cannot be removed now is no reason to leave the others; it is tried again at the next start.
+            match files.remove(id).await {
+                Ok(()) => store.forget(id).await?,
+                Err(error) => {
+                    tracing::error!(%id, %error, "files of a job that is gone could not be removed")
+                }
+            }
         }
         // In this order: a job is known before it has files.
         let with_files = files.jobs().await?;
@@ -131,7 +137,8 @@ impl Jobs {
             .collect();
         // A round before broke off.
         for id in removed.into_iter().map(|job| job.id).collect::<Vec<_>>() {
-            self.remove_recording(&mut ended, id).await?;
+            let run = self.run(id).await?;
+            self.remove_recording(&mut ended, run).await?;
         }
         for upkeep in limits.recordings.plan(recordings, limits.notice, now) {
             match upkeep {
@@ -141,8 +148,10 @@ impl Jobs {
                         job.storage.recording_expires = None;
                         job.storage.recording_removed = Some(now);
                     };
+                    // Which one it is, before it is known that no other run has begun.
+                    let run = self.run(id).await?;
                     if self.tell(&mut ended, id, told).await? {
-                        self.remove_recording(&mut ended, id).await?;
+                        self.remove_recording(&mut ended, run).await?;
                     }
                 }
                 Upkeep::Tell(id, expiry) => {
@@ -188,14 +197,14 @@ impl Jobs {
 
     /// Removes a recording whose record says that it is, and then the bytes from the record: a job never has less than it says, and as
     /// long as bytes stand there, the next round tries again.
-    async fn remove_recording(&self, ended: &mut BTreeMap<Uuid, Job>, id: Uuid) -> Result<(), ServiceError> {
-        self.shared().files.remove_recording(id).await?;
+    async fn remove_recording(&self, ended: &mut BTreeMap<Uuid, Job>, run: Run) -> Result<(), ServiceError> {
+        self.shared().files.remove_recording(run).await?;
         let told = |job: &mut Job| {
             let storage = &mut job.storage;
             storage.bytes = storage.bytes.saturating_sub(storage.recording_bytes);
             storage.recording_bytes = 0;
         };
-        self.tell(ended, id, told).await?;
+        self.tell(ended, run.id, told).await?;
         Ok(())
     }
 

@@ -70,10 +70,16 @@ impl Keeper {
 
     /// Renews the leases of the jobs whose workers have shown signs of life since the last time, where it is `due`.
     /// Otherwise looks whether they are wanted, and, where others may take them, has a worker stop whose lease is over:
-    /// it cannot know that nobody has.
+    /// it cannot know that nobody has. A worker that does not stop within another lease is done without.
     async fn look_after_leases(&self, due: bool) {
         let shared = &self.shared;
         let looks = shared.running.all().into_iter().map(|live| async move {
+            if live.is_lost() {
+                if live.since_renewed() >= 2 * shared.lease {
+                    self.give_up(&live);
+                }
+                return;
+            }
             let left = shared.lease.saturating_sub(live.since_renewed());
             let looked = async {
                 if !due {
@@ -96,6 +102,8 @@ impl Keeper {
     async fn reclaim(&self) {
         let seconds = self.shared.lease.as_secs_f64();
         let cause = format!("its worker showed no sign of life for {seconds} s");
+        // Whoever takes one of these jobs up again in the meantime is not the one that has lost it.
+        let held = self.shared.running.all();
         let jobs = match self.shared.store.reclaim(Reclaimed::Lapsed, &cause).await {
             Ok(jobs) => jobs,
             Err(error) => {
@@ -108,8 +116,8 @@ impl Keeper {
                 figures::ended(&job, FailureCause::Interrupted);
             }
             tracing::error!(job_id = %job.id, attempts = job.attempts, state = job.state.name(), cause);
-            if let Some(live) = self.shared.running.get(job.id) {
-                self.give_up(&live);
+            if let Some(live) = held.iter().find(|live| live.claim().id == job.id) {
+                self.give_up(live);
             }
             self.shared.posted.notify_one();
             self.shared.changed(job.id);

@@ -178,6 +178,10 @@ impl RunWatcher for Reporter<'_> {
         self.job.timings.learning_seconds = Some(times.learning.as_secs_f64());
         self.job.timings.checking_seconds = Some(times.checking.as_secs_f64());
     }
+
+    fn is_lost(&self) -> bool {
+        self.live.is_lost()
+    }
 }
 
 impl accuracy::StudyObserver for Reporter<'_> {

@@ -275,9 +275,10 @@ impl Worker {
                 break;
             }
         }
+        let begun = self.has_begun(live, upload).await;
         while !live.is_lost() {
             live.show_life();
-            if let Some(folder) = folder {
+            if begun && let Some(folder) = folder {
                 job.storage = files::storage(folder);
             }
             match self.shared.store.settle(live.claim(), job).await {
@@ -293,11 +294,19 @@ impl Worker {
         }
         if let Some(upload) = upload
             && job.state.is_final()
-            && let Some(Err(error)) = lively(live, upload.tidy(job.state == JobState::Succeeded)).await
+            && let Some(Err(error)) = lively(live, upload.tidy(job.state == JobState::Succeeded, begun)).await
         {
             tracing::warn!(%error, "files that the job no longer needs are left over");
         }
         self.shared.running.remove(live);
+    }
+
+    /// Whether the files of this run are the job's: where runs are kept apart, those of an earlier one are until the work proper
+    /// begins.
+    async fn has_begun(&self, live: &Live, upload: Option<&Arc<Upload>>) -> bool {
+        let claim = live.claim();
+        let run = lively(live, self.shared.store.run(claim.id));
+        upload.is_none() || run.await.is_some_and(|run| run.is_ok_and(|run| run == claim.number()))
     }
 
     /// Learns what a job wants, on from its checkpoint.

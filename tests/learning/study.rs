@@ -130,7 +130,7 @@ fn a_study_is_reproducible_and_its_table_has_every_row() {
     );
     assert_eq!(lines.records().map(Result::unwrap).filter(|line| line.len() == columns.len()).count(), 7);
     let document = serde_json::to_value(&table).unwrap();
-    assert_eq!(document["format"], "gaitwright/study@1");
+    assert_eq!(document["format"], "gaitwright/learning-study@1");
     assert_eq!(serde_json::from_value::<LearningTable>(document).unwrap(), table);
 }
 

@@ -26,6 +26,25 @@ fn one_fault(faults: &[Fault], place: &str, reason: &str) {
     assert!(fault.reason.contains(reason), "{fault} does not say {reason:?}");
 }
 
+#[test]
+fn a_fault_is_seen_from_the_whole_and_from_its_part() {
+    let part = InputError::Impossible(vec![
+        Fault::new("", "empty"),
+        Fault::new("/links/0", "unknown"),
+        Fault::new("line 4, link \"shin\"", "heavy"),
+    ]);
+    let whole = part.clone().under("/character");
+    assert_eq!(
+        whole.to_string(),
+        r#"/character: empty; /character/links/0: unknown; /character: line 4, link "shin": heavy"#
+    );
+    assert_eq!(whole.within("/character"), Some(part));
+    // A place beside it is none within it, however it begins; nor is one of several.
+    assert_eq!(InputError::impossible("/characters/0", "").within("/character"), None);
+    let both = vec![Fault::new("/character", ""), Fault::new("/seed", "")];
+    assert_eq!(InputError::Impossible(both).within("/character"), None);
+}
+
 const LEG: &str = r#"<robot name="leg">
 <link name="hip"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
 <link name="shin">

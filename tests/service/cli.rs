@@ -141,6 +141,28 @@ fn check_reads_robots_from_elsewhere() {
     }
 }
 
+/// A body without joints.
+const BLOCK: &str = r#"<robot name="block"><link name="block"><inertial><mass value="1"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>
+    <collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link></robot>"#;
+
+#[test]
+fn where_nothing_can_be_left_nothing_is_begun() {
+    let folder = TempDir::new().unwrap();
+    let file = write(folder.path(), "file", "");
+    let out = format!("{file}/out");
+    // Each would take minutes.
+    for command in [&["study"][..], &["accuracy", "--hard-cases"], &["train", PADDLER]] {
+        let answer = run(&[command, &["--out", &out]].concat());
+        let message = String::from_utf8(answer.stderr).unwrap();
+        assert_eq!(answer.status.code(), Some(1), "{command:?}: {message}");
+        assert!(
+            message.starts_with(&format!("{out} cannot be made")) && message.lines().count() == 1,
+            "{message}"
+        );
+    }
+}
+
 #[test]
 fn inputs_are_refused_with_their_place() {
     let folder = TempDir::new().unwrap();
@@ -162,6 +184,12 @@ fn inputs_are_refused_with_their_place() {
         "{message}"
     );
     assert!(!out.exists());
+
+    // What is wrong with the character is said of its own file, not of the job's.
+    let block = write(folder.path(), "block.urdf", BLOCK);
+    let job = write(folder.path(), "job.json", "{}");
+    let message = refusal(&run(&["train", &block, "--out", out.to_str().unwrap(), "--job", &job]));
+    assert!(message.starts_with(&format!("{block}: ")) && message.contains("no joint"), "{message}");
 
     let scenario = write(folder.path(), "scenario.json", r#"{"character": "no-such-file.urdf"}"#);
     let message = refusal(&run(&["simulate", &scenario]));

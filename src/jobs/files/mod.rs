@@ -183,15 +183,15 @@ impl JobFiles {
         }
     }
 
-    /// Removes the recording of a job.
+    /// Removes the recording of a run, with those of the runs before it.
     ///
     /// # Errors
     ///
     /// When it cannot be removed.
-    pub(super) async fn remove_recording(&self, id: Uuid) -> io::Result<()> {
+    pub(super) async fn remove_recording(&self, run: Run) -> io::Result<()> {
         match self {
-            Self::Folder(data) => Artefact::Recording.remove(&folder::folder(data, id)),
-            Self::Objects(objects) => objects.remove_recording(id, false).await,
+            Self::Folder(data) => Artefact::Recording.remove(&folder::folder(data, run.id)),
+            Self::Objects(objects) => objects.remove_recordings(run.id, run.number).await,
         }
     }
 

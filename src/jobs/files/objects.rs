@@ -216,32 +216,38 @@ impl Objects {
         self.remove_under(&Key::from_iter([JOBS, &id.to_string()]), |_| true).await
     }
 
-    /// Removes the files of a job that are those of other runs, or all but the checkpoints.
+    /// Removes what runs of a job before `run` have left, of those `which`.
+    ///
+    /// # Errors
+    ///
+    /// When a file cannot be removed.
+    pub(super) async fn remove_earlier(&self, id: Uuid, run: i64, which: Leftover) -> io::Result<()> {
+        let unwanted = |key: &Key| {
+            let checkpoint = key.filename().is_some_and(|name| name == Artefact::Checkpoint.file_name());
+            is_before(key, run)
+                && (which.checkpoints || !checkpoint)
+                && (which.recordings || !is_recording(key))
+        };
+        self.remove_under(&Key::from_iter([JOBS, &id.to_string()]), unwanted).await
+    }
+
+    /// Removes the recordings of a job up to that of `run`.
     ///
     /// # Errors
     ///
     /// When one cannot be removed.
-    pub(super) async fn remove_others(&self, id: Uuid, run: i64, checkpoints: bool) -> io::Result<()> {
-        let own = Self::key(id, run, "");
-        let kept = |key: &Key| {
-            !checkpoints && key.filename().is_some_and(|name| name == Artefact::Checkpoint.file_name())
-        };
-        let others = |key: &Key| !key.prefix_matches(&own) && !kept(key);
-        self.remove_under(&Key::from_iter([JOBS, &id.to_string()]), others).await
+    pub(super) async fn remove_recordings(&self, id: Uuid, run: i64) -> io::Result<()> {
+        let unwanted = |key: &Key| is_before(key, run + 1) && is_recording(key);
+        self.remove_under(&Key::from_iter([JOBS, &id.to_string()]), unwanted).await
     }
 
-    /// Removes the recording of a job, or, where it has been put together, the parts only.
+    /// Removes the parts of the recording of a run, which has been put together.
     ///
     /// # Errors
     ///
-    /// When it cannot be removed.
-    pub(super) async fn remove_recording(&self, id: Uuid, parts_only: bool) -> io::Result<()> {
-        let whole = Artefact::Recording.file_name();
-        let is_recording = |key: &Key| {
-            key.parts().any(|part| part.as_ref() == PARTS)
-                || (!parts_only && key.filename().is_some_and(|name| name == whole))
-        };
-        self.remove_under(&Key::from_iter([JOBS, &id.to_string()]), is_recording).await
+    /// When one cannot be removed.
+    pub(super) async fn remove_parts(&self, id: Uuid, run: i64) -> io::Result<()> {
+        self.remove_under(&Self::key(id, run, PARTS), |_| true).await
     }
 
     /// Removes a file of a run, where there is one.
@@ -292,6 +298,27 @@ impl Objects {
         self.store.put(&key, PutPayload::from_static(b"probe")).await?;
         Ok(self.store.delete(&key).await?)
     }
+}
+
+/// Which files of runs that are over are not needed, besides their results.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Leftover {
+    /// Those that another run may go on from.
+    pub(super) checkpoints: bool,
+    /// Those that are the job's as long as no later run has begun one.
+    pub(super) recordings: bool,
+}
+
+/// Whether a file of a job is that of a run before `run`. Later ones may be at work already, and their files are never another's.
+fn is_before(key: &Key, run: i64) -> bool {
+    let number = key.parts().nth(2).and_then(|number| number.as_ref().parse::<i64>().ok());
+    number.is_some_and(|number| number < run)
+}
+
+/// Whether a file is a recording or a part of one.
+fn is_recording(key: &Key) -> bool {
+    key.parts().any(|part| part.as_ref() == PARTS)
+        || key.filename().is_some_and(|name| name == Artefact::Recording.file_name())
 }
 
 /// A file that lies in an object store, in one part or several that follow one another.

@@ -14,7 +14,7 @@ use tokio::sync::{Mutex, Notify};
 use uuid::Uuid;
 
 use super::folder::{self, Artefact};
-use super::objects::Objects;
+use super::objects::{Leftover, Objects};
 
 /// Time after which it is looked for what is new although nobody has said that there is something.
 const EVERY: Duration = Duration::from_secs(2);
@@ -109,16 +109,18 @@ impl Upload {
     }
 
     /// Removes what the job's files no longer include: parts of a recording that has been put together, and what earlier
-    /// runs have left, with the checkpoints if the job has `succeeded`: another may go on from them.
+    /// runs have left. Their checkpoints stay unless the job has `succeeded`, since another run may go on from them; their recordings
+    /// stay unless this run has `begun` its own.
     ///
     /// # Errors
     ///
     /// When something cannot be removed.
-    pub(crate) async fn tidy(&self, succeeded: bool) -> io::Result<()> {
+    pub(crate) async fn tidy(&self, succeeded: bool, begun: bool) -> io::Result<()> {
         if self.brought.lock().await.whole {
-            self.objects.remove_recording(self.id, true).await?;
+            self.objects.remove_parts(self.id, self.run).await?;
         }
-        self.objects.remove_others(self.id, self.run, succeeded).await
+        let which = Leftover { checkpoints: succeeded, recordings: begun };
+        self.objects.remove_earlier(self.id, self.run, which).await
     }
 
     /// Brings over what is new, and removes what is gone.

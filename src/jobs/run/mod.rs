@@ -77,19 +77,20 @@ pub fn run(
     watcher.stage(Stage::Standing);
     // A run that is called off by now leaves what an earlier one has left.
     let prepared = PreparedRun::new(order, threads, cancel)?.filter(|_| !cancel.is_cancelled());
-    let Some(prepared) = prepared else {
-        let motion = Err(Unsuccessful::NotBegun);
-        let ended = StopReason::Cancelled;
-        return Ok(RunOutcome { ended, motion, accuracy_check: None });
-    };
+    let Some(prepared) = prepared else { return Ok(not_begun()) };
     watcher.prepared(&prepared);
 
-    watcher.stage(Stage::Learning);
+    // Whoever looks for a recording from now on finds that of this run, or none yet.
     files::withdraw_learned(folder)?;
+    Artefact::Recording.remove(folder)?;
+    watcher.stage(Stage::Learning);
     let limit = CancelLimit::new(cancel, check_limit);
     let mut recorder = Recorder::create(folder, order, &prepared, checkpoint.as_ref(), &limit, watcher)?;
     let trained = train(&prepared.setup, &mut recorder, cancel, checkpoint)?;
     let (mut recording, shelved, times) = recorder.finish()?;
+    if watcher.is_lost() {
+        return Ok(not_begun());
+    }
 
     watcher.stage(Stage::Checking);
     let start = Instant::now();
@@ -105,4 +106,9 @@ pub fn run(
     files::sync(&Artefact::Recording.path(folder))?;
     watcher.spent(RunTimes { checking: times.checking + start.elapsed(), ..times });
     Ok(RunOutcome { ended: trained.ended, motion: shelved.outcome(), accuracy_check })
+}
+
+/// What comes of a run that leaves nothing.
+fn not_begun() -> RunOutcome {
+    RunOutcome { ended: StopReason::Cancelled, motion: Err(Unsuccessful::NotBegun), accuracy_check: None }
 }

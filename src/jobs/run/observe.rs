@@ -135,7 +135,7 @@ impl<'a> Recorder<'a> {
         let player = motion.player(&self.prepared.setup.stance.angles);
         let check = motion.check(&self.prepared.setup, &player);
         let mut checked = check.run(&|| self.limit.is_over())?;
-        if self.limit.is_over() {
+        if self.limit.is_over() || self.watcher.is_lost() {
             self.shelved.refuse(Unsuccessful::NotChecked);
             return Ok(());
         }

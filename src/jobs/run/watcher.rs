@@ -34,6 +34,10 @@ pub trait RunWatcher {
     fn checkpoint(&mut self, checkpoint: &TrainingCheckpoint);
     /// What the time was spent on so far; told with every generation, after every check and at the end.
     fn spent(&mut self, _times: RunTimes) {}
+    /// Whether the folder has passed to somebody else, so that nothing may be written into it any more.
+    fn is_lost(&self) -> bool {
+        false
+    }
 }
 
 /// Nobody watches.

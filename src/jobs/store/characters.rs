@@ -120,15 +120,15 @@ impl Store {
         Ok(if deleted == 0 { CharacterDeletion::Unknown } else { CharacterDeletion::Deleted })
     }
 
-    /// What was found in the character called `id`.
+    /// What was found in the character called `id`, as the JSON document that the version of this program wrote which found it.
     ///
     /// # Errors
     ///
     /// When the database refuses.
-    pub async fn findings(&self, id: Uuid) -> Result<Option<Findings>, StoreError> {
+    pub async fn findings(&self, id: Uuid) -> Result<Option<String>, StoreError> {
         let query = self.dialect.query("SELECT findings FROM characters WHERE id = $1");
         let row = self.row(query.bind(id.to_string())).await?;
-        row.map(|row| read(row.try_get("findings")?)).transpose()
+        Ok(row.map(|row| row.try_get("findings")).transpose()?)
     }
 
     /// The bytes of the character called `id`.

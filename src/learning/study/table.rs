@@ -51,7 +51,7 @@ pub struct LearningTable {
 pub enum LearningTableFormat {
     /// The one described here.
     #[default]
-    #[serde(rename = "gaitwright/study@1")]
+    #[serde(rename = "gaitwright/learning-study@1")]
     V1,
 }
 

@@ -3,6 +3,8 @@
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
+use super::size::without_byte_order_mark;
+
 /// The digests of a description of a character.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Digests {
@@ -22,7 +24,7 @@ impl Digests {
     /// Those of a JSON document.
     pub fn of_json(bytes: &[u8]) -> Self {
         let embedded = || {
-            let document: Value = serde_json::from_slice(bytes).ok()?;
+            let document: Value = serde_json::from_slice(without_byte_order_mark(bytes)).ok()?;
             Some(digest(&serde_json::to_vec(&document).ok()?))
         };
         Self { embedded: embedded(), ..Self::of(bytes) }

@@ -31,7 +31,7 @@ mod weld;
 pub use bounds::LENGTH;
 pub use json::{ShapeDocument, read_shape, schema};
 pub use read::{Source, read, read_file};
-pub use size::{ARCHIVE_BYTES, DOCUMENT_BYTES, LINKS, SHAPES};
+pub use size::{ARCHIVE_BYTES, DOCUMENT_BYTES, LINKS, SHAPES, without_byte_order_mark};
 pub use types::{
     About, Character, Friction, Inertial, Joint, JointKind, Limits, Link, Loop, LoopKind, Note, NoteKind,
     Options, Placed, Reading, Shape, SurfaceMaterial,

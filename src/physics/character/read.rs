@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::digest::Digests;
-use super::size::ARCHIVE_BYTES;
+use super::size::{ARCHIVE_BYTES, without_byte_order_mark};
 use super::supply::Supply;
 use super::types::{Options, Reading};
 use super::{archive, build, json, urdf};
@@ -27,7 +27,7 @@ impl Source {
         if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
             return Some(Self::Zip);
         }
-        let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        let text = without_byte_order_mark(bytes);
         match text.iter().find(|byte| !byte.is_ascii_whitespace()) {
             Some(b'<') => Some(Self::Urdf),
             Some(b'{') => Some(Self::Json),

@@ -118,6 +118,22 @@ impl InputError {
             }
         }
     }
+
+    /// The same error seen from the document that stands at `prefix` in the faulty one: what [`under`](Self::under) undoes. `None` where
+    /// a fault lies outside.
+    pub fn within(&self, prefix: &str) -> Option<Self> {
+        let inner = |fault: &Fault| {
+            let rest = fault.pointer.strip_prefix(prefix)?;
+            let rest =
+                rest.strip_prefix(": ").or((rest.is_empty() || rest.starts_with('/')).then_some(rest))?;
+            Some(Fault::new(rest, fault.reason.clone()))
+        };
+        Some(match self {
+            Self::Malformed(fault) => Self::Malformed(inner(fault)?),
+            Self::TooLarge(fault) => Self::TooLarge(inner(fault)?),
+            Self::Impossible(faults) => Self::Impossible(faults.iter().map(inner).collect::<Option<_>>()?),
+        })
+    }
 }
 
 fn join(faults: &[Fault]) -> String {

@@ -35,6 +35,19 @@ fn a_character_is_kept_and_serves_in_jobs() {
     assert_ne!(service.wait_for_end(&answer.headers["location"])["state"], "cancelled");
 }
 
+/// A byte order mark is no part of a document, by whatever way that comes.
+#[test]
+fn a_character_with_a_byte_order_mark_serves_by_its_id() {
+    let service = Service::start();
+    let snake = std::fs::read(crate::common::example_path("snake.json")).unwrap();
+    let marked = [b"\xef\xbb\xbf", &snake[..]].concat();
+    let answer = service.post("/v1/characters", "application/json", &marked);
+    assert_eq!(answer.status, 201, "{}", answer.text());
+    let scenario = json!({ "character": { "id": answer.json()["id"] }, "duration": 0.01 });
+    let answer = service.post_json("/v1/simulations", &scenario);
+    assert_eq!(answer.status, 200, "{}", answer.text());
+}
+
 /// A cube of 0.2 m as a mesh, on which a leg turns, in an archive.
 fn archive() -> Vec<u8> {
     let corners = (0..8).map(|corner| [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { -0.1 } else { 0.1 }));

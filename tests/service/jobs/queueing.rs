@@ -133,7 +133,8 @@ async fn characters_are_kept(place: Place) {
     let id = store.keep_character(&findings, text).await.unwrap();
     assert_eq!(store.keep_character(&findings, text).await.unwrap(), id, "the same bytes keep their id");
     assert_eq!(store.character(id).await.unwrap().unwrap(), text);
-    assert_eq!(store.findings(id).await.unwrap().unwrap(), findings);
+    let noted = store.findings(id).await.unwrap().unwrap();
+    assert_eq!(serde_json::from_str::<gaitwright::jobs::Findings>(&noted).unwrap(), findings);
     let kept = &store.characters(None, 10).await.unwrap()[0];
     assert_eq!((kept.bytes, kept.name.as_deref()), (text.len() as u64, Some(findings.name.as_str())));
     assert!(kept.used <= jiff::Timestamp::now() && kept.expires.is_none());

@@ -183,6 +183,31 @@ async fn a_job_is_cancelled_from_any_server() {
     assert_eq!(other.wait_for_end(&path)["state"], "cancelled");
 }
 
+/// A run that is called off before its work proper has begun leaves the recording of the one before it.
+#[tokio::test]
+#[ignore = "needs PostgreSQL"]
+async fn a_recording_outlives_a_run_that_never_began() {
+    let cluster = Cluster::new(Database::new().await);
+    let (server, _worker) = (cluster.server(), cluster.worker());
+    let mut job = long_job();
+    // An accuracy that takes a while to be found.
+    job["accuracy"] = json!({ "tolerance": 1e-9 });
+    let path = post(&server, &job);
+    server.wait(&path, "learning", |job| job["progress"]["generations"].as_u64() > Some(3));
+    assert_eq!(server.cancel(&path).status, 202);
+    let ended = server.wait_for_end(&path);
+    let before = server.curl(&format!("{path}/recording.rrd"), &[]);
+    assert_eq!(before.status, 200);
+    assert_eq!(server.retry(&path).status, 202);
+    server.wait(&path, "standing", |job| job["stage"] == "standing");
+    assert_eq!(server.cancel(&path).status, 202);
+    let job = server.wait_for_end(&path);
+    assert_eq!((&job["state"], &job["stage"]), (&json!("cancelled"), &json!(null)));
+    assert_eq!(job["storage"]["recording_bytes"], ended["storage"]["recording_bytes"]);
+    let after = server.curl(&format!("{path}/recording.rrd"), &[]);
+    assert!(after.status == 200 && after.body == before.body);
+}
+
 /// Parts of a recording that grows in an object store are joined for whoever follows it, and ranges are cut from it.
 #[tokio::test]
 #[ignore = "needs PostgreSQL and moto_server"]
