@@ -65,13 +65,13 @@ impl DemoCommand {
             streams: STREAMS.get(),
             caller_streams: STREAMS.get(),
         };
+        let client = client(token.as_deref())?;
         let runtime = Runtime::new().context("the runtime cannot be started")?;
         let done = runtime.block_on(async {
             let options = ServiceOptions::new(self.out.clone());
             let mut service = Service::start(listen, options, offer).await?;
             let base = format!("http://{}", service.address);
             tell(format_args!("the page: {base}/"));
-            let client = client(token.as_deref())?;
             let shown = match self.post(&client, base.clone()).await {
                 Ok(job) => tokio::select! {
                     shown = self.show(&client, &job) => shown,

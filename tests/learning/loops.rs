@@ -8,6 +8,9 @@ use gaitwright_learning::learn::{Behaviour, Checkpoint};
 use gaitwright_learning::learn::{
     Cancel, Generation, Learning, LearningSetup, Observer, Posture, Stop, Task, learn,
 };
+use gaitwright_learning::program::legs::Legs;
+use gaitwright_learning::program::subject::Subject;
+use gaitwright_learning::training::check_task;
 use gaitwright_physics::motion::Player;
 use gaitwright_physics::scene::{Accuracy, Scene};
 use gaitwright_physics::sim::Simulator;
@@ -57,6 +60,18 @@ fn the_pantograph_stands_with_closed_loops() {
         assert_eq!(*driven, model.joint_names[joint].ends_with("hip"));
         assert_eq!(stance.gains.stiffness[joint] > 0.0, *driven);
     }
+}
+
+/// Inverse kinematics would move the passive joints of its legs, which nothing drives: such a character is taught by QDSEGA.
+#[test]
+fn closed_chains_are_no_legs_of_a_leg_program() {
+    let LearningSetup { model, stance, scene, accuracy, task, .. } = setup();
+    assert!(Legs::of(&model, &stance, task.direction).is_none());
+    let subject = Subject::new(&model, &stance, &scene, &accuracy, task.direction);
+    assert!(subject.is_none_or(|subject| subject.legs.legs.is_empty()));
+    let walk = Task { gait: "walk".into(), ..task };
+    let error = check_task(&walk, &model, &stance, &scene).unwrap_err().to_string();
+    assert!(error.contains("/task/gait") && error.contains("only `any`"), "{error}");
 }
 
 #[test]

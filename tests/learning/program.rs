@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use gaitwright_learning::check::MotionCheck;
 use gaitwright_learning::gait::GaitReport;
+use gaitwright_learning::learn::Posture;
 use gaitwright_learning::program::cma::Cma;
 use gaitwright_learning::program::cost::{HOLDS, undisturbed};
 use gaitwright_learning::program::figures::RolloutFigures;
@@ -15,21 +16,24 @@ use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, Ring, TURN, Wanted,
 use gaitwright_learning::program::steer;
 use gaitwright_learning::program::subject::Subject;
 use gaitwright_learning::program::template::{SAMPLES, shares, stride};
+use gaitwright_physics::character::{Character, Source, read, read_file};
+use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::Player;
 use gaitwright_physics::scene::{Accuracy, Gains, Scene};
 use gaitwright_physics::sim::{State, link_poses};
 use gaitwright_physics::stance::Stance;
 use nalgebra::{Vector2, Vector3};
+use serde_json::json;
 
 pub const GRAVITY: f64 = 9.81;
 
 pub fn subject(name: &str, direction: [f64; 3]) -> Subject {
     let path = crate::common::example_path(name);
-    let reading = gaitwright_physics::character::read_file(&path, Default::default()).unwrap();
-    let model = Arc::new(gaitwright_physics::model::Model::new(
-        Arc::new(reading.character),
-        gaitwright_physics::model::Base::Floating,
-    ));
+    subject_of(read_file(&path, Default::default()).unwrap().character, direction)
+}
+
+fn subject_of(character: Character, direction: [f64; 3]) -> Subject {
+    let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
     let scene = Scene::default();
     let stance = Arc::new(Stance::find(&model, &scene));
     Subject::new(&model, &stance, &scene, &Accuracy::default(), direction).unwrap()
@@ -47,7 +51,7 @@ pub fn brisk() -> Vec<f64> {
 }
 
 #[test]
-fn strides_have_a_least_time_and_gallops_a_longer_one() {
+fn strides_have_a_least_time_and_canters_and_gallops_a_longer_one() {
     let legs = subject("quadruped.urdf", [1.0, 0.0, 0.0]).legs;
     let mut parameters = vec![0.0; PARAMETERS];
     parameters[PERIOD] = -50.0;
@@ -203,7 +207,8 @@ fn legs_are_where_the_simulator_has_them() {
             let poses = link_poses(&subject.model, &state);
             let place = leg.place(&angles);
             // The foot's body turned as the simulator turns it.
-            let link = subject.model.links.iter().position(|link| link.body == leg.body).unwrap();
+            let body = subject.model.links[leg.links[0]].body;
+            let link = subject.model.links.iter().position(|link| link.body == body).unwrap();
             let body = poses[link] * subject.model.links[link].pose.inverse();
             let wanted = body.rotation.to_rotation_matrix();
             assert!((place.rotation - wanted.matrix()).amax() < 1e-12, "{name}");
@@ -465,14 +470,102 @@ fn the_search_sees_the_torque_that_the_judge_sees() {
 #[test]
 fn the_search_measures_the_hips_where_the_judge_does() {
     for (name, gait) in [("quadruped.urdf", "trot"), ("hexapod.json", "tripod"), ("biped.urdf", "walk")] {
-        let subject = subject(name, [1.0, 0.0, 0.0]);
-        let gait = named(gait, &subject.legs).unwrap();
-        let wanted = Wanted::at_froude(&subject.legs, gait, 0.1, GRAVITY);
-        let (ring, gains) = subject.ring(&wanted, &[0.0; PARAMETERS]);
-        let judged = judged(&subject, &ring, &gains).hip_height.unwrap();
-        let searched = subject.legs.hip_height;
-        assert!((searched / judged - 1.0).abs() < 0.005, "{name}: {searched} and {judged} m");
+        measures_the_hips_as_the_judge_does(&subject(name, [1.0, 0.0, 0.0]), gait);
     }
+}
+
+/// A leg may be as long as its slide is drawn out: the slide's own frame is at the hip.
+#[test]
+fn the_search_measures_the_hips_of_telescopic_legs_where_the_judge_does() {
+    let leg = |name: &str, x: f64, y: f64| {
+        let ball = |radius: f64, z: f64| json!([{ "kind": "sphere", "radius": radius, "pose": { "position": [0, 0, z] } }]);
+        let link = |part: &str, radius: f64, z: f64| json!({ "name": format!("{name}_{part}"), "density": 1000, "shapes": ball(radius, z) });
+        let joint = |part: &str,
+                     parent: String,
+                     kind: &str,
+                     at: [f64; 3],
+                     axis: [f64; 3],
+                     [lower, upper]: [f64; 2]| {
+            json!({ "name": format!("{name}_to_{part}"), "kind": kind, "parent": parent, "child": format!("{name}_{part}"),
+                    "origin": { "position": at }, "axis": axis,
+                    "limits": { "lower": lower, "upper": upper }, "actuation": { "max_torque": 100, "max_speed": 10 } })
+        };
+        let links = [link("thigh", 0.03, 0.0), link("shank", 0.025, 0.0)];
+        let hip = joint("thigh", "trunk".into(), "revolute", [x, y, 0.0], [0.0, 1.0, 0.0], [-1.0, 1.0]);
+        let slide =
+            joint("shank", format!("{name}_thigh"), "prismatic", [0.0; 3], [0.0, 0.0, -1.0], [0.2, 0.35]);
+        (links, [hip, slide])
+    };
+    let legs = [("lf", 0.2, 0.1), ("rf", 0.2, -0.1), ("lh", -0.2, 0.1), ("rh", -0.2, -0.1)]
+        .map(|(name, x, y)| leg(name, x, y));
+    let trunk =
+        json!({ "name": "trunk", "density": 500, "shapes": [{ "kind": "box", "size": [0.5, 0.15, 0.1] }] });
+    let links: Vec<_> =
+        std::iter::once(trunk).chain(legs.iter().flat_map(|(links, _)| links.clone())).collect();
+    let joints: Vec<_> = legs.iter().flat_map(|(_, joints)| joints.clone()).collect();
+    let document =
+        json!({ "format": "gaitwright/character@1", "name": "telescopic", "links": links, "joints": joints });
+    let reading = read(document.to_string().as_bytes(), Source::Json, Default::default()).unwrap();
+    let subject = subject_of(reading.character, [1.0, 0.0, 0.0]);
+    assert!(subject.legs.hip_height > 0.2, "{} m", subject.legs.hip_height);
+    measures_the_hips_as_the_judge_does(&subject, "trot");
+}
+
+/// The bundled biped with the front third of each sole on a joint of its own.
+fn toed() -> Character {
+    let mut urdf = std::fs::read_to_string(crate::common::example_path("biped.urdf")).unwrap();
+    let sole = r#"<origin xyz="0.02 0 -0.028"/>
+      <geometry><box size="0.18 0.09 0.024"/></geometry>"#;
+    let heel = r#"<origin xyz="-0.01 0 -0.028"/>
+      <geometry><box size="0.12 0.09 0.024"/></geometry>"#;
+    assert_eq!(urdf.matches(sole).count(), 4, "seen and touching, of two feet");
+    urdf = urdf.replace(sole, heel);
+    for side in ["L", "R"] {
+        let toe = format!(
+            r#"<joint name="{side}_toe_joint" type="revolute"><parent link="{side}_foot"/><child link="{side}_toe"/>
+            <origin xyz="0.05 0 -0.028"/><axis xyz="0 1 0"/><limit lower="-0.5" upper="0.5" effort="10" velocity="12"/></joint>
+            <link name="{side}_toe"><inertial><origin xyz="0.03 0 0"/><mass value="0.1"/>
+            <inertia ixx="0.0001" ixy="0" ixz="0" iyy="0.0001" iyz="0" izz="0.0001"/></inertial>
+            <collision><origin xyz="0.03 0 0"/><geometry><box size="0.06 0.09 0.024"/></geometry></collision></link></robot>"#
+        );
+        urdf = urdf.replace("</robot>", &toe);
+    }
+    read(urdf.as_bytes(), Source::Urdf, Default::default()).unwrap().character
+}
+
+#[test]
+fn a_toe_is_part_of_its_foot() {
+    let subject = subject_of(toed(), [1.0, 0.0, 0.0]);
+    assert_eq!(subject.stance.support.len(), 4, "heels and toes");
+    assert_eq!(subject.legs.legs.len(), 2);
+    let name = |link: &usize| subject.model.character.links[*link].name.as_str();
+    let feet: Vec<Vec<&str>> =
+        subject.legs.legs.iter().map(|leg| leg.links.iter().map(name).collect()).collect();
+    assert_eq!(feet, [["L_foot", "L_toe"], ["R_foot", "R_toe"]]);
+    measures_the_hips_as_the_judge_does(&subject, "walk");
+    // A leg program leaves the toes as they stand.
+    let wanted = Wanted::at_froude(&subject.legs, named("walk", &subject.legs).unwrap(), 0.05, GRAVITY);
+    let (ring, _) = subject.ring(&wanted, &[0.0; PARAMETERS]);
+    for (joint, name) in subject.model.joint_names.iter().enumerate().filter(|(_, name)| name.contains("toe"))
+    {
+        let still = ring.cycle.iter().all(|posture| posture.angles[joint] == subject.stance.angles[joint]);
+        assert!(still, "{name}");
+    }
+    // The judge sees two feet, of which neither scuffs with its toe as long as it stands.
+    let cycle = vec![Posture::resting(&subject.stance.angles); ring.cycle.len()];
+    let report = judged(&subject, &Ring { entry: Vec::new(), cycle, ..ring }, &subject.stance.gains);
+    assert_eq!(report.feet.iter().map(|foot| foot.link.as_str()).collect::<Vec<_>>(), ["L_foot", "R_foot"]);
+    assert!(report.fell_at.is_none_or(|time| time > 0.5), "{:?}", report.fell_at);
+    assert_eq!((report.scuffing, report.aerial_fraction), (0.0, 0.0));
+}
+
+fn measures_the_hips_as_the_judge_does(subject: &Subject, gait: &str) {
+    let gait = named(gait, &subject.legs).unwrap();
+    let wanted = Wanted::at_froude(&subject.legs, gait, 0.1, GRAVITY);
+    let (ring, gains) = subject.ring(&wanted, &[0.0; PARAMETERS]);
+    let judged = judged(subject, &ring, &gains).hip_height.unwrap();
+    let (searched, name) = (subject.legs.hip_height, &subject.model.character.name);
+    assert!((searched / judged - 1.0).abs() < 0.005, "{name}: {searched} and {judged} m");
 }
 
 #[test]

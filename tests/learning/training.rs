@@ -10,7 +10,7 @@ use gaitwright_learning::learn::{
 use gaitwright_learning::program::subject::Subject;
 use gaitwright_learning::training::niche::{NichePace, niches};
 use gaitwright_learning::training::{
-    LearnedMotion, Milestone, Trained, TrainingCheckpoint, TrainingObserver, train,
+    LearnedMotion, Milestone, Trained, TrainingCheckpoint, TrainingObserver, check_task, train,
 };
 use gaitwright_physics::character::read_file;
 use gaitwright_physics::model::{Base, Model};
@@ -92,6 +92,22 @@ fn names(character: &str, task: &Task) -> Vec<String> {
     let LearningSetup { model, stance, scene, accuracy, .. } = &setup;
     let subject = Subject::new(model, stance, scene, accuracy, task.direction).unwrap();
     niches(task, &subject).into_iter().map(|niche| niche.name).collect()
+}
+
+#[test]
+fn speeds_are_from_the_least_froude_number_to_the_greatest() {
+    let setup = setup("quadruped.urdf", Task::default(), Learning::default(), 1);
+    let LearningSetup { model, stance, scene, accuracy, .. } = &setup;
+    let subject = Subject::new(model, stance, scene, accuracy, [1.0, 0.0, 0.0]).unwrap();
+    for (froude, allowed) in
+        [(0.9e-4, false), (1.1e-4, true), (99.0, true), (101.0, false), (0.0, false), (1e-300, false)]
+    {
+        assert_eq!(Task { froude: Some(froude), ..Task::default() }.faults().is_empty(), allowed, "{froude}");
+        // The same as a speed, which is a Froude number once it is known whose.
+        let speed = (froude * GRAVITY * subject.legs.hip_height).sqrt();
+        let task = Task { speed: Some(AskedSpeed::Number(speed)), ..Task::default() };
+        assert_eq!(check_task(&task, model, stance, scene).is_ok(), allowed, "{speed} m/s");
+    }
 }
 
 #[test]

@@ -63,7 +63,7 @@ pub(super) fn played(
         .enumerate()
         .filter(|(_, link)| motion.stances.iter().any(|stance| stance.link == link.name));
     let stances = standing.flat_map(|(index, link)| {
-        let mut stands = Footing::detect(&trace, index, detection).stance;
+        let mut stands = Footing::detect(&trace, &[index], detection).stance;
         // Nothing is known of the loads before the first step.
         stands[0] = stands[1];
         let lifted = |sample: &Sample| {

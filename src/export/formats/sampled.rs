@@ -7,6 +7,7 @@ use super::entry;
 use super::ground_travel::GroundTravel;
 use super::skeleton::Skeleton;
 use super::track::{Knot, Track};
+use gaitwright_learning::gait::UNCLASSIFIED;
 use gaitwright_physics::character::Character;
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::motion::{Keyframe, Motion, Player, RootMotion, TargetLimits};
@@ -152,7 +153,7 @@ impl<'a> SampledMotion<'a> {
             }
             Some(clip)
         };
-        let gait = motion.metrics.gait.as_deref().filter(|gait| *gait != "unclassified");
+        let gait = motion.metrics.gait.as_deref().filter(|gait| *gait != UNCLASSIFIED);
         let name = gait.unwrap_or(UNNAMED).to_owned();
         Ok(Self { skeleton, entry, cycle, name, certificate })
     }

@@ -89,7 +89,7 @@ pub(super) fn send(
     for &link in &*touched {
         let name = &appearance.links[link];
         sheet.contact(link, name, meters_per_newton)?;
-        sheet.gait(name, &Footing::detect(trace, link, detection))?;
+        sheet.gait(name, &Footing::detect(trace, &[link], detection))?;
     }
     for (joint, name) in appearance.joints.iter().enumerate() {
         sheet.scalars(&paths::joint(name, "angle"), |sample| sample.angles.get(joint))?;

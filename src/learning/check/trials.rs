@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 use super::{CHECKED, CheckedMotion, MotionCheck};
 use crate::accuracy::Engine;
 use crate::accuracy::rapier::Rapier;
-use crate::gait::leaps;
+use crate::gait::{UNCLASSIFIED, leaps};
 use crate::program::disturbance;
 use crate::program::legs::Legs;
 use gaitwright_physics::fault::InputError;
@@ -105,7 +105,8 @@ impl MotionCheck<'_> {
         threads: usize,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<Vec<Trial>, InputError> {
-        let changes = self.changes(checked.gait.gait.as_deref().or(self.gait));
+        let named = checked.gait.gait.as_deref().filter(|name| *name != UNCLASSIFIED);
+        let changes = self.changes(named.or(self.gait));
         let undisturbed = Course::from(&checked.trace);
         let results: Vec<Mutex<Result<Option<Trial>, InputError>>> =
             changes.iter().map(|_| Mutex::new(Ok(None))).collect();

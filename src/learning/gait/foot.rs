@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::footfall::Footing;
 use gaitwright_physics::character::{Link, Shape};
-use gaitwright_physics::playback::Trace;
+use gaitwright_physics::playback::{Sample, Trace};
 
 /// Points of each rim of a cylinder: its lowest point is missed by at most 2 % of the radius.
 const RIM: usize = 16;
@@ -78,13 +78,17 @@ fn cores(shape: &Shape) -> (Vec<Point3<f64>>, f64) {
 }
 
 /// Mean over the whole swings in `trace` of the greatest height of the foot's lowest point over the ground at height
-/// `ground`, m; `None` without a whole swing.
-pub(super) fn clearance(trace: &Trace, footing: &Footing, shape: &FootShape, ground: f64) -> Option<f64> {
+/// `ground`, m; `None` without a whole swing. `shapes` are those of the foot's links.
+pub(super) fn clearance(trace: &Trace, footing: &Footing, shapes: &[FootShape], ground: f64) -> Option<f64> {
+    let lowest = |sample: &Sample| {
+        let links = footing.links.iter().zip(shapes);
+        let heights = links.filter_map(|(&link, shape)| Some(shape.lowest(sample.link_poses.get(link)?)));
+        heights.min_by(f64::total_cmp)
+    };
     let heights: Vec<f64> = swings(footing)
         .filter_map(|(from, to)| {
-            let poses =
-                trace.samples.get(from..to)?.iter().filter_map(|sample| sample.link_poses.get(footing.link));
-            poses.map(|pose| shape.lowest(pose) - ground).max_by(f64::total_cmp)
+            let heights = trace.samples.get(from..to)?.iter().filter_map(lowest);
+            heights.map(|height| height - ground).max_by(f64::total_cmp)
         })
         .collect();
     super::stride::mean(&heights)

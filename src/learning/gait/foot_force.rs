@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::footfall::{Footing, interval};
+use super::footfall::{Footing, interval, load};
 use gaitwright_physics::playback::Trace;
 
 /// Forces are averaged over this share of √(h / g) before their peak is taken: what rigid contact gives within one step
@@ -17,8 +17,7 @@ pub(super) fn peak_forces(trace: &Trace, footings: &[Footing], unit_time: f64) -
     footings
         .iter()
         .filter_map(|footing| {
-            let forces =
-                trace.samples.iter().map(|sample| sample.loads.get(footing.link).copied().unwrap_or(0.0));
+            let forces = trace.samples.iter().map(|sample| load(sample, &footing.links));
             let (mut smooth, mut peak, mut sum) = (0.0, 0.0_f64, 0.0);
             for force in forces {
                 smooth = memory * smooth + (1.0 - memory) * force;

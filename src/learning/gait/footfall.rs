@@ -1,11 +1,11 @@
-//! When each supporting link is on the ground: stances and footfalls from contact forces.
+//! When each foot is on the ground: stances and footfalls from contact forces.
 
-use gaitwright_physics::playback::Trace;
+use gaitwright_physics::playback::{Sample, Trace};
 
 /// How stances are detected from contact forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detection {
-    /// Normal force above which a link is in stance, N.
+    /// Normal force above which a foot is in stance, N.
     pub threshold: f64,
     /// Stances and swings shorter than this are ignored as chatter, s.
     pub debounce: f64,
@@ -19,34 +19,31 @@ impl Detection {
     }
 }
 
-/// When one link is on the ground, sample by sample, with chatter removed.
+/// When one foot is on the ground, sample by sample, with chatter removed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Footing {
-    /// Index of the character's link.
-    pub link: usize,
-    /// Whether the link is in stance, one entry a sample.
+    /// Indices of the character's links that are the foot.
+    pub links: Vec<usize>,
+    /// Whether it is in stance, one entry a sample.
     pub stance: Vec<bool>,
     /// Indices of the samples at which a stance begins after a swing, in order.
     pub touch_downs: Vec<usize>,
 }
 
 impl Footing {
-    /// The stances of `link` on the ground in `trace`; what it touches of obstacles and of the character is no ground.
+    /// The stances on the ground in `trace` of the foot made of `links`; what they touch of obstacles and of the character is no ground.
     ///
     /// First swings shorter than the debounce time become stance, so that a foot that chatters while it lands is down
     /// from its first contact; then stances that are still shorter become swing. A stance or swing at the start or the
     /// end of the trace may be longer than what the trace shows and is kept.
-    pub fn detect(trace: &Trace, link: usize, detection: Detection) -> Self {
-        let mut stance: Vec<bool> = trace
-            .samples
-            .iter()
-            .map(|sample| sample.loads.get(link).is_some_and(|&load| load > detection.threshold))
-            .collect();
+    pub fn detect(trace: &Trace, links: &[usize], detection: Detection) -> Self {
+        let mut stance: Vec<bool> =
+            trace.samples.iter().map(|sample| load(sample, links) > detection.threshold).collect();
         let shortest = (detection.debounce / interval(trace)).round() as usize;
         remove_short_runs(&mut stance, false, shortest);
         remove_short_runs(&mut stance, true, shortest);
         let touch_downs = (1..stance.len()).filter(|&at| stance[at] && !stance[at - 1]).collect();
-        Self { link, stance, touch_downs }
+        Self { links: links.to_vec(), stance, touch_downs }
     }
 
     /// First sample of every stance and the one after its last, in order; the first and the last stance may be cut off by
@@ -62,6 +59,11 @@ impl Footing {
         }
         stances
     }
+}
+
+/// With how much force the ground carries `links` in a sample, N.
+pub(super) fn load(sample: &Sample, links: &[usize]) -> f64 {
+    links.iter().filter_map(|&link| sample.loads.get(link)).sum()
 }
 
 /// Time between two samples, s; infinite where there are fewer than two.

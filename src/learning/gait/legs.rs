@@ -5,6 +5,7 @@ use std::fmt;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
+use super::feet::feet;
 use super::limb::Limb;
 use super::stride::mean;
 use gaitwright_physics::character::Character;
@@ -46,40 +47,40 @@ impl fmt::Display for Leg {
     }
 }
 
-/// The supporting links in the order left before right, front to back, each with its leg.
+/// The feet in the order left before right, front to back, each with its leg.
 ///
 /// `standing` are the world frames of the character's links in its standing pose. Fore is where `direction` (world
 /// frame, of any length) points seen from above, whatever the root's axes are: a character sent sideways or backward has
 /// its left and fore legs where an animal that faces that way has them. Without as many feet on the left as on the
-/// right, no link has a leg and the order is that of `support`.
+/// right, no foot has a leg and the order is that of `feet`. A foot is where its first link is.
 pub(super) fn place(
     character: &Character,
-    support: &[usize],
+    feet: Vec<Vec<usize>>,
     standing: &[Isometry3<f64>],
     direction: [f64; 3],
-) -> Vec<(usize, Option<Leg>)> {
+) -> Vec<(Vec<usize>, Option<Leg>)> {
     let heading = direction[1].atan2(direction[0]);
     let level = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -heading);
-    let feet: Vec<(usize, Vector3<f64>)> =
-        support.iter().map(|&link| (link, level * foot(character, link, standing).coords)).collect();
+    let at: Vec<Vector3<f64>> =
+        feet.iter().map(|links| level * foot(character, links[0], standing).coords).collect();
     // Left and right are relative to the middle of the feet: the root's origin may lie anywhere.
-    let middle = feet.iter().map(|(_, at)| at.y).sum::<f64>() / feet.len().max(1) as f64;
+    let middle = at.iter().map(|at| at.y).sum::<f64>() / at.len().max(1) as f64;
     let side = |left: bool| {
-        let mut side: Vec<&(usize, Vector3<f64>)> =
-            feet.iter().filter(|(_, at)| (at.y > middle) == left).collect();
-        side.sort_by(|a, b| b.1.x.total_cmp(&a.1.x));
+        let mut side: Vec<usize> = (0..at.len()).filter(|&index| (at[index].y > middle) == left).collect();
+        side.sort_by(|&a, &b| at[b].x.total_cmp(&at[a].x));
         side
     };
     let (left, right) = (side(true), side(false));
     if left.len() != right.len() {
-        return support.iter().map(|&link| (link, None)).collect();
+        return feet.into_iter().map(|links| (links, None)).collect();
     }
     let rows = left.len();
     [(Side::Left, left), (Side::Right, right)]
         .into_iter()
-        .flat_map(|(side, links)| {
-            links.into_iter().enumerate().map(move |(row, &(link, _))| (link, Some(Leg { side, row, rows })))
+        .flat_map(|(side, indices)| {
+            indices.into_iter().enumerate().map(move |(row, index)| (index, Leg { side, row, rows }))
         })
+        .map(|(index, leg)| (feet[index].clone(), Some(leg)))
         .collect()
 }
 
@@ -102,7 +103,8 @@ pub(super) fn hip_height(
     standing: &[Isometry3<f64>],
     ground: f64,
 ) -> Option<f64> {
-    let limbs = support.iter().filter_map(|&link| Limb::of(model, link, standing));
+    let feet = feet(model, support);
+    let limbs = feet.iter().filter_map(|links| Limb::of(model, links[0], standing));
     let heights: Vec<f64> = limbs.map(|limb| standing[limb.hip].translation.z - ground).collect();
     mean(&heights)
 }

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Vector3};
 
+use super::feet;
 use super::foot::{FootShape, clearance};
 use super::footfall::{Detection, Footing};
 use super::legs::{self, Leg, Side};
-use super::name::{Classified, classify, templates};
+use super::name::{Classified, UNCLASSIFIED, classify, templates};
 use super::report::{Foot, GaitFormat, GaitReport, Pair, Regime};
 use super::stride::{Phase, Strides, apart, mean};
 use super::unnamed::unnamed;
@@ -69,17 +70,19 @@ impl GaitContext<'_> {
 pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
     let character = &*setting.model.character;
     let detection = setting.detection();
-    let legs = legs::place(character, setting.support, setting.standing, setting.direction);
+    let feet_standing = feet::feet(setting.model, setting.support);
+    let legs = legs::place(character, feet_standing, setting.standing, setting.direction);
     let footings: Vec<Footing> =
-        legs.iter().map(|&(link, _)| Footing::detect(trace, link, detection)).collect();
+        legs.iter().map(|(links, _)| Footing::detect(trace, links, detection)).collect();
     let times: Vec<f64> = trace.samples.iter().map(|sample| sample.time).collect();
     let strides = Strides::of(&footings, &times);
     let duty = mean(&strides.duties);
     let clearances: Vec<Option<f64>> = footings
         .iter()
         .map(|footing| {
-            let shape = FootShape::of(character.links.get(footing.link)?);
-            clearance(trace, footing, &shape, setting.ground)
+            let shape = |&link: &usize| Some(FootShape::of(character.links.get(link)?));
+            let shapes: Option<Vec<FootShape>> = footing.links.iter().map(shape).collect();
+            clearance(trace, footing, &shapes?, setting.ground)
         })
         .collect();
 
@@ -92,7 +95,7 @@ pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
         .flatten();
     let name = match (named, unnamed_because) {
         (Some(named), None) => named.name,
-        _ => "unclassified",
+        _ => UNCLASSIFIED,
     };
     let gait = has_names.then_some(name);
     let stepping = feet.iter().filter(|foot| foot.phase.is_some());
@@ -144,13 +147,13 @@ pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
 /// What is seen of each foot.
 fn feet(
     character: &Character,
-    legs: &[(usize, Option<Leg>)],
+    legs: &[(Vec<usize>, Option<Leg>)],
     (footings, strides): (&[Footing], &Strides),
     clearances: &[Option<f64>],
     times: &[f64],
 ) -> Vec<Foot> {
-    let foot = |(index, (&(link, leg), footing)): (usize, (&(usize, Option<Leg>), &Footing))| Foot {
-        link: link_name(character, link),
+    let foot = |(index, ((links, leg), footing)): (usize, (&(Vec<usize>, Option<Leg>), &Footing))| Foot {
+        link: link_name(character, links[0]),
         leg: leg.map(|leg| leg.to_string()),
         duty_factor: strides.duties[index],
         phase: strides.phases[index].map(|phase| phase.mean),
@@ -167,11 +170,11 @@ fn feet(
 }
 
 /// The gait that the phases of `legs` are nearest to; `None` where a leg has no place or no phase.
-fn named(legs: &[(usize, Option<Leg>)], strides: &Strides, duty: Option<f64>) -> Option<Classified> {
+fn named(legs: &[(Vec<usize>, Option<Leg>)], strides: &Strides, duty: Option<f64>) -> Option<Classified> {
     let placed: Option<Vec<(Leg, f64)>> = legs
         .iter()
         .zip(&strides.phases)
-        .map(|(&(_, leg), phase)| Some((leg?, phase.as_ref()?.mean)))
+        .map(|((_, leg), phase)| Some(((*leg)?, phase.as_ref()?.mean)))
         .collect();
     classify(&placed?, duty.unwrap_or(1.0))
 }
@@ -181,11 +184,9 @@ fn named(legs: &[(usize, Option<Leg>)], strides: &Strides, duty: Option<f64>) ->
 fn off_the_feet(trace: &Trace, footings: &[Footing], threshold: f64) -> (f64, f64) {
     let (mut aerial, mut scuffing) = (0, 0);
     for (at, sample) in trace.samples.iter().enumerate() {
-        let other = sample
-            .loads
-            .iter()
-            .enumerate()
-            .any(|(link, &load)| load > threshold && footings.iter().all(|footing| footing.link != link));
+        let other = sample.loads.iter().enumerate().any(|(link, &load)| {
+            load > threshold && footings.iter().all(|footing| !footing.links.contains(&link))
+        });
         scuffing += usize::from(other);
         aerial += usize::from(!other && footings.iter().all(|footing| !footing.stance[at]));
     }
@@ -194,11 +195,11 @@ fn off_the_feet(trace: &Trace, footings: &[Footing], threshold: f64) -> (f64, f6
 }
 
 /// The left and right legs of each row that both step.
-fn pairs(character: &Character, legs: &[(usize, Option<Leg>)], phases: &[Option<Phase>]) -> Vec<Pair> {
+fn pairs(character: &Character, legs: &[(Vec<usize>, Option<Leg>)], phases: &[Option<Phase>]) -> Vec<Pair> {
     let find = |side: Side, row: usize| {
         let index =
             legs.iter().position(|(_, leg)| leg.is_some_and(|leg| leg.side == side && leg.row == row))?;
-        Some((link_name(character, legs[index].0), phases[index]?.mean))
+        Some((link_name(character, legs[index].0[0]), phases[index]?.mean))
     };
     (0..legs.len() / 2)
         .filter_map(|row| {

@@ -4,6 +4,7 @@
 //! quadrupedal gaits of vertebrates"): the duty factor of a foot is the share of the stride for which it is
 //! on the ground; its phase is the share of the stride by which it touches down after the reference foot.
 
+pub(crate) mod feet;
 mod foot;
 pub(crate) mod foot_force;
 mod footfall;
@@ -24,7 +25,7 @@ pub use footfall::{Detection, Footing};
 pub use legs::{Leg, Side};
 pub use limits::leaps;
 pub use measure::{GaitContext, measure};
-pub use name::{Classified, Template, classify, templates};
+pub use name::{Classified, Template, UNCLASSIFIED, classify, templates};
 pub use natural::{NaturalnessContext, judge, least_travel, travels};
 pub use report::{Foot, GaitFormat, GaitReport, Pair, Regime, Spread, UnnamedBecause};
 pub use validity::validity;

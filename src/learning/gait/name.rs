@@ -8,6 +8,9 @@ use super::stride::apart;
 /// of the distance between a walk and a trot.
 const FARTHEST: f64 = 1.0 / 16.0;
 
+/// What a gait is called that has no name.
+pub const UNCLASSIFIED: &str = "unclassified";
+
 /// A named gait.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Template {
@@ -123,7 +126,7 @@ pub fn classify(feet: &[(Leg, f64)], duty_factor: f64) -> Option<Classified> {
             let tolerance = template.tolerance();
             let fits = fit.greatest <= tolerance;
             Classified {
-                name: if fits { template.name } else { "unclassified" },
+                name: if fits { template.name } else { UNCLASSIFIED },
                 variant: template.variant.filter(|_| fits),
                 distance: fit.mean,
                 greatest_distance: fit.greatest,

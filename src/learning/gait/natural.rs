@@ -4,12 +4,14 @@
 
 use std::collections::BTreeMap;
 
+use super::feet;
 use super::foot_force::peak_forces;
 use super::footfall::Footing;
 use super::harmonics::{harmonics, smooth_shares};
 use super::limb::Limb;
 use super::limits::{self, GaitLimits};
 use super::measure::GaitContext;
+use super::name::UNCLASSIFIED;
 use super::report::GaitReport;
 use super::trunk::TrunkMotion;
 use super::validity::torque_saturation;
@@ -113,7 +115,7 @@ fn whole_character(
 ) {
     let gait = &context.gait;
     if let Some(name) = &report.gait {
-        let named = f64::from(u8::from(name != "unclassified"));
+        let named = f64::from(u8::from(name != UNCLASSIFIED));
         found.one("named", MeasureLimit::at_least(1.0), named);
         if let Some(asked) = context.asked {
             found.one("asked_gait", MeasureLimit::at_least(1.0), f64::from(u8::from(name == asked)));
@@ -186,8 +188,10 @@ fn feet(
     }
     found.one("scuffing", MeasureLimit::AtMost(limits::SCUFFING), report.scuffing);
     let detection = gait.detection();
-    let footings: Vec<Footing> =
-        gait.support.iter().map(|&link| Footing::detect(trace, link, detection)).collect();
+    let footings: Vec<Footing> = feet::feet(gait.model, gait.support)
+        .iter()
+        .map(|links| Footing::detect(trace, links, detection))
+        .collect();
     if let Some(height) = report.hip_height.filter(|height| *height > 0.0) {
         let clearances = report.feet.iter().filter_map(|foot| foot.clearance);
         found.worst(
@@ -204,7 +208,7 @@ fn feet(
     }
     if report.feet.len() <= limits::UPRIGHT_LEGS {
         let extensions = footings.iter().filter_map(|footing| {
-            Limb::of(gait.model, footing.link, gait.standing)?.extension(trace, footing)
+            Limb::of(gait.model, footing.links[0], gait.standing)?.extension(trace, footing)
         });
         found.worst("extension", MeasureLimit::within(limits::EXTENSION), extensions);
     }

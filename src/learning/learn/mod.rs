@@ -74,7 +74,7 @@ pub use observer::Observer;
 pub use parameters::{Coding, Learning, Parameters, SearchMethod, Seeds};
 pub use repairs::{Repair, Repairs};
 pub use stop::{Cancel, Interrupted, Stop, StopReason};
-pub use task::{ANY_GAIT, AskedSpeed, GREATEST_FROUDE, Pace, SpeedWord, Task, Weights};
+pub use task::{ANY_GAIT, AskedSpeed, GREATEST_FROUDE, LEAST_FROUDE, Pace, SpeedWord, Task, Weights};
 pub use trunk::Trunk;
 
 /// Everything that [`learn`] needs.

@@ -11,6 +11,8 @@ const GREATEST_COMPONENT: f64 = 1e6;
 const GREATEST_SPEED: f64 = 1e3;
 /// Greatest Froude number that can be asked for.
 pub const GREATEST_FROUDE: f64 = 100.0;
+/// The least one: the slowest wave gait of the bundled hexapod has ten times that, and strides take the longer the slower they go.
+pub const LEAST_FROUDE: f64 = 1e-4;
 /// Greatest weight of a cost.
 const GREATEST_WEIGHT: f64 = 1e6;
 /// The gait of a task that leaves it open.
@@ -29,7 +31,7 @@ pub struct Task {
     /// Wanted speed along the direction: m/s, or `fastest`; where `null` the comfortable one, at which the gait costs
     /// least. A search without leg programs goes as fast as it can where `null`.
     pub speed: Option<AskedSpeed>,
-    /// The speed as a Froude number v² / (g l) with the standing height of the hips l, in place of `speed`.
+    /// The speed as a Froude number v² / (g l) with the standing height of the hips l, from 10⁻⁴ to 100, in place of `speed`.
     pub froude: Option<f64>,
     /// What is charged against progress.
     pub weights: Weights,
@@ -110,8 +112,8 @@ impl Task {
             let reason = format!("the speed must be a positive number of at most {GREATEST_SPEED} m/s");
             faults.push(Fault::new("/speed", reason));
         }
-        if self.froude.is_some_and(|froude| !(froude > 0.0 && froude <= GREATEST_FROUDE)) {
-            let reason = format!("the Froude number must be positive and at most {GREATEST_FROUDE}");
+        if self.froude.is_some_and(|froude| !(LEAST_FROUDE..=GREATEST_FROUDE).contains(&froude)) {
+            let reason = format!("the Froude number must be from {LEAST_FROUDE} to {GREATEST_FROUDE}");
             faults.push(Fault::new("/froude", reason));
         }
         if self.froude.is_some() && self.speed.is_some() {

@@ -152,7 +152,7 @@ impl<'a> Watch<'a> {
             stride: (period / step).round().max(1.0) as usize,
             judged: 0,
             postures: 0,
-            leg_of: (0..model.links.len()).map(|link| legs.standing_on(model, link)).collect(),
+            leg_of: (0..model.links.len()).map(|link| legs.standing_on(link)).collect(),
             lies: false,
             ground,
             leg_rule,

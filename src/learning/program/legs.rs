@@ -9,6 +9,7 @@ use gaitwright_physics::model::{Body, DofKind, Frame, Model, Surface};
 use gaitwright_physics::stance::Stance;
 
 use super::spine::Spine;
+use crate::gait::feet::feet;
 use crate::gait::limb::{SOLE, first_long, greatest_reach};
 
 /// Shapes of a foot whose lowest points are within this share of the hip's height of each other stand together.
@@ -26,8 +27,8 @@ const DAMPING: f64 = 0.01;
 pub struct LegChain {
     /// Its joints by index into the model's, from the trunk outward.
     pub joints: Vec<usize>,
-    /// The body that carries the foot.
-    pub body: usize,
+    /// The links that are its foot: one of the body in which it ends, and of the bodies that this carries those that stand as well.
+    pub links: Vec<usize>,
     /// Whether it is on the left.
     pub left: bool,
     /// Its place on its side, 0 at the front.
@@ -212,8 +213,6 @@ fn whole(model: &Model, frames: &[Frame]) -> (Vector3<f64>, Matrix3<f64>) {
 pub struct Legs {
     /// Left legs before right ones, front to back; none where there is a spine.
     pub legs: Vec<LegChain>,
-    /// The links that carry it in the standing pose, by index.
-    support: Vec<usize>,
     /// The body itself, where it has no legs.
     pub spine: Option<Spine>,
     /// Centre of mass in the standing pose, m.
@@ -236,17 +235,17 @@ pub struct Legs {
 impl Legs {
     /// The legs that `model` stands on in `stance`, for travel along `direction` (world frame, root unturned; only x
     /// and y count); `None` where it stands on nothing that a joint carries, or not on as many legs on the left
-    /// as on the right.
+    /// as on the right, and where a joint of a leg has no actuator or is part of a closed loop.
     pub fn of(model: &Model, stance: &Stance, direction: [f64; 3]) -> Option<Self> {
         let (to_way, frames) = placed(model, stance, direction);
-        let mut bodies: Vec<usize> = stance.support.iter().map(|&link| model.links[link].body).collect();
-        bodies.sort_unstable();
-        bodies.dedup();
-        if bodies.is_empty() || bodies.contains(&0) {
+        let carried_by_root = |&link: &usize| model.links[link].body == 0;
+        if stance.support.is_empty() || stance.support.iter().any(carried_by_root) {
             return None;
         }
+        let mut feet = feet(model, &stance.support);
+        feet.sort_by_key(|links| model.links[links[0]].body);
         let mut legs =
-            bodies.iter().map(|&body| leg(model, stance, &frames, body)).collect::<Option<Vec<_>>>()?;
+            feet.into_iter().map(|links| leg(model, stance, &frames, links)).collect::<Option<Vec<_>>>()?;
         let middle = legs.iter().map(|leg| leg.foot.y).sum::<f64>() / legs.len() as f64;
         for leg in &mut legs {
             leg.left = leg.foot.y > middle;
@@ -265,8 +264,7 @@ impl Legs {
         let hip_height = legs.iter().map(|leg| leg.hip_height(&stance.state.angles)).sum::<f64>() / count;
         let length = legs.iter().map(|leg| leg.length).sum::<f64>() / count;
         let (mass, standing) = (model.mass, stance.angles.clone());
-        let support = stance.support.clone();
-        Some(Self { legs, support, spine: None, center, inertia, mass, hip_height, length, to_way, standing })
+        Some(Self { legs, spine: None, center, inertia, mass, hip_height, length, to_way, standing })
     }
 
     /// The legs, or else a body without legs whose joints are a row, for travel along `direction`; `None` where there is neither.
@@ -294,19 +292,7 @@ impl Legs {
         let (hip_height, length) = (spine.size(), spine.length);
         let (mass, standing) = (model.mass, stance.angles.clone());
         let spine = Some(spine);
-        let support = stance.support.clone();
-        Some(Self {
-            legs: Vec::new(),
-            support,
-            spine,
-            center,
-            inertia,
-            mass,
-            hip_height,
-            length,
-            to_way,
-            standing,
-        })
+        Some(Self { legs: Vec::new(), spine, center, inertia, mass, hip_height, length, to_way, standing })
     }
 
     /// The joints that move in a gait.
@@ -321,15 +307,15 @@ impl Legs {
         self.legs.len() / 2
     }
 
-    /// The leg that stands on a link of `model`: on one that carries it in the standing pose.
-    pub fn standing_on(&self, model: &Model, link: usize) -> Option<usize> {
-        let body = model.links[link].body;
-        self.legs.iter().position(|leg| leg.body == body).filter(|_| self.support.contains(&link))
+    /// The leg that stands on a link: on one that carries it in the standing pose.
+    pub fn standing_on(&self, link: usize) -> Option<usize> {
+        self.legs.iter().position(|leg| leg.links.contains(&link))
     }
 }
 
-/// The leg that ends in `body`; on the left, in row 0.
-fn leg(model: &Model, stance: &Stance, frames: &[Frame], body: usize) -> Option<LegChain> {
+/// The leg with the foot made of `links`, of which the first is where it ends; on the left, in row 0.
+fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> Option<LegChain> {
+    let body = model.links[links[0]].body;
     let children =
         |body: usize| (1..model.bodies.len()).filter(move |child| model.bodies[*child].parent == body);
     let mut chain = vec![body];
@@ -339,8 +325,11 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], body: usize) -> Option<
         chain.push(model.bodies[chain[chain.len() - 1]].parent);
     }
     chain.reverse();
-    // A foot that is to be lifted and set forward needs two joints.
-    if chain.len() < 2 {
+    // A foot that is to be lifted and set forward needs two joints, and inverse kinematics moves every one of them by itself.
+    let by_itself = |&body: &usize| {
+        model.driven[body - 1] && !model.loops.iter().any(|closed| closed.bodies.contains(&body))
+    };
+    if chain.len() < 2 || !chain.iter().all(by_itself) {
         return None;
     }
 
@@ -374,7 +363,9 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], body: usize) -> Option<
     shapes.retain(|points| lowest_of(points) < lowest + ASTAND * height);
     let points: Vec<(Vector3<f64>, f64)> = shapes.concat();
     let far = points.iter().map(|(point, _)| point.norm()).fold(0.0, f64::max);
-    let mut segments: Vec<f64> = chain.windows(2).map(|pair| model.bodies[pair[1]].offset.norm()).collect();
+    // As it stands: a slide's part of a leg is as long as it is drawn out.
+    let mut segments: Vec<f64> =
+        chain.windows(2).map(|pair| (frames[pair[1]].1 - frames[pair[0]].1).norm()).collect();
     segments.push(far);
     let first_long = first_long(&segments);
     let reach: f64 = segments[first_long..].iter().sum();
@@ -390,7 +381,7 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], body: usize) -> Option<
     let distal = &chain[first_long + 1..];
     let mut leg = LegChain {
         joints: chain.iter().map(|body| body - 1).collect(),
-        body,
+        links,
         left: true,
         row: 0,
         hip: frames[chain[first_long]].1,

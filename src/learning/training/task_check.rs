@@ -5,11 +5,11 @@ use gaitwright_physics::model::Model;
 use gaitwright_physics::scene::Scene;
 use gaitwright_physics::stance::Stance;
 
-use crate::learn::{AskedSpeed, GREATEST_FROUDE, Task};
+use crate::learn::{AskedSpeed, GREATEST_FROUDE, LEAST_FROUDE, Task};
 use crate::program::gaits::gaits;
 use crate::program::legs::Legs;
 
-/// Whether a character that stands so has the legs for the task's gait, and is not asked for a speed beyond the greatest Froude number.
+/// Whether a character that stands so has the legs for the task's gait, and is not asked for a speed beyond the least or the greatest Froude number.
 ///
 /// # Errors
 /// [`InputError::Impossible`] at `/task/gait`, with the gaits that there are, and at `/task/speed`.
@@ -24,10 +24,14 @@ fn speed_fault(task: &Task, model: &Model, stance: &Stance, scene: &Scene) -> Op
     let gravity = scene.acting_gravity().norm();
     let height = Legs::hip_height_of(model, stance, task.direction);
     let froude = speed * speed / (gravity * height);
-    (gravity > 0.0 && froude > GREATEST_FROUDE).then(|| {
-        let most = (GREATEST_FROUDE * gravity * height).sqrt();
+    let speed_at = |froude: f64| (froude * gravity * height).sqrt();
+    let within = (LEAST_FROUDE..=GREATEST_FROUDE).contains(&froude);
+    (gravity > 0.0 && !within).then(|| {
         let reason = format!(
-            "{speed} m/s is a Froude number of {froude:.3e} for this character, which can be {GREATEST_FROUDE} at most, or {most:.3} m/s"
+            "{speed} m/s is a Froude number of {froude:.3e} for this character, which can be from {LEAST_FROUDE} to {GREATEST_FROUDE}: \
+             from {:.3e} to {:.3e} m/s",
+            speed_at(LEAST_FROUDE),
+            speed_at(GREATEST_FROUDE),
         );
         Fault::new("/task/speed", reason)
     })

@@ -148,10 +148,10 @@ fn a_foot_that_chatters_has_one_touch_down() {
     }
     settle_loads(&mut trace);
     let detection = Detection { threshold: 1.0, debounce: 0.025 };
-    let footing = Footing::detect(&trace, foot_link(0), detection);
+    let footing = Footing::detect(&trace, &[foot_link(0)], detection);
     assert_eq!(footing.touch_downs, [landing, landing + 100]);
     let plain = Detection { debounce: 0.0, ..detection };
-    assert_eq!(Footing::detect(&trace, foot_link(0), plain).touch_downs.len(), 4);
+    assert_eq!(Footing::detect(&trace, &[foot_link(0)], plain).touch_downs.len(), 4);
 }
 
 proptest! {

@@ -43,10 +43,12 @@ impl NicheSearch<'_> {
     /// natural one.
     pub(super) fn run(mut self) -> (Option<LearnedMotion>, Result<(), Interrupted>) {
         let outcome = self.search();
-        // A natural motion on the way is worth more than what was not found natural at that speed: the search may have been broken off.
+        // A natural motion on the way is worth more than what was not found natural: the search may have been broken off, or have gone on
+        // to a speed that costs less. Where the greatest speed is looked for, it counts at that speed only.
+        let cheapest = matches!(self.niche.pace, NichePace::Cheapest { .. });
         let in_its_place = |seen: &Found| {
             let found = self.found.as_ref();
-            found.is_none_or(|found| !found.natural && found.wanted.speed == seen.wanted.speed)
+            found.is_none_or(|found| !found.natural && (cheapest || found.wanted.speed == seen.wanted.speed))
         };
         let seen = self.seen_natural.clone().filter(in_its_place);
         let found = seen.or(self.found.take()).filter(|Found { wanted, candidate, .. }| {
