@@ -5,11 +5,11 @@ use std::fmt;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
-use super::feet::feet;
 use super::limb::Limb;
 use super::stride::mean;
 use gaitwright_physics::character::Character;
 use gaitwright_physics::model::Model;
+use gaitwright_physics::stance::feet;
 
 /// A side of the body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::feet;
 use super::foot::{FootShape, clearance};
 use super::footfall::{Detection, Footing};
 use super::legs::{self, Leg, Side};
@@ -17,6 +16,7 @@ use gaitwright_physics::model::Model;
 use gaitwright_physics::motion::ahead;
 use gaitwright_physics::playback::Trace;
 use gaitwright_physics::sim::contact::Against;
+use gaitwright_physics::stance;
 
 /// What a gait is measured with, beside its trace.
 #[derive(Debug, Clone, Copy)]
@@ -70,8 +70,8 @@ impl GaitContext<'_> {
 pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
     let character = &*setting.model.character;
     let detection = setting.detection();
-    let feet_standing = feet::feet(setting.model, setting.support);
-    let legs = legs::place(character, feet_standing, setting.standing, setting.direction);
+    let standing_on = stance::feet(setting.model, setting.support);
+    let legs = legs::place(character, standing_on, setting.standing, setting.direction);
     let footings: Vec<Footing> =
         legs.iter().map(|(links, _)| Footing::detect(trace, links, detection)).collect();
     let times: Vec<f64> = trace.samples.iter().map(|sample| sample.time).collect();

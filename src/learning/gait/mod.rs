@@ -4,7 +4,6 @@
 //! quadrupedal gaits of vertebrates"): the duty factor of a foot is the share of the stride for which it is
 //! on the ground; its phase is the share of the stride by which it touches down after the reference foot.
 
-pub(crate) mod feet;
 mod foot;
 pub(crate) mod foot_force;
 mod footfall;

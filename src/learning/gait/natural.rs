@@ -4,7 +4,6 @@
 
 use std::collections::BTreeMap;
 
-use super::feet;
 use super::foot_force::peak_forces;
 use super::footfall::Footing;
 use super::harmonics::{harmonics, smooth_shares};
@@ -19,6 +18,7 @@ use gaitwright_physics::model::DofKind;
 use gaitwright_physics::motion::{MeasureLimit, NaturalnessMeasure};
 use gaitwright_physics::playback::Trace;
 use gaitwright_physics::scene::ActuatorLimits;
+use gaitwright_physics::stance;
 
 /// What a motion is judged with, beside its trace and its gait.
 #[derive(Debug, Clone, Copy)]
@@ -188,7 +188,7 @@ fn feet(
     }
     found.one("scuffing", MeasureLimit::AtMost(limits::SCUFFING), report.scuffing);
     let detection = gait.detection();
-    let footings: Vec<Footing> = feet::feet(gait.model, gait.support)
+    let footings: Vec<Footing> = stance::feet(gait.model, gait.support)
         .iter()
         .map(|links| Footing::detect(trace, links, detection))
         .collect();

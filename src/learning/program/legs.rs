@@ -6,10 +6,9 @@
 use nalgebra::{Matrix3, Matrix5, Point3, Rotation3, Vector2, Vector3, Vector5};
 
 use gaitwright_physics::model::{Body, DofKind, Frame, Model, Surface};
-use gaitwright_physics::stance::Stance;
+use gaitwright_physics::stance::{Stance, feet};
 
 use super::spine::Spine;
-use crate::gait::feet::feet;
 use crate::gait::limb::{SOLE, first_long, greatest_reach};
 
 /// Shapes of a foot whose lowest points are within this share of the hip's height of each other stand together.

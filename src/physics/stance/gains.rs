@@ -5,6 +5,7 @@
 //! character, so that a mouse and a horse are held alike.
 
 use super::anatomy::Posed;
+use super::feet;
 use crate::model::{DofKind, Model};
 use crate::scene::{Gains, STANDARD_GRAVITY, Scene};
 
@@ -32,7 +33,7 @@ pub fn suited(model: &Model, scene: &Scene, angles: &[f64]) -> Gains {
         .collect();
     carrying.sort_unstable();
     carrying.dedup();
-    let share = model.mass / carrying.len().max(1) as f64;
+    let share = model.mass / feet::count(model, &carrying).max(1) as f64;
 
     let joints = 0..model.joint_count();
     let arm = |joint: usize| {

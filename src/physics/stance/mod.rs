@@ -5,6 +5,7 @@
 //! is then held in the simulator until it is at rest, which shows whether it stands.
 
 mod anatomy;
+mod feet;
 mod gains;
 mod loops;
 mod pose;
@@ -17,6 +18,7 @@ use std::sync::Arc;
 use crate::model::Model;
 use crate::scene::{Scene, Terrain};
 
+pub use feet::feet;
 pub use standing::Stance;
 pub use upright::Upright;
 
