@@ -16,8 +16,8 @@ use uuid::Uuid;
 
 use super::error::ServiceError;
 use super::figures::{self, FailureCause};
-use super::files::{self, Upload};
-use super::job::{Job, JobState, Stage};
+use super::files::{self, Run, Upload};
+use super::job::{Job, JobState, JobStorage, Stage};
 use super::lease;
 use super::live::Live;
 use super::order::Order;
@@ -276,10 +276,13 @@ impl Worker {
             }
         }
         let begun = self.has_begun(live, upload).await;
+        let earlier = if begun { None } else { self.earlier_storage(live).await };
         while !live.is_lost() {
             live.show_life();
             if begun && let Some(folder) = folder {
                 job.storage = files::storage(folder);
+            } else if let Some(earlier) = &earlier {
+                job.storage.clone_from(earlier);
             }
             match self.shared.store.settle(live.claim(), job).await {
                 Ok(true) => break,
@@ -307,6 +310,16 @@ impl Worker {
         let claim = live.claim();
         let run = lively(live, self.shared.store.run(claim.id));
         upload.is_none() || run.await.is_some_and(|run| run.is_ok_and(|run| run == claim.number()))
+    }
+
+    /// What the files take up that an earlier run of the job has left; `None` where that cannot be looked for.
+    async fn earlier_storage(&self, live: &Live) -> Option<JobStorage> {
+        let id = live.claim().id;
+        let measured = async {
+            let number = self.shared.store.run(id).await.ok()?;
+            self.shared.files.storage(Run { id, number }).await.ok()
+        };
+        lively(live, measured).await?
     }
 
     /// Learns what a job wants, on from its checkpoint.
