@@ -47,6 +47,9 @@ impl fmt::Display for Leg {
     }
 }
 
+/// A foot, by its links, and its leg.
+pub(super) type PlacedFoot = (Vec<usize>, Option<Leg>);
+
 /// The feet in the order left before right, front to back, each with its leg.
 ///
 /// `standing` are the world frames of the character's links in its standing pose. Fore is where `direction` (world
@@ -58,7 +61,7 @@ pub(super) fn place(
     feet: Vec<Vec<usize>>,
     standing: &[Isometry3<f64>],
     direction: [f64; 3],
-) -> Vec<(Vec<usize>, Option<Leg>)> {
+) -> Vec<PlacedFoot> {
     let heading = direction[1].atan2(direction[0]);
     let level = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -heading);
     let at: Vec<Vector3<f64>> =

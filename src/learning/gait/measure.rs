@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use super::foot::{FootShape, clearance};
 use super::footfall::{Detection, Footing};
-use super::legs::{self, Leg, Side};
+use super::legs::{self, Leg, PlacedFoot, Side};
 use super::name::{Classified, UNCLASSIFIED, classify, templates};
 use super::report::{Foot, GaitFormat, GaitReport, Pair, Regime};
 use super::stride::{Phase, Strides, apart, mean};
@@ -147,12 +147,12 @@ pub fn measure(trace: &Trace, setting: &GaitContext<'_>) -> GaitReport {
 /// What is seen of each foot.
 fn feet(
     character: &Character,
-    legs: &[(Vec<usize>, Option<Leg>)],
+    legs: &[PlacedFoot],
     (footings, strides): (&[Footing], &Strides),
     clearances: &[Option<f64>],
     times: &[f64],
 ) -> Vec<Foot> {
-    let foot = |(index, ((links, leg), footing)): (usize, (&(Vec<usize>, Option<Leg>), &Footing))| Foot {
+    let foot = |(index, ((links, leg), footing)): (usize, (&PlacedFoot, &Footing))| Foot {
         link: link_name(character, links[0]),
         leg: leg.map(|leg| leg.to_string()),
         duty_factor: strides.duties[index],
@@ -170,7 +170,7 @@ fn feet(
 }
 
 /// The gait that the phases of `legs` are nearest to; `None` where a leg has no place or no phase.
-fn named(legs: &[(Vec<usize>, Option<Leg>)], strides: &Strides, duty: Option<f64>) -> Option<Classified> {
+fn named(legs: &[PlacedFoot], strides: &Strides, duty: Option<f64>) -> Option<Classified> {
     let placed: Option<Vec<(Leg, f64)>> = legs
         .iter()
         .zip(&strides.phases)
@@ -195,7 +195,7 @@ fn off_the_feet(trace: &Trace, footings: &[Footing], threshold: f64) -> (f64, f6
 }
 
 /// The left and right legs of each row that both step.
-fn pairs(character: &Character, legs: &[(Vec<usize>, Option<Leg>)], phases: &[Option<Phase>]) -> Vec<Pair> {
+fn pairs(character: &Character, legs: &[PlacedFoot], phases: &[Option<Phase>]) -> Vec<Pair> {
     let find = |side: Side, row: usize| {
         let index =
             legs.iter().position(|(_, leg)| leg.is_some_and(|leg| leg.side == side && leg.row == row))?;
