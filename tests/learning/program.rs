@@ -535,7 +535,11 @@ fn toed() -> Character {
 
 #[test]
 fn a_toe_is_part_of_its_foot() {
-    let subject = subject_of(toed(), [1.0, 0.0, 0.0]);
+    // As the bundled biped stands, with its toes straight.
+    let biped = subject("biped.urdf", [1.0, 0.0, 0.0]);
+    let joints = biped.model.joint_names.iter().cloned().zip(biped.stance.angles.iter().copied());
+    let subject = subject_of(Character { standing: Some(joints.collect()), ..toed() }, [1.0, 0.0, 0.0]);
+    assert!(subject.stance.stable);
     assert_eq!(subject.stance.support.len(), 4, "heels and toes");
     assert_eq!(subject.legs.legs.len(), 2);
     let name = |link: &usize| subject.model.character.links[*link].name.as_str();
@@ -551,12 +555,11 @@ fn a_toe_is_part_of_its_foot() {
         let still = ring.cycle.iter().all(|posture| posture.angles[joint] == subject.stance.angles[joint]);
         assert!(still, "{name}");
     }
-    // The judge sees two feet, of which neither scuffs with its toe as long as it stands.
+    // The judge sees two feet, of which neither scuffs with its toe.
     let cycle = vec![Posture::resting(&subject.stance.angles); ring.cycle.len()];
     let report = judged(&subject, &Ring { entry: Vec::new(), cycle, ..ring }, &subject.stance.gains);
     assert_eq!(report.feet.iter().map(|foot| foot.link.as_str()).collect::<Vec<_>>(), ["L_foot", "R_foot"]);
-    assert!(report.fell_at.is_none_or(|time| time > 0.5), "{:?}", report.fell_at);
-    assert_eq!((report.scuffing, report.aerial_fraction), (0.0, 0.0));
+    assert_eq!((report.fell_at, report.scuffing, report.aerial_fraction), (None, 0.0, 0.0));
 }
 
 fn measures_the_hips_as_the_judge_does(subject: &Subject, gait: &str) {

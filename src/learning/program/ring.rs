@@ -90,7 +90,7 @@ const SLOWEST: f64 = 4.0;
 const PERIODS: [f64; 2] = [0.5, 2.0];
 /// The least of gallops. Leaps end at the least, since the trunk pitches less in shorter strides; gallops at half of animals' kept all
 /// trials in two of five runs, and did not hold in another engine. Canters with this least cost `anymal_b` less (0.44 instead of 0.53, the
-/// medians of four), and `a1` and the bundled quadruped more (0.58 and 0.59).
+/// medians of four), and `a1` and the bundled quadruped seem to pay more (0.58 and 0.59, of one each).
 const LEAST_OF_GALLOPS: f64 = 0.57;
 /// Least and greatest height of a swinging foot, in hip heights.
 const LIFTS: [f64; 2] = [0.06, 0.35];
