@@ -17,7 +17,7 @@ use uuid::Uuid;
 use super::error::ServiceError;
 use super::figures::{self, FailureCause};
 use super::files::{self, Run, Upload};
-use super::job::{Job, JobState, JobStorage, Stage};
+use super::job::{Job, JobState, Stage};
 use super::lease;
 use super::live::Live;
 use super::order::Order;
@@ -275,8 +275,13 @@ impl Worker {
                 break;
             }
         }
-        let begun = self.has_begun(live, upload).await;
-        let earlier = if begun { None } else { self.earlier_storage(live).await };
+        let own = Run::from(live.claim());
+        let kept = if upload.is_none() { Some(own) } else { self.kept_run(live).await };
+        let begun = kept == Some(own);
+        let earlier = match kept {
+            Some(run) if !begun => lively(live, self.shared.files.storage(run)).await.and_then(Result::ok),
+            _ => None,
+        };
         while !live.is_lost() {
             live.show_life();
             if begun && let Some(folder) = folder {
@@ -304,22 +309,12 @@ impl Worker {
         self.shared.running.remove(live);
     }
 
-    /// Whether the files of this run are the job's: where runs are kept apart, those of an earlier one are until the work proper
-    /// begins.
-    async fn has_begun(&self, live: &Live, upload: Option<&Arc<Upload>>) -> bool {
-        let claim = live.claim();
-        let run = lively(live, self.shared.store.run(claim.id));
-        upload.is_none() || run.await.is_some_and(|run| run.is_ok_and(|run| run == claim.number()))
-    }
-
-    /// What the files take up that an earlier run of the job has left; `None` where that cannot be looked for.
-    async fn earlier_storage(&self, live: &Live) -> Option<JobStorage> {
+    /// The run whose files are the job's, where runs are kept apart: until the work proper begins, an earlier one. `None` where the
+    /// store does not say.
+    async fn kept_run(&self, live: &Live) -> Option<Run> {
         let id = live.claim().id;
-        let measured = async {
-            let number = self.shared.store.run(id).await.ok()?;
-            self.shared.files.storage(Run { id, number }).await.ok()
-        };
-        lively(live, measured).await?
+        let number = lively(live, self.shared.store.run(id)).await?.ok()?;
+        Some(Run { id, number })
     }
 
     /// Learns what a job wants, on from its checkpoint.
