@@ -17,15 +17,10 @@ pub fn gains(model: &Model, stance: &Stance, legs: &Legs, gravity: f64) -> Gains
     let mut gains = Gains { feedforward: Feedforward::None, ..stance.gains.clone() };
     let share = legs.mass / legs.legs.len() as f64;
     for leg in &legs.legs {
-        let placed = leg.place(&leg.standing);
-        for (place, &joint) in leg.joints.iter().enumerate().filter(|(_, joint)| model.driven[**joint]) {
+        for (joint, origin) in leg.moved().zip(&leg.origins).filter(|(joint, _)| model.driven[*joint]) {
             let revolute = model.bodies[joint + 1].dof == DofKind::Revolute;
             // An ankle has little below it but the whole character above.
-            let arm = (leg.foot - placed.origin(place)).norm().max(if leg.level > 0 {
-                0.5 * leg.length
-            } else {
-                0.0
-            });
+            let arm = (leg.foot - origin).norm().max(if leg.level > 0 { 0.5 * leg.length } else { 0.0 });
             let (stiffness, inertia) = if revolute {
                 (share * gravity * arm / GIVE, share * arm * arm)
             } else {

@@ -3,11 +3,14 @@
 //! Everything here is in the way frame: origin at the root's origin, x along the task's direction, z up, the
 //! root upright. Left and right, fore and hind are told from it, not from the root's own axes.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{Matrix3, Matrix5, Point3, Rotation3, Vector2, Vector3, Vector5};
 
 use gaitwright_physics::model::{Body, DofKind, Frame, Model, Surface};
 use gaitwright_physics::stance::{Stance, feet};
 
+use super::closing::{self, Following};
 use super::spine::Spine;
 use crate::gait::limb::{SOLE, first_long, greatest_reach};
 
@@ -26,13 +29,17 @@ const DAMPING: f64 = 0.01;
 pub struct LegChain {
     /// Its joints by index into the model's, from the trunk outward.
     pub joints: Vec<usize>,
+    /// The joints that closed loops move along with these; none where there are no such loops.
+    pub followers: Vec<usize>,
+    /// Where `joints`, and behind them `followers`, sit in the standing pose, m.
+    pub origins: Vec<Vector3<f64>>,
     /// The links that are its foot: one of the body in which it ends, and of the bodies that this carries those that stand as well.
     pub links: Vec<usize>,
     /// Whether it is on the left.
     pub left: bool,
     /// Its place on its side, 0 at the front.
     pub row: usize,
-    /// Where its long segments begin in the standing pose, m.
+    /// Where its long segments begin in the standing pose, m; where closed loops make a leg of several that begin at the same body, the mean.
     pub hip: Vector3<f64>,
     /// Its foot point in the standing pose, m: the centre of a ball, the middle of a sole.
     pub foot: Vector3<f64>,
@@ -101,6 +108,11 @@ impl PlacedLeg {
 }
 
 impl LegChain {
+    /// Its joints and those that follow them.
+    pub fn moved(&self) -> impl Iterator<Item = usize> {
+        self.joints.iter().chain(&self.followers).copied()
+    }
+
     /// Distance from the hip to the foot point of the leg as it is `placed`, as a share of the greatest.
     pub fn extension(&self, placed: &PlacedLeg) -> f64 {
         (placed.foot - placed.origin(self.first)).norm() / self.greatest
@@ -234,7 +246,7 @@ pub struct Legs {
 impl Legs {
     /// The legs that `model` stands on in `stance`, for travel along `direction` (world frame, root unturned; only x
     /// and y count); `None` where it stands on nothing that a joint carries, or not on as many legs on the left
-    /// as on the right, and where a joint of a leg has no actuator or is part of a closed loop.
+    /// as on the right, and where a leg has joints that neither a motor nor a closed loop moves.
     pub fn of(model: &Model, stance: &Stance, direction: [f64; 3]) -> Option<Self> {
         let (to_way, frames) = placed(model, stance, direction);
         let carried_by_root = |&link: &usize| model.links[link].body == 0;
@@ -245,6 +257,10 @@ impl Legs {
         feet.sort_by_key(|links| model.links[links[0]].body);
         let mut legs =
             feet.into_iter().map(|links| leg(model, stance, &frames, links)).collect::<Option<Vec<_>>>()?;
+        let moved: Vec<usize> = legs.iter().flat_map(LegChain::moved).collect();
+        if moved.iter().collect::<BTreeSet<_>>().len() < moved.len() {
+            return None;
+        }
         let middle = legs.iter().map(|leg| leg.foot.y).sum::<f64>() / legs.len() as f64;
         for leg in &mut legs {
             leg.left = leg.foot.y > middle;
@@ -296,7 +312,7 @@ impl Legs {
 
     /// The joints that move in a gait.
     pub fn joints(&self) -> Vec<usize> {
-        let of_legs = self.legs.iter().flat_map(|leg| leg.joints.iter().copied());
+        let of_legs = self.legs.iter().flat_map(LegChain::moved);
         let of_spine = self.spine.iter().flat_map(|spine| spine.joints.iter().map(|joint| joint.joint));
         of_legs.chain(of_spine).collect()
     }
@@ -312,23 +328,41 @@ impl Legs {
     }
 }
 
+/// The bodies of the leg that ends in `body`, from the trunk outward: up to where others branch off. What closed loops hold to the leg
+/// is no other.
+fn chain(model: &Model, body: usize) -> Vec<usize> {
+    let mut way = vec![body];
+    let mut last = body;
+    while model.bodies[last].parent != 0 {
+        last = model.bodies[last].parent;
+        way.push(last);
+    }
+    let beside = closing::beside(model, &way);
+    let alone = |body: usize| {
+        let children = (1..model.bodies.len()).filter(|child| model.bodies[*child].parent == body);
+        children.filter(|child| !beside.contains(child)).count() == 1
+    };
+    if let Some(branching) = way.iter().skip(1).position(|&body| !alone(body)) {
+        way.truncate(branching + 1);
+    }
+    way.reverse();
+    way
+}
+
 /// The leg with the foot made of `links`, of which the first is where it ends; on the left, in row 0.
 fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> Option<LegChain> {
     let body = model.links[links[0]].body;
-    let children =
-        |body: usize| (1..model.bodies.len()).filter(move |child| model.bodies[*child].parent == body);
-    let mut chain = vec![body];
-    while model.bodies[chain[chain.len() - 1]].parent != 0
-        && children(model.bodies[chain[chain.len() - 1]].parent).count() == 1
-    {
-        chain.push(model.bodies[chain[chain.len() - 1]].parent);
-    }
-    chain.reverse();
-    // A foot that is to be lifted and set forward needs two joints, and inverse kinematics moves every one of them by itself.
-    let by_itself = |&body: &usize| {
-        model.driven[body - 1] && !model.loops.iter().any(|closed| closed.bodies.contains(&body))
+    let chain = chain(model, body);
+    let joints: Vec<usize> = chain.iter().map(|body| body - 1).collect();
+    let followers: Vec<usize> = closing::beside(model, &chain).iter().map(|body| body - 1).collect();
+    // A foot that is to be lifted and set forward needs two joints, and inverse kinematics moves every one of them.
+    let in_loop = |body: &usize| model.loops.iter().any(|closed| closed.bodies.contains(body));
+    let movable = if followers.is_empty() {
+        joints.iter().all(|&joint| model.driven[joint]) && !chain.iter().any(in_loop)
+    } else {
+        closing::decide(model, &stance.angles, &joints, &followers)
     };
-    if chain.len() < 2 || !chain.iter().all(by_itself) {
+    if chain.len() < 2 || !movable {
         return None;
     }
 
@@ -378,12 +412,18 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> O
     let radius = sole.iter().map(|(_, radius)| radius).sum::<f64>() / count;
     let parent = model.bodies[chain[0]].parent;
     let distal = &chain[first_long + 1..];
+    // Both hips of a five-bar leg: its foot stands below the middle.
+    let carrier = model.bodies[chain[first_long]].parent;
+    let beside = followers.iter().map(|joint| joint + 1).filter(|&body| model.bodies[body].parent == carrier);
+    let hips: Vec<Vector3<f64>> = beside.chain([chain[first_long]]).map(|body| frames[body].1).collect();
     let mut leg = LegChain {
-        joints: chain.iter().map(|body| body - 1).collect(),
+        origins: joints.iter().chain(&followers).map(|joint| frames[joint + 1].1).collect(),
+        joints,
+        followers,
         links,
         left: true,
         row: 0,
-        hip: frames[chain[first_long]].1,
+        hip: hips.iter().sum::<Vector3<f64>>() / hips.len() as f64,
         foot: world(&point),
         radius,
         length: 0.0,
@@ -398,18 +438,27 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> O
         first: first_long,
         greatest: greatest_reach(model, distal, Point3::from(point)),
     };
-    leg.length = leg.hip.z - leg.foot.z + highest(&leg);
+    leg.length = leg.hip.z - leg.foot.z + highest(model, stance, &leg);
     Some(leg)
 }
 
 /// How much higher than in the standing pose the leg can carry its hip with the foot straight below where it stands, m. Ranges
 /// of motion and offsets aside keep many a leg from ever being as long as the sum of its segments.
-fn highest(leg: &LegChain) -> f64 {
+fn highest(model: &Model, stance: &Stance, leg: &LegChain) -> f64 {
+    let reaches = |target: Vector3<f64>| {
+        let mut own = leg.standing.clone();
+        let left = leg.reach(&mut own, target, Vector3::z());
+        let mut angles = stance.angles.clone();
+        leg.joints.iter().zip(own).for_each(|(&joint, angle)| angles[joint] = angle);
+        let closed = leg.followers.is_empty()
+            || Following::new(model, &angles, &leg.joints, &leg.followers)
+                .is_some_and(|following| following.open < REACHED * leg.size);
+        closed && left < REACHED * leg.size
+    };
     let (mut reached, mut missed) = (0.0, leg.size);
     for _ in 0..12 {
         let tried = 0.5 * (reached + missed);
-        let target = Vector3::new(leg.hip.x, leg.foot.y, leg.foot.z - tried);
-        if leg.reach(&mut leg.standing.clone(), target, Vector3::z()) < REACHED * leg.size {
+        if reaches(Vector3::new(leg.hip.x, leg.foot.y, leg.foot.z - tried)) {
             reached = tried;
         } else {
             missed = tried;

@@ -11,6 +11,7 @@
 //! | in the order of use | |
 //! |---|---|
 //! | [`legs`] | hips, chains of joints and foot points; left and right, fore and hind by the task's direction |
+//! | [`closing`] | the joints that closed loops move along with those chains |
 //! | [`gaits`] | phases and duty factors by name |
 //! | [`gains`] | springs and dampers of the drive |
 //! | [`template`] | forces of the legs, and how the trunk moves under them |
@@ -27,6 +28,7 @@
 //! | [`refine`] | a gait for a character at a speed |
 
 pub mod candidate;
+pub mod closing;
 pub mod cma;
 pub mod cost;
 pub mod disturbance;

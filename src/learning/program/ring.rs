@@ -10,9 +10,10 @@ use gaitwright_physics::model::Model;
 use gaitwright_physics::motion::{Player, Steering, TargetLimits, shape};
 use gaitwright_physics::scene::Gains;
 
+use super::closing::Following;
 use super::gaits::NamedGait;
-use super::legs::Legs;
-use super::template::{Program, SAMPLES, Step, stride};
+use super::legs::{LegChain, Legs};
+use super::template::{Program, SAMPLES, Step, StrideSample, stride};
 use crate::learn::{Behaviour, Posture, Weights};
 
 /// Keyframes of a stride.
@@ -256,10 +257,67 @@ impl Ring {
 pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, wanted: &Wanted) -> Ring {
     let moments = stride(legs, program, wanted.gravity);
     let dt = program.period / SAMPLES as f64;
+    let (paths, mut missed) = foot_paths(legs, &moments);
     let mut cycle = vec![Posture::resting(&legs.standing); KEYFRAMES];
-    let mut missed: f64 = 0.0;
     for (index, leg) in legs.legs.iter().enumerate() {
-        let count = leg.joints.len();
+        // The torques that carry the leg's share, and the angles with which they are carried.
+        let (mut torques, mut angles) = (Vec::with_capacity(SAMPLES), Vec::with_capacity(SAMPLES));
+        let mut followers: Vec<f64> = leg.followers.iter().map(|&joint| legs.standing[joint]).collect();
+        for (moment, own) in moments.iter().zip(&paths[index]) {
+            let placed = leg.place(own);
+            let contact = placed.foot - Vector3::z() * leg.radius;
+            let torque = |place| -placed.column(place, contact).dot(&moment.forces[index]);
+            let mut carried: Vec<f64> = (0..own.len()).map(torque).collect();
+            if !leg.followers.is_empty() {
+                let mut whole = legs.standing.clone();
+                leg.moved()
+                    .zip(own.iter().chain(&followers))
+                    .for_each(|(joint, &angle)| whole[joint] = angle);
+                let following = Following::new(model, &whole, &leg.joints, &leg.followers);
+                match following.and_then(|found| Some((found.carried(&carried)?, found))) {
+                    Some((all, found)) => {
+                        missed = missed.max(found.open);
+                        (carried, followers) = (all, found.angles);
+                    }
+                    // Singular: no torques of the motors carry anything. Such a ring is as good as one whose feet are elsewhere.
+                    None => {
+                        missed = missed.max(leg.length);
+                        carried.resize(own.len() + followers.len(), 0.0);
+                    }
+                }
+            }
+            torques.push(carried);
+            angles.push([&own[..], &followers[..]].concat());
+        }
+        for (place, joint) in leg.moved().enumerate() {
+            let (stiffness, damping) = (gains.stiffness[joint], gains.damping[joint]);
+            let mut course = [0.0; SAMPLES];
+            if stiffness > 0.0 {
+                for sample in 0..SAMPLES {
+                    course[sample] = program.steps[index].push * torques[sample][place] / stiffness;
+                }
+                course = followed(&course, damping / stiffness / dt);
+            }
+            for sample in 0..SAMPLES {
+                course[sample] += angles[sample][place];
+            }
+            let knots = fitted(&course, program.period);
+            for (posture, [angle, velocity]) in cycle.iter_mut().zip(knots) {
+                posture.angles[joint] = angle;
+                posture.velocities[joint] = velocity;
+            }
+        }
+    }
+    let moved = Wanted { speed: program.speed, ..wanted.clone() };
+    let ring = within_joint_limits(model, &legs.standing, cycle, program.period, &moved);
+    Ring { missed, ..ring }
+}
+
+/// The angles of each leg's joints, from the trunk outward, with which its foot keeps to its path, at each moment of a stride; and the greatest
+/// distance by which one misses it, m.
+fn foot_paths(legs: &Legs, moments: &[StrideSample]) -> (Vec<Vec<Vec<f64>>>, f64) {
+    let mut missed: f64 = 0.0;
+    let path = |(index, leg): (usize, &LegChain)| {
         let mut postures = vec![leg.standing.clone(); SAMPLES];
         // A ball rolls: its centre goes on by its radius times the angle by which the leg turns over it.
         let mut rolled = [0.0; SAMPLES];
@@ -280,32 +338,10 @@ pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, wanted
                 postures[sample].copy_from_slice(&angles);
             }
         }
-        for place in 0..count {
-            let joint = leg.joints[place];
-            let (stiffness, damping) = (gains.stiffness[joint], gains.damping[joint]);
-            let mut course = [0.0; SAMPLES];
-            if stiffness > 0.0 {
-                for sample in 0..SAMPLES {
-                    let placed = leg.place(&postures[sample]);
-                    let contact = placed.foot - Vector3::z() * leg.radius;
-                    let torque = -placed.column(place, contact).dot(&moments[sample].forces[index]);
-                    course[sample] = program.steps[index].push * torque / stiffness;
-                }
-                course = followed(&course, damping / stiffness / dt);
-            }
-            for sample in 0..SAMPLES {
-                course[sample] += postures[sample][place];
-            }
-            let knots = fitted(&course, program.period);
-            for (posture, [angle, velocity]) in cycle.iter_mut().zip(knots) {
-                posture.angles[joint] = angle;
-                posture.velocities[joint] = velocity;
-            }
-        }
-    }
-    let moved = Wanted { speed: program.speed, ..wanted.clone() };
-    let ring = within_joint_limits(model, &legs.standing, cycle, program.period, &moved);
-    Ring { missed, ..ring }
+        postures
+    };
+    let paths = legs.legs.iter().enumerate().map(path).collect();
+    (paths, missed)
 }
 
 /// The ring of a `cycle` of `period` seconds, entered from the pose `standing`, with targets that stay within the joints' ranges

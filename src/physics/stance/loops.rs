@@ -12,6 +12,9 @@ const STEPS: u32 = 50;
 /// Distance (m) and angle (rad) at which a loop counts as closed.
 const CLOSED: f64 = 1e-10;
 
+/// Greatest change of an angle (rad) or a distance (m) in one step.
+const LONGEST_STEP: f64 = 0.2;
+
 /// Share of the greatest entry of J Jᵀ that is added to its diagonal, for rows that no angle moves.
 const DAMPING: f64 = 1e-9;
 
@@ -27,39 +30,31 @@ pub fn close(model: &Model, angles: &mut [f64]) {
 }
 
 /// Moves `angles`, but for those that are `given`, to the nearest at which the loops are closed, as far as the limits let
-/// them: damped Gauss-Newton (Levenberg) steps, each the shortest that closes the loops to first order.
-pub fn close_with(model: &Model, angles: &mut [f64], given: impl Fn(usize) -> bool) {
+/// them: damped Gauss-Newton (Levenberg) steps, each the shortest that closes the loops to first order. Gives by how much the loop that is
+/// farthest open still is, m or rad.
+pub fn close_with(model: &Model, angles: &mut [f64], given: impl Fn(usize) -> bool) -> f64 {
     if model.loops.is_empty() {
-        return;
+        return 0.0;
     }
     for _ in 0..STEPS {
         let posed = Posed::new(model, angles);
-        if opening(model, &posed) <= CLOSED {
-            return;
+        let open = opening(model, &posed);
+        if open <= CLOSED {
+            return open;
         }
-        let (mut slopes, mut errors) = (Vec::new(), Vec::new());
-        for index in 0..model.loops.len() {
-            let coupling = Coupling::of_loop(model, &posed.bodies, index);
-            coupling.each(|wrench, error| {
-                errors.push(error);
-                slopes.extend((1..model.bodies.len()).map(|body| {
-                    if given(body - 1) {
-                        return 0.0;
-                    }
-                    let carries = |end: usize| f64::from(u8::from(model.carries(body, end)));
-                    let share = carries(coupling.child) - carries(coupling.parent);
-                    share * posed.bodies.at(body).motion_subspace.dot(wrench)
-                }));
-            });
+        let (mut jacobian, errors) = equations(model, &posed);
+        for joint in (0..angles.len()).filter(|joint| given(*joint)) {
+            jacobian.column_mut(joint).fill(0.0);
         }
-        let jacobian = DMatrix::from_row_slice(errors.len(), angles.len(), &slopes);
         let mut square = &jacobian * jacobian.transpose();
         let damping = DAMPING * square.amax();
         for row in 0..errors.len() {
             square[(row, row)] += damping;
         }
-        let Some(factor) = square.cholesky() else { return };
-        let change = jacobian.tr_mul(&factor.solve(&DVector::from_vec(errors)));
+        let Some(factor) = square.cholesky() else { break };
+        let mut change = jacobian.tr_mul(&factor.solve(&errors));
+        // Where a chain is nearly straight a step to first order is far too long, and would end in another of the postures that close it.
+        change *= (LONGEST_STEP / change.amax()).min(1.0);
         for (joint, angle) in angles.iter_mut().enumerate().filter(|(joint, _)| !given(*joint)) {
             *angle -= change[joint];
             if let Some([lower, upper]) = model.limits[joint] {
@@ -67,4 +62,23 @@ pub fn close_with(model: &Model, angles: &mut [f64], given: impl Fn(usize) -> bo
             }
         }
     }
+    opening(model, &Posed::new(model, angles))
+}
+
+/// How the errors of all loops change with each joint's angle, one column a joint, and the errors themselves, m and rad.
+pub fn equations(model: &Model, posed: &Posed) -> (DMatrix<f64>, DVector<f64>) {
+    let joints = model.joint_count();
+    let (mut slopes, mut errors) = (Vec::new(), Vec::new());
+    for index in 0..model.loops.len() {
+        let coupling = Coupling::of_loop(model, &posed.bodies, index);
+        coupling.each(|wrench, error| {
+            errors.push(error);
+            slopes.extend((1..=joints).map(|body| {
+                let carries = |end: usize| f64::from(u8::from(model.carries(body, end)));
+                let share = carries(coupling.child) - carries(coupling.parent);
+                share * posed.bodies.at(body).motion_subspace.dot(wrench)
+            }));
+        });
+    }
+    (DMatrix::from_row_slice(errors.len(), joints, &slopes), DVector::from_vec(errors))
 }

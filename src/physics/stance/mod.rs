@@ -15,6 +15,8 @@ mod verify;
 
 use std::sync::Arc;
 
+use nalgebra::DMatrix;
+
 use crate::model::Model;
 use crate::scene::{Scene, Terrain};
 
@@ -28,9 +30,16 @@ pub fn resting_height(model: &Model, angles: &[f64], ground: &Terrain) -> f64 {
     anatomy::Posed::new(model, angles).resting_height(ground)
 }
 
-/// Moves those of `angles` that are not `given` to where the loops of `model` are closed, as far as they can be.
-pub fn close_loops(model: &Model, angles: &mut [f64], given: impl Fn(usize) -> bool) {
-    loops::close_with(model, angles, given);
+/// Moves those of `angles` that are not `given` to where the loops of `model` are closed, as far as they can be. Gives the greatest
+/// distance (m) or angle (rad) by which one is still open.
+pub fn close_loops(model: &Model, angles: &mut [f64], given: impl Fn(usize) -> bool) -> f64 {
+    loops::close_with(model, angles, given)
+}
+
+/// How the distances (m) and angles (rad) by which the loops of `model` are open change with each of its `angles`: a row for each relative
+/// motion that a loop holds, a column for each joint.
+pub fn loop_slopes(model: &Model, angles: &[f64]) -> DMatrix<f64> {
+    loops::equations(model, &anatomy::Posed::new(model, angles)).0
 }
 
 impl Stance {
