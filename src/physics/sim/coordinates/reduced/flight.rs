@@ -135,8 +135,9 @@ impl Flight {
         (state.root.linear_velocity, state.root.angular_velocity) = (root.linear, root.angular);
         state.velocities.iter_mut().for_each(|rate| *rate *= factor);
         self.keep(state);
-        // The joints' part of the momentum has changed with them, and rounding is a part of them rather than of it.
-        self.place(model);
+        // The joints' part of the momentum has changed with them. It is added up anew, as from this state, and not scaled.
+        self.move_along(model, SpatialMotion::ZERO, &state.velocities);
+        self.compose();
         if let Some(motion) = self.composite.correction(state.root.motion(), wanted) {
             state.root.linear_velocity += motion.linear;
             state.root.angular_velocity += motion.angular;
@@ -156,13 +157,18 @@ impl Flight {
         self.at.velocities.copy_from_slice(&state.velocities);
     }
 
-    /// Finds the composite of the kept state.
+    /// Places the bodies of the kept state with the root at rest, and finds its composite.
     fn place(&mut self, model: &Model) {
         let root = self.at.root;
         self.at.root.linear_velocity.fill(0.0);
         self.at.root.angular_velocity.fill(0.0);
         place(model, &self.at, &mut self.bodies);
         self.at.root = root;
+        self.compose();
+    }
+
+    /// Finds the composite of the kept state from the bodies as they move while the root is at rest.
+    fn compose(&mut self) {
         self.composite = Composite::new(&self.bodies);
         (self.known, self.placed) = (true, false);
     }
