@@ -8,9 +8,9 @@ use super::bounds::{check_axis, check_lengths, unit};
 use super::draft::{At, Diagnostics, DraftLoop};
 use super::{JointKind, Link, Loop, LoopKind};
 
-/// Greatest distance, m, and angle, rad, between the two ends of a loop as a document gives them, with all
-/// angles at zero.
-const DISTANCE: f64 = 1e-4;
+/// Greatest distance between the two ends of a loop as a document gives them, with all angles at zero, as a share of the distance
+/// from the root to the farthest link or to the loop; and greatest angle, rad.
+const DISTANCE: f64 = 3e-4;
 const ANGLE: f64 = 1e-3;
 
 /// Checks the numbers of a loop by itself.
@@ -59,7 +59,9 @@ pub fn close(drafts: Vec<DraftLoop>, links: &[Link], diagnostics: &mut Diagnosti
                 LoopKind::Revolute => (apart.rotation * axis).angle(&axis),
                 LoopKind::Prismatic | LoopKind::Fixed => apart.rotation.angle(),
             };
-            if distance > DISTANCE || angle > ANGLE {
+            let size = poses.iter().map(|pose| pose.translation.vector.norm()).fold(0.0, f64::max);
+            let greatest = DISTANCE * size.max(world.translation.vector.norm());
+            if distance > greatest || angle > ANGLE {
                 diagnostics.fault(
                     place.as_str(),
                     format!(

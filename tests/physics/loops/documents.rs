@@ -131,3 +131,44 @@ fn every_fault_of_a_loop_is_named() {
     turned["loops"][0]["origin_in_b"]["rpy"] = json!([0.5, 0.5, 0.5]);
     assert!(read(&turned).is_ok());
 }
+
+/// Multiplies all lengths of a document by `factor`.
+fn scale(value: &mut Value, factor: f64) {
+    let times = |number: &mut Value| *number = json!(number.as_f64().unwrap() * factor);
+    match value {
+        Value::Array(items) => items.iter_mut().for_each(|item| scale(item, factor)),
+        Value::Object(members) => {
+            for (name, member) in members {
+                match (name.as_str(), &mut *member) {
+                    ("position" | "size", Value::Array(numbers)) => numbers.iter_mut().for_each(times),
+                    ("radius" | "length", Value::Number(_)) => times(member),
+                    _ => scale(member, factor),
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+/// How far the two ends may be apart goes with the character's size.
+#[test]
+fn ends_of_a_loop_are_compared_by_the_size_of_the_character() {
+    let path = common::example_path("pantograph.json");
+    let good: Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+    for factor in [0.01, 1.0, 100.0] {
+        let mut document = good.clone();
+        scale(&mut document, factor);
+        read(&document).unwrap();
+        // Of a hip 0.25 m from the root's origin.
+        for (share, holds) in [(1e-4, true), (1e-3, false)] {
+            let mut off = document.clone();
+            let ahead = &mut off["loops"][0]["origin_in_b"]["position"][0];
+            *ahead = json!(ahead.as_f64().unwrap() + 0.25 * factor * share);
+            let outcome = read(&off);
+            assert_eq!(outcome.is_ok(), holds, "{factor}: {share}");
+            if let Err(error) = outcome {
+                assert!(error.contains("/loops/0/origin_in_b"), "{error}");
+            }
+        }
+    }
+}
