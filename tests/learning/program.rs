@@ -511,6 +511,53 @@ fn the_search_measures_the_hips_of_telescopic_legs_where_the_judge_does() {
     measures_the_hips_as_the_judge_does(&subject, "trot");
 }
 
+/// A leg of three joints that all turn about one axis keeps its sole level with the joint that its foot's place leaves.
+#[test]
+fn soles_of_planar_legs_are_kept_level() {
+    let mut links = vec![
+        json!({ "name": "trunk", "density": 300, "shapes": [{ "kind": "box", "size": [0.2, 0.3, 0.2] }] }),
+    ];
+    let mut joints = Vec::new();
+    for (side, y) in [("left", 0.1), ("right", -0.1)] {
+        let mut parent = "trunk".to_owned();
+        for (part, down) in
+            [("thigh", [0.0, y, -0.1]), ("shank", [0.0, 0.0, -0.3]), ("foot", [0.0, 0.0, -0.3])]
+        {
+            let child = format!("{side}_{part}");
+            let shape = match part {
+                "foot" => {
+                    json!({ "kind": "box", "size": [0.2, 0.08, 0.02], "pose": { "position": [0.03, 0, -0.03] } })
+                }
+                _ => {
+                    json!({ "kind": "capsule", "radius": 0.03, "length": 0.2, "pose": { "position": [0, 0, -0.15] } })
+                }
+            };
+            links.push(json!({ "name": child, "density": 500, "shapes": [shape] }));
+            joints.push(json!({ "name": format!("{child}_joint"), "kind": "revolute", "parent": parent, "child": child,
+                "origin": { "position": down }, "axis": [0, 1, 0], "limits": { "lower": -1.5, "upper": 1.5 },
+                "actuation": { "max_torque": 100, "max_speed": 10 } }));
+            parent = child;
+        }
+    }
+    let document =
+        json!({ "format": "gaitwright/character@1", "name": "planar", "links": links, "joints": joints });
+    let reading = read(document.to_string().as_bytes(), Source::Json, Default::default()).unwrap();
+    let subject = subject_of(reading.character, [1.0, 0.0, 0.0]);
+    assert_eq!(subject.legs.legs.len(), 2);
+    for leg in &subject.legs.legs {
+        assert_eq!(leg.level, 1);
+        for [ahead, up] in [[0.1, 0.03], [-0.1, 0.05], [0.0, 0.1]] {
+            let mut angles = leg.standing.clone();
+            let target = leg.foot + Vector3::new(ahead, 0.0, up);
+            assert!(leg.reach(&mut angles, target, Vector3::z()) < 1e-4);
+            assert!(leg.place(&angles).up.angle(&Vector3::z()) < 1e-3, "{ahead} m ahead, {up} m up");
+        }
+    }
+    // The bundled biped has a joint more, which moves its feet to the side.
+    let biped = self::subject("biped.urdf", [1.0, 0.0, 0.0]);
+    assert!(biped.legs.legs.iter().all(|leg| leg.joints.len() == 4 && leg.level == 1));
+}
+
 /// The bundled biped with the front third of each sole on a joint of its own.
 fn toed() -> Character {
     let mut urdf = std::fs::read_to_string(crate::common::example_path("biped.urdf")).unwrap();

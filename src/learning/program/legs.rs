@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::{Matrix3, Matrix5, Point3, Rotation3, Vector2, Vector3, Vector5};
+use nalgebra::{Matrix3, Matrix5, Matrix5xX, Point3, Rotation3, Vector2, Vector3, Vector5};
 
 use gaitwright_physics::model::{Body, DofKind, Frame, Model, Surface};
 use gaitwright_physics::stance::{Stance, feet};
@@ -21,6 +21,8 @@ const ROUNDS: u32 = 30;
 const CLOSE: f64 = 1e-6;
 /// A foot point nearer than this share of the leg's size to where it should be is there.
 const REACHED: f64 = 1e-3;
+/// Singular values of a leg's Jacobian below this share of its greatest entry are zeros.
+const DEPENDENT: f64 = 1e-3;
 /// Damping of inverse kinematics, as a share of the leg's length: what keeps a straight leg from whirling.
 const DAMPING: f64 = 0.01;
 
@@ -408,6 +410,7 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> O
     if sole.is_empty() {
         return None;
     }
+    let stands_flat = sole.len() >= 3;
     let point = sole.iter().map(|(point, _)| point).sum::<Vector3<f64>>() / count;
     let radius = sole.iter().map(|(_, radius)| radius).sum::<f64>() / count;
     let parent = model.bodies[chain[0]].parent;
@@ -427,7 +430,7 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> O
         foot: world(&point),
         radius,
         length: 0.0,
-        level: if sole.len() >= 3 { chain.len().saturating_sub(3).min(2) } else { 0 },
+        level: 0,
         size: reach,
         base: frames[parent],
         bodies: chain.iter().map(|&body| model.bodies[body].clone()).collect(),
@@ -438,8 +441,27 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> O
         first: first_long,
         greatest: greatest_reach(model, distal, Point3::from(point)),
     };
+    if stands_flat {
+        leg.level = tilts(&leg);
+    }
     leg.length = leg.hip.z - leg.foot.z + highest(model, stance, &leg);
     Some(leg)
+}
+
+/// How many tilts of its foot (pitch, then roll) the leg can change in the standing pose while the foot stays where it is: what the rows
+/// of those add to the rank of the Jacobian. A leg whose joints all turn about one axis has one joint left for the pitch of three.
+fn tilts(leg: &LegChain) -> usize {
+    let placed = leg.place(&leg.standing);
+    let columns: Vec<Vector5<f64>> = (0..leg.joints.len())
+        .map(|joint| {
+            let (go, turn) = (placed.column(joint, placed.foot) / leg.size, placed.turning(joint));
+            Vector5::new(go.x, go.y, go.z, turn.y, turn.x)
+        })
+        .collect();
+    let jacobian = Matrix5xX::from_columns(&columns);
+    let rank = |rows: usize| jacobian.rows(0, rows).into_owned().rank(DEPENDENT * jacobian.amax());
+    let [place, pitched, rolled] = [3, 4, 5].map(rank);
+    if pitched > place { 1 + rolled - pitched } else { 0 }
 }
 
 /// How much higher than in the standing pose the leg can carry its hip with the foot straight below where it stands, m. Ranges
