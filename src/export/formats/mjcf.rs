@@ -6,11 +6,13 @@
 
 use std::fmt::Write;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::sampled::{MotionFrame, SampledMotion};
 use super::unused::unused;
-use gaitwright_physics::character::{Friction, Inertial, JointKind, Placed, Shape, SurfaceMaterial};
+use gaitwright_physics::character::{
+    Friction, Inertial, JointKind, LoopKind, Placed, Shape, SurfaceMaterial,
+};
 use gaitwright_physics::fault::{Fault, InputError};
 use gaitwright_physics::motion::Motion;
 use gaitwright_physics::scene::Ground;
@@ -27,8 +29,8 @@ pub(super) fn write(sampled: &SampledMotion<'_>, motion: &Motion) -> Result<Stri
     let skeleton = &sampled.skeleton;
     let character = skeleton.character;
     let mut faults = Vec::new();
-    if let Some(first) = character.loops.first() {
-        let reason = format!("the loop \"{}\" closes a chain, which this export does not hold", first.name);
+    for slide in character.loops.iter().filter(|closed| closed.kind == LoopKind::Prismatic) {
+        let reason = format!("the loop \"{}\" slides, and MuJoCo closes no loop with a slide", slide.name);
         faults.push(Fault::new("/character", reason));
     }
     let height = match &motion.scene.ground {
@@ -63,7 +65,7 @@ pub(super) fn write(sampled: &SampledMotion<'_>, motion: &Motion) -> Result<Stri
     model.body(0, 2);
     let gravity = numbers(motion.scene.acting_gravity().as_slice());
     let step = motion.provenance.accuracy.step.min(STEP);
-    let (actuators, keys) = (model.actuators(), model.keys());
+    let (loops, actuators, keys) = (model.loops(step), model.actuators(), model.keys());
     let Model { text, meshes, .. } = model;
     let certificate = serde_json::to_string(&sampled.certificate);
     let certificate = certificate.map_err(|error| InputError::impossible("", error.to_string()))?;
@@ -72,7 +74,7 @@ pub(super) fn write(sampled: &SampledMotion<'_>, motion: &Motion) -> Result<Stri
          balanceinertia=\"true\"/>\n  <option timestep=\"{step:?}\" gravity=\"{gravity}\" \
          integrator=\"implicitfast\" cone=\"elliptic\"/>\n  <custom>\n    <text name=\"certificate\" \
          data={}/>\n  </custom>\n  <asset>\n{meshes}  </asset>\n  <worldbody>\n\
-         {ground}{text}  </worldbody>\n  <actuator>\n{actuators}  </actuator>\n  <keyframe>\n{keys}  </keyframe>\n\
+         {ground}{text}  </worldbody>\n{loops}  <actuator>\n{actuators}  </actuator>\n  <keyframe>\n{keys}  </keyframe>\n\
          </mujoco>\n",
         quoted(&character.name),
         quoted(&certificate)
@@ -103,12 +105,7 @@ impl Model<'_> {
             Some(joint) => joint.origin,
             None => start(sampled).placed_root(false),
         };
-        // MuJoCo has a body of this name already.
-        let name = match &*own.name {
-            "world" => unused("world_", |name| links.iter().any(|link| link.name == name)),
-            name => name.to_owned(),
-        };
-        let _ = writeln!(self.text, "{indent}<body name={} {}>", quoted(&name), pose(&frame));
+        let _ = writeln!(self.text, "{indent}<body name={} {}>", quoted(&self.body_name(link)), pose(&frame));
         if let Some(inertial) = own.inertial.as_ref().filter(|inertial| inertial.mass > 0.0) {
             let _ = writeln!(self.text, "{indent}  {}", inertia(inertial));
         }
@@ -147,6 +144,48 @@ impl Model<'_> {
             self.body(child, depth + 1);
         }
         let _ = writeln!(self.text, "{indent}</body>");
+    }
+
+    /// The name of the body that a link is.
+    fn body_name(&self, link: usize) -> String {
+        let links = &self.sampled.skeleton.character.links;
+        match &*links[link].name {
+            // MuJoCo has a body of this name already.
+            "world" => unused("world_", |name| links.iter().any(|link| link.name == name)),
+            name => name.to_owned(),
+        }
+    }
+
+    /// What closes the loops, as stiff as steps of `step` seconds allow: a ball holds one point of both links together, a hinge two on its
+    /// axis. MuJoCo takes the points of the second link from the pose with all angles at zero.
+    fn loops(&self, step: f64) -> String {
+        let character = self.sampled.skeleton.character;
+        if character.loops.is_empty() {
+            return String::new();
+        }
+        // As far apart as joints are.
+        let joints = character.links.iter().filter_map(|link| link.joint.as_ref());
+        let apart = joints.map(|joint| joint.origin.translation.vector.norm()).fold(0.0, f64::max);
+        let mut text = "  <equality>\n".to_owned();
+        for closed in &character.loops {
+            let [first, second] = closed.links.map(|link| quoted(&self.body_name(link)));
+            let frame = closed.frames[0];
+            let points = match closed.kind {
+                LoopKind::Ball => vec![0.0],
+                LoopKind::Revolute => vec![-0.5 * apart, 0.5 * apart],
+                LoopKind::Fixed | LoopKind::Prismatic => Vec::new(),
+            };
+            let ends = format!("body1={first} body2={second} solref=\"{:?} 1\"", 2.0 * step);
+            for along in &points {
+                let anchor = frame * Point3::from(*closed.axis * *along);
+                let anchor = numbers(anchor.coords.as_slice());
+                let _ = writeln!(text, "    <connect {ends} anchor=\"{anchor}\"/>");
+            }
+            if points.is_empty() {
+                let _ = writeln!(text, "    <weld {ends}/>");
+            }
+        }
+        text + "  </equality>\n"
     }
 
     fn geom(&mut self, placed: &Placed, surface: SurfaceMaterial) -> String {

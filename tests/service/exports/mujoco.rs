@@ -9,6 +9,8 @@ use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::{Player, TargetLimits};
 use gaitwright_physics::scene::{Accuracy, Effect, Feedforward, Scene};
 use gaitwright_physics::sim::{Command as SimulatorCommand, Simulator, State};
+use gaitwright_physics::stance::Stance;
+use nalgebra::Vector3;
 use serde_json::Value;
 
 use super::{Example, at};
@@ -61,14 +63,16 @@ data = mujoco.MjData(model)
 seconds = float(sys.argv[2])
 mujoco.mj_resetDataKeyframe(model, data, 0)
 begin, end = model.key("loop_0").time[0], model.key_time[-1]
-upright = 1.0
+upright, open = 1.0, 0.0
 while data.time < seconds - 1e-9:
     t = data.time if data.time < end else begin + (data.time - begin) % (end - begin)
     data.ctrl[:] = [np.interp(t, model.key_time, model.key_ctrl[:, a]) for a in range(model.nu)]
     mujoco.mj_step(model, data)
     upright = min(upright, 1 - 2 * (data.qpos[4] ** 2 + data.qpos[5] ** 2))
+    loops = data.efc_type[:data.nefc] == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+    open = max(open, np.abs(data.efc_pos[:data.nefc][loops]).max(initial=0.0))
 angles = {model.joint(j).name: data.joint(j).qpos[0] for j in range(1, model.njnt)}
-print(json.dumps({"upright": upright, "height": data.qpos[2], "angles": angles}))
+print(json.dumps({"upright": upright, "open": open, "height": data.qpos[2], "angles": angles}))
 "#;
 
 fn replayed(example: &Example, seconds: f64) -> Value {
@@ -121,6 +125,65 @@ fn mujoco_moves_the_joints_as_the_simulator_does() {
         let found = found["angles"][name].as_f64().unwrap();
         assert!((found - angle).abs() < 0.01, "{name}: {found}, {angle}; it began at {start}");
     }
+}
+
+/// The bundled pantograph, standing.
+fn standing_pantograph() -> Example {
+    let model = common::example("pantograph.json");
+    let stance = Stance::find(&model, &Scene::default());
+    let mut motion = Example::new().motion;
+    motion.character.digest = model.character.digest.clone();
+    motion.joints = model.joint_names.clone();
+    motion.drive = stance.gains;
+    motion.poses = None;
+    motion.stances.clear();
+    motion.cycle.root_advance.translation[2] = 0.0;
+    for keyframe in motion.entry.iter_mut().chain(&mut motion.keyframes) {
+        keyframe.angles = stance.angles.clone();
+        keyframe.velocities = vec![0.0; stance.angles.len()];
+        keyframe.root.position[2] = stance.root_height;
+    }
+    Example { motion, model }
+}
+
+#[test]
+fn loops_are_closed_where_their_joints_are() {
+    let example = standing_pantograph();
+    let text = String::from_utf8(example.export(ExportFormat::Mujoco, at(60.0))).unwrap();
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let held: Vec<_> = document.descendants().filter(|node| node.has_tag_name("connect")).collect();
+    let loops = &example.character().loops;
+    assert_eq!(held.len(), 2 * loops.len());
+    for (pair, closed) in held.chunks(2).zip(loops) {
+        for (end, link) in ["body1", "body2"].iter().zip(closed.links) {
+            let name = &example.character().links[link].name;
+            assert!(pair.iter().all(|connect| connect.attribute(*end) == Some(name)));
+        }
+        let [first, second] = [0, 1].map(|index| Vector3::from_vec(numbers(pair[index], "anchor")));
+        // The ankles turn about y, 0.014 m aside and 0.13 m below the knees.
+        assert!((0.5 * (first + second) - Vector3::new(0.0, -0.014, -0.13)).norm() < 1e-12);
+        assert!((second - first).cross(&Vector3::y()).norm() < 1e-12 && (second - first).norm() > 0.1);
+    }
+    // What slides cannot be held.
+    let text = std::fs::read_to_string(common::example_path("pantograph.json")).unwrap();
+    let mut document: Value = serde_json::from_str(&text).unwrap();
+    let slide = document["loops"][2].as_object_mut().unwrap();
+    slide["kind"] = "prismatic".into();
+    slide.remove("origin_in_b");
+    let reading = character::read(document.to_string().as_bytes(), Source::Json, Options::default()).unwrap();
+    let mut motion = example.motion.clone();
+    motion.character.digest = reading.character.digest.clone();
+    let refused = export(&motion, &reading.character, ExportFormat::Mujoco, &at(60.0)).unwrap_err();
+    assert!(refused.to_string().contains("hind_left_ankle"), "{refused}");
+}
+
+#[test]
+#[ignore = "needs MuJoCo: pip install mujoco numpy"]
+fn mujoco_keeps_loops_closed() {
+    let found = replayed(&standing_pantograph(), 2.0);
+    assert!(found["upright"].as_f64().unwrap() > 0.99 && found["height"].as_f64().unwrap() > 0.2, "{found}");
+    // Under a quarter of the weight MuJoCo's soft constraints give way by less than a millimetre.
+    assert!(found["open"].as_f64().unwrap() < 1e-3, "{found}");
 }
 
 /// MuJoCo has a body `world` of its own, and refuses two things of one kind with the same name.
