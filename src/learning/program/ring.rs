@@ -260,46 +260,19 @@ pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, wanted
     let (paths, mut missed) = foot_paths(legs, &moments);
     let mut cycle = vec![Posture::resting(&legs.standing); KEYFRAMES];
     for (index, leg) in legs.legs.iter().enumerate() {
-        // The torques that carry the leg's share, and the angles with which they are carried.
-        let (mut torques, mut angles) = (Vec::with_capacity(SAMPLES), Vec::with_capacity(SAMPLES));
-        let mut followers: Vec<f64> = leg.followers.iter().map(|&joint| legs.standing[joint]).collect();
-        for (moment, own) in moments.iter().zip(&paths[index]) {
-            let placed = leg.place(own);
-            let contact = placed.foot - Vector3::z() * leg.radius;
-            let torque = |place| -placed.column(place, contact).dot(&moment.forces[index]);
-            let mut carried: Vec<f64> = (0..own.len()).map(torque).collect();
-            if !leg.followers.is_empty() {
-                let mut whole = legs.standing.clone();
-                leg.moved()
-                    .zip(own.iter().chain(&followers))
-                    .for_each(|(joint, &angle)| whole[joint] = angle);
-                let following = Following::new(model, &whole, &leg.joints, &leg.followers);
-                match following.and_then(|found| Some((found.carried(&carried)?, found))) {
-                    Some((all, found)) => {
-                        missed = missed.max(found.open);
-                        (carried, followers) = (all, found.angles);
-                    }
-                    // Singular: no torques of the motors carry anything. Such a ring is as good as one whose feet are elsewhere.
-                    None => {
-                        missed = missed.max(leg.length);
-                        carried.resize(own.len() + followers.len(), 0.0);
-                    }
-                }
-            }
-            torques.push(carried);
-            angles.push([&own[..], &followers[..]].concat());
-        }
+        let (loads, left) = loads(model, legs, index, &moments, &paths[index]);
+        missed = missed.max(left);
         for (place, joint) in leg.moved().enumerate() {
             let (stiffness, damping) = (gains.stiffness[joint], gains.damping[joint]);
             let mut course = [0.0; SAMPLES];
             if stiffness > 0.0 {
                 for sample in 0..SAMPLES {
-                    course[sample] = program.steps[index].push * torques[sample][place] / stiffness;
+                    course[sample] = program.steps[index].push * loads[sample].torques[place] / stiffness;
                 }
                 course = followed(&course, damping / stiffness / dt);
             }
             for sample in 0..SAMPLES {
-                course[sample] += angles[sample][place];
+                course[sample] += loads[sample].angles[place];
             }
             let knots = fitted(&course, program.period);
             for (posture, [angle, velocity]) in cycle.iter_mut().zip(knots) {
@@ -342,6 +315,56 @@ fn foot_paths(legs: &Legs, moments: &[StrideSample]) -> (Vec<Vec<Vec<f64>>>, f64
     };
     let paths = legs.legs.iter().enumerate().map(path).collect();
     (paths, missed)
+}
+
+/// The joints of a leg and those that follow them, at one moment of a stride.
+struct LegLoad {
+    /// Where they are while the foot keeps to its path, rad or m.
+    angles: Vec<f64>,
+    /// What they give against the ground's force on the foot, N m or N.
+    torques: Vec<f64>,
+}
+
+/// The loads of the leg of this index at each moment of a stride with its joints on `path`; and the most by which its closed loops are
+/// open, m or rad.
+fn loads(
+    model: &Model,
+    legs: &Legs,
+    index: usize,
+    moments: &[StrideSample],
+    path: &[Vec<f64>],
+) -> (Vec<LegLoad>, f64) {
+    let leg = &legs.legs[index];
+    let mut open: f64 = 0.0;
+    let mut followers: Vec<f64> = leg.followers.iter().map(|&joint| legs.standing[joint]).collect();
+    let load = |(moment, own): (&StrideSample, &Vec<f64>)| {
+        let placed = leg.place(own);
+        let contact = placed.foot - Vector3::z() * leg.radius;
+        let torque = |place| -placed.column(place, contact).dot(&moment.forces[index]);
+        let torques: Vec<f64> = (0..own.len()).map(torque).collect();
+        if leg.followers.is_empty() {
+            return LegLoad { angles: own.clone(), torques };
+        }
+        let mut whole = legs.standing.clone();
+        leg.moved().zip(own.iter().chain(&followers)).for_each(|(joint, &angle)| whole[joint] = angle);
+        let following = Following::new(model, &whole, &leg.joints, &leg.followers);
+        let carried = following.and_then(|found| Some((found.carried(&torques)?, found)));
+        let torques = match carried {
+            Some((carried, found)) => {
+                open = open.max(found.open);
+                followers = found.angles;
+                carried
+            }
+            // In a singular posture no torques of the motors carry the force. Such a ring is as good as one that misses its path by a leg.
+            None => {
+                open = open.max(leg.length);
+                vec![0.0; own.len() + followers.len()]
+            }
+        };
+        LegLoad { angles: [&own[..], &followers[..]].concat(), torques }
+    };
+    let loads = moments.iter().zip(path).map(load).collect();
+    (loads, open)
 }
 
 /// The ring of a `cycle` of `period` seconds, entered from the pose `standing`, with targets that stay within the joints' ranges
