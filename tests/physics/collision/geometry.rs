@@ -1,8 +1,9 @@
 //! How two solids lie to each other, and which can touch, against closed forms and another algorithm.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use gaitwright_physics::character::{Placed, Shape};
+use gaitwright_physics::character::{self, Options, Placed, Shape, Source};
 use gaitwright_physics::model::collision::convex::{Approach, Convex, from_vector, vector};
 use gaitwright_physics::model::{Base, DofKind, Model};
 use gaitwright_physics::sim::{State, link_poses};
@@ -12,6 +13,7 @@ use parry3d::query;
 use parry3d::shape::SharedShape;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde_json::json;
 
 use super::common;
 
@@ -226,4 +228,36 @@ fn pairs_said_to_stay_apart_never_touch_within_the_joint_limits() {
 fn pairs_of_robots_said_to_stay_apart_never_touch_within_the_joint_limits() {
     let robots = common::robots();
     pairs_said_to_stay_apart_never_touch(&["a1.urdf", "bolt.urdf"].map(|name| robots.join(name)));
+}
+
+/// A thigh as thick as the trunk's edge is near: on hinges about one point it is joined to the trunk as on one hinge, and on hinges
+/// apart from each other it is not.
+#[test]
+fn hinges_about_one_point_are_one_joint() {
+    let link =
+        |name: &str, shapes: serde_json::Value| json!({ "name": name, "density": 500, "shapes": shapes });
+    let hinge = |child: &str, parent: &str, at: [f64; 3], axis: [f64; 3]| {
+        json!({ "name": format!("to_{child}"), "kind": "revolute", "parent": parent, "child": child,
+                "origin": { "position": at }, "axis": axis, "limits": { "lower": -1.5, "upper": 1.5 } })
+    };
+    let pairs = |apart: f64| {
+        let thigh = json!([{ "kind": "cylinder", "radius": 0.07, "length": 0.3,
+                             "pose": { "position": [0, 0, -0.2] } }]);
+        let character = json!({
+            "format": "gaitwright/character@1", "name": "hip",
+            "links": [link("trunk", json!([{ "kind": "box", "size": [0.2, 0.3, 0.2] }])),
+                      link("roll", json!([{ "kind": "sphere", "radius": 0.02 }])),
+                      link("yaw", json!([{ "kind": "sphere", "radius": 0.02 }])),
+                      link("thigh", thigh)],
+            "joints": [hinge("roll", "trunk", [0.0, 0.1, -0.1], [1.0, 0.0, 0.0]),
+                       hinge("yaw", "roll", [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+                       hinge("thigh", "yaw", [0.0, 0.0, -apart], [0.0, 1.0, 0.0])]
+        });
+        let text = character.to_string();
+        let reading = character::read(text.as_bytes(), Source::Json, Options::default()).unwrap();
+        Model::new(Arc::new(reading.character), Base::Floating).pairs
+    };
+    let (together, away) = (pairs(0.0), pairs(0.03));
+    assert!(!together.can_touch(0, 3, false) && together.joined.len() == 6, "{together:?}");
+    assert!(away.can_touch(0, 3, true) && away.joined.len() == 4, "{away:?}");
 }

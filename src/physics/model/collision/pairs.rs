@@ -21,6 +21,8 @@ use crate::model::body::{Body, DofKind, LoopJoint};
 /// Greatest number of joints between two shapes for which the search is made. With more joints between them, shapes are
 /// assumed to be able to make contact.
 const JOINTS: usize = 3;
+/// Hinges this close to each other, as a share of how far the body on them reaches, turn about one point.
+const SAME_PLACE: f64 = 0.01;
 /// Greatest number of poses examined for a pair. Where they do not decide, the shapes are assumed to be able to make
 /// contact.
 const POSES: usize = 100;
@@ -36,7 +38,7 @@ pub struct Pairs {
     beyond: Vec<u64>,
     /// Number of pairs that can make contact within the joint limits.
     pub count: usize,
-    /// Pairs of bodies joined by a joint, whose shapes overlap by design.
+    /// Pairs of bodies joined by a joint, or by hinges about one point, whose shapes overlap by design.
     pub joined: Vec<[usize; 2]>,
     /// Pairs of bodies of which two shapes overlap at the standing pose (as far as the author gave one, with
     /// other joints at 0): their shapes are larger than the real bodies.
@@ -146,9 +148,31 @@ impl PairFinder<'_> {
 
     /// Whether one of the bodies carries the other, or a loop's joint is between them.
     fn joined(&self, [a, b]: [usize; 2]) -> bool {
-        let carries = |parent: usize, child: usize| child > 0 && self.bodies[child].parent == parent;
         let closes = |closing: &LoopJoint| closing.bodies == [a, b] || closing.bodies == [b, a];
-        carries(a, b) || carries(b, a) || self.loops.iter().any(closes)
+        self.carries(a, b) || self.carries(b, a) || self.loops.iter().any(closes)
+    }
+
+    /// Whether `child` hangs on `parent` by one joint, or by hinges about one point (a hip that abducts and swings), which are one joint
+    /// by design however many links a file needs for it.
+    fn carries(&self, parent: usize, child: usize) -> bool {
+        let mut body = child;
+        while body > 0 {
+            let Body { parent: carrier, offset, .. } = self.bodies[body];
+            if carrier == parent {
+                return true;
+            }
+            let reach = self.reach(child);
+            if self.bodies[carrier].dof != DofKind::Revolute || offset.norm() > SAME_PLACE * reach {
+                return false;
+            }
+            body = carrier;
+        }
+        false
+    }
+
+    /// Distance of the farthest point of a body's shapes from its joint, m.
+    fn reach(&self, body: usize) -> f64 {
+        self.shapes.iter().filter(|shape| shape.body == body).map(|shape| shape.farthest).fold(0.0, f64::max)
     }
 
     /// The joints between two bodies, those nearer to the root first on each side; `None` if they are too
