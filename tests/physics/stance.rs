@@ -26,7 +26,7 @@ fn hold(model: &Arc<Model>, stance: &Stance) -> (f64, bool) {
 
 #[test]
 fn the_examples_stand_still_in_the_poses_found_for_them() {
-    for name in ["quadruped.urdf", "hexapod.json", "biped.urdf", "snake.json"] {
+    for name in ["quadruped.urdf", "hexapod.json", "spider.json", "biped.urdf", "snake.json"] {
         let model = common::example(name);
         let stance = Stance::find(&model, &Scene::default());
         assert!(stance.stable, "{name} does not stand");
@@ -62,6 +62,34 @@ fn the_legged_examples_stand_on_their_feet() {
     let feet = ["LF", "RF", "LH", "RH"].map(|leg| format!("{leg}_foot"));
     stands_on(&common::example_path("quadruped.urdf"), &feet.each_ref().map(String::as_str));
     stands_on(&common::example_path("biped.urdf"), &["L_foot", "R_foot"]);
+    // Drawn flat, with its legs stretched to the sides.
+    let feet: Vec<String> =
+        ["L", "R"].iter().flat_map(|side| (1..5).map(move |row| format!("{side}{row}_tibia"))).collect();
+    stands_on(&common::example_path("spider.json"), &feet.iter().map(String::as_str).collect::<Vec<_>>());
+}
+
+/// A biped with two arms, its trunk heavier in front: the feet come below the weight, and the arms hang as they were drawn.
+#[test]
+fn arms_do_not_balance_a_standing_pose() {
+    let text = std::fs::read_to_string(common::example_path("biped.urdf")).unwrap();
+    let arm = |side: &str, y: f64| {
+        format!(
+            r#"<link name="{side}_arm"><inertial><origin xyz="0 0 -0.15"/><mass value="0.6"/>
+            <inertia ixx="0.005" iyy="0.005" izz="0.0005" ixy="0" ixz="0" iyz="0"/></inertial>
+            <collision><origin xyz="0 0 -0.15"/><geometry><cylinder radius="0.02" length="0.3"/></geometry></collision>
+            </link><joint name="{side}_shoulder" type="revolute"><parent link="trunk"/><child link="{side}_arm"/>
+            <origin xyz="0.04 {y} 0.1"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="5" velocity="8"/></joint>"#
+        )
+    };
+    let armed = text.replace("</robot>", &(arm("L", 0.25) + &arm("R", -0.25) + "</robot>"));
+    let reading = character::read(armed.as_bytes(), Source::Urdf, Options::default()).unwrap();
+    let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
+    let stance = Stance::find(&model, &Scene::default());
+    assert!(stance.stable);
+    for side in ["L", "R"] {
+        let angle = stance.angles[model.joint(&format!("{side}_shoulder")).unwrap()];
+        assert!(angle.abs() < 0.05, "{side}: {angle} rad");
+    }
 }
 
 #[test]

@@ -12,8 +12,14 @@ use crate::sim::coordinates::reduced::kinematics::place;
 /// A segment shorter than this share of the limb's longest one does not count for its length.
 const SHORT: f64 = 0.5;
 
-/// A foot with three corners within this share of the limb's length of its lowest point has a sole.
+/// A foot with three corners that span a plane within this share of the limb's length of its lowest point has a sole.
 const SOLE: f64 = 0.02;
+
+/// Least height of the triangle that the corners of a sole span, as a share of its longest side: those of a stretched shank lie in a row.
+const WIDE: f64 = 0.05;
+
+/// Limbs of as many bodies whose lengths differ by no more than this share are alike.
+const ALIKE: f64 = 0.02;
 
 /// A limb that can carry the character.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,8 +87,18 @@ impl Posed {
     }
 }
 
+/// Whether `points` do not all lie along a line.
+fn span_a_plane(points: &[Vector3<f64>]) -> bool {
+    let Some(first) = points.first() else { return false };
+    let sides = || points.iter().map(|point| point - first);
+    let longest = sides().max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_default();
+    let area = sides().map(|side| longest.cross(&side).norm()).fold(0.0, f64::max);
+    area > WIDE * longest.norm_squared()
+}
+
 /// Limbs that reach the ground: chains of bodies from a branching of the tree (or the root) to its
-/// end, of those nearly as low as the lowest when all hang down.
+/// end, of those nearly as low as the lowest when all hang down. Where some are alike, those that are like no other are none: a tail
+/// may be longer than the legs.
 pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
     let children =
         |body: usize| (1..model.bodies.len()).filter(move |child| model.bodies[*child].parent == body);
@@ -109,8 +125,18 @@ pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
         let length: f64 = segments[first..].iter().sum();
         let first_long = bodies[first];
         let lowest = touching.iter().map(|point| point.at.z).fold(f64::INFINITY, f64::min);
-        let sole = touching.iter().filter(|point| point.at.z < lowest + SOLE * length);
-        limbs.push(Limb { bodies, first_long, length, flat: sole.count() >= 3 });
+        let sole = touching.iter().map(|point| point.at).filter(|at| at.z < lowest + SOLE * length);
+        limbs.push(Limb { bodies, first_long, length, flat: span_a_plane(&sole.collect::<Vec<_>>()) });
+    }
+    let alike = |one: &Limb, other: &Limb| {
+        one.bodies.len() == other.bodies.len()
+            && (one.length - other.length).abs() <= ALIKE * one.length
+            && one.bodies != other.bodies
+    };
+    let paired: Vec<Limb> =
+        limbs.iter().filter(|one| limbs.iter().any(|other| alike(one, other))).cloned().collect();
+    if !paired.is_empty() {
+        limbs = paired;
     }
     let bottom = |limb: &Limb| posed.bodies.at(limb.first_long).origin.z - limb.length;
     let lowest = limbs.iter().map(&bottom).fold(f64::INFINITY, f64::min);

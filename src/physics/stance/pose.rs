@@ -2,8 +2,9 @@
 //!
 //! The pose minimises a sum of squares over the joint angles, starting from the angles nearest to zero
 //! that the limits allow: feet level, feet below the joints their limbs swing from, limbs a little bent,
-//! soles flat, the centre of mass above the feet, joints away from their limits and near where they began.
-//! A character that lies rather than stands (a snake) keeps the pose it was drawn in.
+//! soles flat, the centre of mass above the feet, joints away from their limits and near where they began; joints
+//! that carry no limb (of arms, necks and tails) hardly leave it. A character that lies rather than stands (a snake) keeps
+//! the pose it was drawn in.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -27,6 +28,17 @@ const PLACED: usize = 1_000_000;
 
 /// A character lower than this share of its own width lies rather than stands.
 const LYING: f64 = 0.2;
+
+/// Fewest limbs of a character that may stand although it is drawn flat, with its legs stretched to the sides: both ends of a
+/// snake look like limbs.
+const SPRAWLED: usize = 4;
+
+/// How far a joint is bent where a search begins with folded limbs, rad.
+const FOLD: f64 = 1.2;
+
+/// What a radian away from where a joint began costs: of joints that move a limb, and of those that do not, which are to hang as they
+/// were drawn and not to balance the character.
+const AWAY: [f64; 2] = [0.003, 0.1];
 
 /// The author's pose, where there is one; angles left out of it are the nearest to zero.
 pub fn given(model: &Model) -> Option<Vec<f64>> {
@@ -53,7 +65,8 @@ pub fn search(model: &Model) -> Vec<f64> {
     loops::close(model, &mut start);
     let posed = Posed::new(model, &start);
     let limbs = limbs(model, &posed);
-    if limbs.is_empty() || lies(&posed) {
+    let drawn_flat = lies(&posed);
+    if limbs.is_empty() || (drawn_flat && limbs.len() < SPRAWLED) {
         return start;
     }
     let size = limbs.iter().map(|limb| limb.length).sum::<f64>() / limbs.len() as f64;
@@ -62,10 +75,62 @@ pub fn search(model: &Model) -> Vec<f64> {
         DofKind::Revolute => 1.0,
     });
     let units: Vec<f64> = units.collect();
-    let cost = Cost { model, limbs: &limbs, start: &start, units: &units, size };
-    let mut angles = descend(start.clone(), model, &limbs, &units, |angles| cost.of(angles));
+    let away = away(model, &limbs);
+    let cost = Cost { model, limbs: &limbs, start: &start, away: &away, units: &units, size };
+    let found = |from: Vec<f64>| descend(from, model, &limbs, &units, |angles| cost.of(angles));
+    let mut angles = found(start.clone());
+    if drawn_flat {
+        // Legs that are stretched to the sides may be let down as they are, or folded at one of their joints.
+        for from in folded(model, &limbs, &start) {
+            let other = found(from);
+            if cost.of(&other) < cost.of(&angles) {
+                angles = other;
+            }
+        }
+    }
     loops::close(model, &mut angles);
-    angles
+    // What was drawn flat and cannot lift itself off the ground stays as it was drawn.
+    if drawn_flat && lies(&Posed::new(model, &angles)) { start } else { angles }
+}
+
+/// `start` with each limb bent down at one joint, the same of all of them, for every joint that can.
+fn folded(model: &Model, limbs: &[Limb], start: &[f64]) -> Vec<Vec<f64>> {
+    let height =
+        |angles: &[f64], limb: &Limb| Posed::new(model, angles).foot(limb).map_or(0.0, |foot| foot.z);
+    let longest = limbs.iter().map(|limb| limb.bodies.len()).max().unwrap_or(0);
+    let bent_at = |place: usize| {
+        let mut angles = start.to_vec();
+        for limb in limbs {
+            let Some(joint) = limb.bodies.get(place).map(|body| body - 1) else { continue };
+            let bent = [-FOLD, FOLD].map(|fold| {
+                let angle = model.limits[joint]
+                    .map_or(start[joint] + fold, |[lower, upper]| (start[joint] + fold).clamp(lower, upper));
+                let mut alone = start.to_vec();
+                alone[joint] = angle;
+                (height(&alone, limb), angle)
+            });
+            let (down, angle) = if bent[0].0 < bent[1].0 { bent[0] } else { bent[1] };
+            if down < height(start, limb) {
+                angles[joint] = angle;
+            }
+        }
+        angles
+    };
+    (0..longest).map(bent_at).collect()
+}
+
+/// What it costs that each joint leaves where it began.
+fn away(model: &Model, limbs: &[Limb]) -> Vec<f64> {
+    let [moving, idle] = AWAY;
+    let mut away = vec![idle; model.joint_count()];
+    for limb in limbs {
+        let mut body = limb.bodies[limb.bodies.len() - 1];
+        while body > 0 {
+            away[body - 1] = moving;
+            body = model.bodies[body].parent;
+        }
+    }
+    away
 }
 
 /// Whether the character is flat in this pose.
@@ -138,6 +203,8 @@ struct Cost<'a> {
     model: &'a Model,
     limbs: &'a [Limb],
     start: &'a [f64],
+    /// What a unit away from there costs.
+    away: &'a [f64],
     /// What counts as one of each joint, rad or m.
     units: &'a [f64],
     /// Mean length of the limbs, m.
@@ -170,7 +237,7 @@ impl Cost<'_> {
         // The simulator would close an open loop with large forces.
         cost += 20.0 * relative(loops::opening(self.model, &posed));
         for (joint, angle) in angles.iter().enumerate() {
-            cost += 0.003 * ((angle - self.start[joint]) / self.units[joint]).powi(2);
+            cost += self.away[joint] * ((angle - self.start[joint]) / self.units[joint]).powi(2);
             if let Some([lower, upper]) = self.model.limits[joint] {
                 let margin = MARGIN * (upper - lower);
                 let inside = (angle - lower).min(upper - angle);

@@ -26,6 +26,10 @@ const LEAST_WORK: f64 = 3e4;
 /// that it has.
 const FIRST_STEP: f64 = 10.0;
 
+/// How many times as stiff the springs may be that hold a pose, the softest first: where weight bends the joints between small feet
+/// and a high trunk, soft ones let the centre of mass wander beyond the feet.
+const STIFFER: [f64; 3] = [1.0, 2.0, 4.0];
+
 /// A surface point no farther from the ground than this touches it, in sizes of the character ([`Model::size`]).
 const TOUCHING: f64 = 0.01;
 
@@ -66,10 +70,25 @@ pub fn verify(
     let mut touching = vec![0; model.ground_shapes.len()];
     posed.surface.iter().filter(touches).for_each(|point| touching[point.shape] += 1);
     let rows = 3 * touching.into_iter().map(|points: usize| points.min(CORNERS_KEPT_WHOLE)).sum::<usize>();
-    let settled = if FIRST_STEP * work_of(rows) > WORK { None } else { hold(model, scene, &stance, stop) };
-    if let Some(settled) = settled {
-        stance.state = settled;
-        stance.stable = true;
+    let springs = stance.gains.clone();
+    for stiffer in STIFFER {
+        if FIRST_STEP * work_of(rows) > WORK {
+            break;
+        }
+        stance.gains = springs.clone();
+        stance.gains.stiffness.iter_mut().for_each(|stiffness| *stiffness *= stiffer);
+        stance.gains.damping.iter_mut().for_each(|damping| *damping *= stiffer.sqrt());
+        match hold(model, scene, &stance, stop) {
+            Some(Held::Standing(settled)) => {
+                (stance.state, stance.stable) = (*settled, true);
+                break;
+            }
+            Some(Held::Fallen) => {}
+            None => break,
+        }
+    }
+    if !stance.stable {
+        stance.gains = springs;
     }
     let root = stance.state.root.position;
     stance.root_height = root.z - ground.height(root.x, root.y);
@@ -82,8 +101,16 @@ fn work_of(rows: usize) -> f64 {
     (rows as f64).powi(3).max(LEAST_WORK)
 }
 
-/// The state at rest, or `None` if the character falls, does not come to rest, exceeds [`WORK`], or `stop` returns true.
-fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> bool) -> Option<State> {
+/// What came of holding a pose.
+enum Held {
+    /// The state at rest.
+    Standing(Box<State>),
+    /// It fell, or did not come to rest.
+    Fallen,
+}
+
+/// Holds the pose of `stance`; `None` where that cannot be simulated, exceeds [`WORK`], or `stop` returns true.
+fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> bool) -> Option<Held> {
     let mut scene = scene.clone();
     scene.effects.insert(Effect::TrunkRotationLock, Switch::Off);
     let accuracy = Accuracy { step: usual_step(model.size), ..Accuracy::default() };
@@ -118,7 +145,7 @@ fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> b
     state.root.linear_velocity.fill(0.0);
     state.root.angular_velocity.fill(0.0);
     state.velocities.fill(0.0);
-    stands.then_some(state)
+    Some(if stands { Held::Standing(Box::new(state)) } else { Held::Fallen })
 }
 
 /// Height of the centre of mass above the lowest point, m.
