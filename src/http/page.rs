@@ -78,6 +78,7 @@ const FILES: &[(&str, &str, &[u8])] = &[
     file!("examples", "quadruped.urdf" at "/characters/quadruped.urdf"),
     file!("examples", "biped.urdf" at "/characters/biped.urdf"),
     file!("examples", "hexapod.json" at "/characters/hexapod.json"),
+    file!("examples", "spider.json" at "/characters/spider.json"),
     file!("examples", "snake.json" at "/characters/snake.json"),
     file!("examples", "pantograph.json" at "/characters/pantograph.json"),
     file!("static", "viewer.html" at "/viewer/"),

@@ -7,6 +7,7 @@ const GAITS = {
   2: ["walk", "run", "hop"],
   4: ["walk", "trot", "pace", "canter", "gallop", "bound", "pronk"],
   6: ["wave", "ripple", "tripod"],
+  8: ["wave", "ripple", "tetrapod"],
 };
 const EFFECTS = {
   gravity: "Gravity", velocity_forces: "Forces of velocity", ground_contact: "Contact with the ground",

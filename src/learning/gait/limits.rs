@@ -108,7 +108,7 @@ impl GaitLimits {
             "bound" => Self { froude: None, ..GALLOP },
             "pronk" | "hop" => LEAP,
             "run" => RUN,
-            "wave" | "ripple" | "tripod" => Self { symmetrical: true, ..Self::unnamed(WALK) },
+            "wave" | "ripple" | "tripod" | "tetrapod" => Self { symmetrical: true, ..Self::unnamed(WALK) },
             _ => return None,
         })
     }

@@ -56,6 +56,18 @@ const SIX_LEGS: [Template; 3] = [
     single("tripod", &[0.0, 0.5, 0.0, 0.5, 0.0, 0.5], 0.5),
 ];
 
+/// L1 to L4 from fore to hind, R1 to R4; after Wilson 1967, "Stepping patterns in tarantula spiders": as of six legs, each leg the
+/// later after the one behind it the faster the spider goes, up to the alternating tetrapod, in which it is half a stride.
+const EIGHT_LEGS: [Template; 3] = [
+    single(
+        "wave",
+        &[3.0 / 8.0, 2.0 / 8.0, 1.0 / 8.0, 0.0, 7.0 / 8.0, 6.0 / 8.0, 5.0 / 8.0, 4.0 / 8.0],
+        7.0 / 8.0,
+    ),
+    single("ripple", &[0.75, 0.5, 0.25, 0.0, 0.25, 0.0, 0.75, 0.5], 0.75),
+    single("tetrapod", &[0.0, 0.5, 0.0, 0.5, 0.5, 0.0, 0.5, 0.0], 0.5),
+];
+
 /// L, R. Walking and running differ in the duty factor alone.
 const TWO_LEGS: [Template; 3] =
     [single("walk", &[0.0, 0.5], 0.6), single("run", &[0.0, 0.5], 0.35), single("hop", &[0.0, 0.0], 0.4)];
@@ -66,6 +78,7 @@ pub fn templates(legs: usize) -> &'static [Template] {
         2 => &TWO_LEGS,
         4 => &FOUR_LEGS,
         6 => &SIX_LEGS,
+        8 => &EIGHT_LEGS,
         _ => &[],
     }
 }

@@ -24,7 +24,7 @@ const FEWEST_STEPS: f64 = 20.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SearchMethod {
-    /// Gait by gait from seeds, each refined, for a character with two, four or six legs in pairs and for a body whose joints are a
+    /// Gait by gait from seeds, each refined, for a character with two, four, six or eight legs in pairs and for a body whose joints are a
     /// row; otherwise, without seeds, and where no gait stays up, by QDSEGA.
     #[default]
     Natural,

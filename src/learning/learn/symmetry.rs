@@ -1,6 +1,6 @@
 //! What a subset of states is closed under: the mirror image, and the cyclic shift of limbs.
 //!
-//! Animals of two, four or six legs move their left legs as their right ones half a stride later, and in many gaits every
+//! Animals of two, four, six or eight legs move their left legs as their right ones half a stride later, and in many gaits every
 //! leg as the one behind it part of a stride later. A subset that contains the mirror image of each of its states, and
 //! what it becomes when each limb does what the one before it did, holds such gaits as rings: of one state of a pronk,
 //! of a few of a trot and the pace that belongs to it, of all of a walk.

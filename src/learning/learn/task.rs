@@ -26,7 +26,7 @@ pub struct Task {
     /// along +x); only x and y count.
     pub direction: [f64; 3],
     /// `any`, or the name of a gait that so many legs have: of four `walk`, `trot`, `pace`, `canter`, `gallop`,
-    /// `bound`, `pronk`; of six `wave`, `ripple`, `tripod`; of two `walk`, `run`, `hop`.
+    /// `bound`, `pronk`; of six `wave`, `ripple`, `tripod`; of eight `wave`, `ripple`, `tetrapod`; of two `walk`, `run`, `hop`.
     pub gait: String,
     /// Wanted speed along the direction: m/s, or `fastest`; where `null` the comfortable one, at which the gait costs
     /// least. A search without leg programs goes as fast as it can where `null`.

@@ -92,6 +92,13 @@ const SIX: [Way; 3] = [
     ("tripod", "tripod", None, 0.52, [0.01, 0.08, 1.0]),
 ];
 
+/// The usual Froude numbers are those of six legs in the gaits that correspond.
+const EIGHT: [Way; 3] = [
+    ("wave", "wave", None, 5.0 / 6.0, [0.001, 0.01, 0.05]),
+    ("ripple", "ripple", None, 0.72, [0.005, 0.03, 0.15]),
+    ("tetrapod", "tetrapod", None, 0.52, [0.01, 0.08, 1.0]),
+];
+
 const TWO: [Way; 3] = [
     ("walk", "walk", None, 0.6, [0.02, 0.04, 0.5]),
     ("run", "run", None, 0.4, [0.3, 0.4, 5.0]),
@@ -104,6 +111,7 @@ pub fn gaits(legs: usize) -> Vec<NamedGait> {
         2 => &TWO,
         4 => &FOUR,
         6 => &SIX,
+        8 => &EIGHT,
         _ => &[],
     };
     let named = |&(name, gait, variant, duty_factor, froude): &Way| {

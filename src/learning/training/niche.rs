@@ -100,6 +100,6 @@ pub fn niches(task: &Task, subject: &Subject) -> Vec<Niche> {
 /// The gait with which the greatest speed is looked for: the steadiest of those that run, or the first way of going of a body without
 /// legs.
 fn runner(all: &[NamedGait]) -> Option<NamedGait> {
-    let runs = |gait: &&NamedGait| matches!(gait.name, "running trot" | "run" | "tripod");
+    let runs = |gait: &&NamedGait| matches!(gait.name, "running trot" | "run" | "tripod" | "tetrapod");
     all.iter().find(runs).or(all.first().filter(|way| way.phases.is_empty())).copied()
 }

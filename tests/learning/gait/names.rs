@@ -181,6 +181,30 @@ fn six_legs_step_in_waves() {
     assert_eq!(named(&backward, 0.83).name, "unclassified");
 }
 
+/// Wilson 1967: tarantulas step as insects do, from the slow wave of one leg after the other to the alternating tetrapod, in which
+/// the first and third leg of one side step with the second and fourth of the other.
+#[test]
+fn eight_legs_step_in_waves() {
+    for (name, duty) in
+        [("tetrapod", 0.5), ("tetrapod", 0.52), ("ripple", 0.75), ("ripple", 0.73), ("wave", 0.875)]
+    {
+        let lag = 1.0 - duty;
+        let sides = [(Side::Left, 0.0), (Side::Right, 0.5)];
+        let legs = sides.iter().flat_map(|&(side, later)| {
+            (0..4).map(move |row| (Leg { side, row, rows: 4 }, later + (3 - row) as f64 * lag))
+        });
+        let legs: Vec<(Leg, f64)> = legs.collect();
+        assert_eq!(classify(&legs, duty).expect("a name").name, name, "duty factor {duty}");
+    }
+    let together = ["L1", "L3", "R2", "R4"];
+    let tetrapod = templates(8).iter().find(|template| template.name == "tetrapod").expect("it");
+    for (index, phase) in tetrapod.phases.iter().enumerate() {
+        let side = if index < 4 { Side::Left } else { Side::Right };
+        let leg = Leg { side, row: index % 4, rows: 4 }.to_string();
+        assert_eq!(*phase == 0.0, together.contains(&leg.as_str()), "{leg}");
+    }
+}
+
 #[test]
 fn two_legs_walk_run_and_hop_and_other_numbers_have_no_names() {
     let name = |left: f64, right: f64, duty| named(&[("L", left), ("R", right)], duty).name;
@@ -188,9 +212,9 @@ fn two_legs_walk_run_and_hop_and_other_numbers_have_no_names() {
     assert_eq!(name(0.2, 0.72, 0.4), "run");
     assert_eq!(name(0.0, 0.03, 0.4), "hop");
     assert_eq!(name(0.0, 0.25, 0.4), "unclassified");
-    let eight: Vec<(Leg, f64)> =
-        (0..8).map(|index| (Leg { side: Side::Left, row: index, rows: 4 }, 0.0)).collect();
-    assert_eq!(classify(&eight, 0.5), None);
+    let ten: Vec<(Leg, f64)> =
+        (0..10).map(|index| (Leg { side: Side::Left, row: index, rows: 5 }, 0.0)).collect();
+    assert_eq!(classify(&ten, 0.5), None);
     assert_eq!(classify(&[], 0.5), None);
 }
 
