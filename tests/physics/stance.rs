@@ -134,6 +134,34 @@ fn legs_whose_joints_turn_without_end_stand_bent() {
     assert!(up && moved < 0.02 * stance.root_height, "it moved by {moved} m");
 }
 
+/// A head whose lowest point is at its joint is held as firmly as its weight asks for, not as far as it reaches down: it nods by less
+/// than 0.15 rad when it lies level, and comes to rest within a few swings.
+#[test]
+fn a_head_is_held_by_its_weight() {
+    let text = std::fs::read_to_string(common::example_path("biped.urdf")).unwrap();
+    let (mass, radius) = (0.8, 0.06);
+    let inertia = 0.4 * mass * radius * radius;
+    let head = format!(
+        r#"<link name="head"><inertial><origin xyz="0 0 {radius}"/><mass value="{mass}"/>
+        <inertia ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial>
+        <collision><origin xyz="0 0 {radius}"/><geometry><sphere radius="{radius}"/></geometry></collision></link>
+        <joint name="neck" type="revolute"><parent link="trunk"/><child link="head"/><origin xyz="0 0 0.12"/>
+        <axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="5" velocity="8"/></joint></robot>"#
+    );
+    let text = text.replace("</robot>", &head);
+    let reading = character::read(text.as_bytes(), Source::Urdf, Options::default()).unwrap();
+    let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
+    let stance = Stance::find(&model, &Scene::default());
+    assert!(stance.stable);
+    let neck = model.joint("neck").unwrap();
+    let (stiffness, damping) = (stance.gains.stiffness[neck], stance.gains.damping[neck]);
+    let nod = mass * 9.81 * radius / stiffness;
+    let about_joint = inertia + mass * radius * radius;
+    let ratio = damping / (2.0 * (stiffness * about_joint).sqrt());
+    assert!((0.1..0.15).contains(&nod), "it nods by {nod} rad");
+    assert!((ratio - 0.3).abs() < 1e-9, "{ratio} of critical damping");
+}
+
 /// The pose of a character whose legs slide is the same whatever its size is.
 #[test]
 fn legs_that_slide_stand_alike_at_every_size() {

@@ -29,6 +29,8 @@ pub struct Limb {
     /// The body of `bodies` with which the long segments begin: a short one before it only spreads the
     /// limb (a hip's abduction).
     pub first_long: usize,
+    /// The body of `bodies` that is the last long segment: the shank.
+    pub last_long: usize,
     /// Length from there to the farthest surface point of the foot when stretched, m.
     pub length: f64,
     /// Whether the foot is a sole (corners) and not a ball.
@@ -121,12 +123,20 @@ pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
             bodies.windows(2).map(|pair| model.bodies[pair[1]].offset.norm()).collect();
         segments.push(end);
         let longest = segments.iter().copied().fold(0.0, f64::max);
-        let first = segments.iter().position(|segment| *segment > SHORT * longest).unwrap_or(0);
+        let long = |segment: &f64| *segment > SHORT * longest;
+        let first = segments.iter().position(long).unwrap_or(0);
+        let last = segments.iter().rposition(long).unwrap_or(first);
         let length: f64 = segments[first..].iter().sum();
-        let first_long = bodies[first];
+        let (first_long, last_long) = (bodies[first], bodies[last]);
         let lowest = touching.iter().map(|point| point.at.z).fold(f64::INFINITY, f64::min);
         let sole = touching.iter().map(|point| point.at).filter(|at| at.z < lowest + SOLE * length);
-        limbs.push(Limb { bodies, first_long, length, flat: span_a_plane(&sole.collect::<Vec<_>>()) });
+        limbs.push(Limb {
+            bodies,
+            first_long,
+            last_long,
+            length,
+            flat: span_a_plane(&sole.collect::<Vec<_>>()),
+        });
     }
     let alike = |one: &Limb, other: &Limb| {
         one.bodies.len() == other.bodies.len()

@@ -16,6 +16,9 @@ use crate::model::{DofKind, Model};
 /// helps learning more than the low torques of a straight one.
 const EXTENSION: f64 = 0.7;
 
+/// The same for a character that was drawn flat: its feet stand below its knees, away from its trunk, for its legs to swing fore and aft.
+const SPRAWLED_EXTENSION: f64 = 0.5;
+
 /// Joints that slide are moved by this share of a limb's length where others are moved by a radian.
 const SLIDE: f64 = 0.25;
 
@@ -28,6 +31,9 @@ const PLACED: usize = 1_000_000;
 
 /// A character lower than this share of its own width lies rather than stands.
 const LYING: f64 = 0.2;
+
+/// A trunk that is carried is higher above the feet than this share of a limb's length.
+const LIFTED: f64 = 0.1;
 
 /// Fewest limbs of a character that may stand although it is drawn flat, with its legs stretched to the sides: both ends of a
 /// snake look like limbs.
@@ -76,7 +82,8 @@ pub fn search(model: &Model) -> Vec<f64> {
     });
     let units: Vec<f64> = units.collect();
     let away = away(model, &limbs);
-    let cost = Cost { model, limbs: &limbs, start: &start, away: &away, units: &units, size };
+    let cost =
+        Cost { model, limbs: &limbs, start: &start, away: &away, units: &units, size, sprawled: drawn_flat };
     let found = |from: Vec<f64>| descend(from, model, &limbs, &units, |angles| cost.of(angles));
     let mut angles = found(start.clone());
     if drawn_flat {
@@ -90,7 +97,17 @@ pub fn search(model: &Model) -> Vec<f64> {
     }
     loops::close(model, &mut angles);
     // What was drawn flat and cannot lift itself off the ground stays as it was drawn.
-    if drawn_flat && lies(&Posed::new(model, &angles)) { start } else { angles }
+    let lifted = !drawn_flat || lifts_its_trunk(&Posed::new(model, &angles), &limbs, size);
+    if lifted { angles } else { start }
+}
+
+/// Whether all that is no limb is higher than the feet by a [part](LIFTED) of `size`, m.
+fn lifts_its_trunk(posed: &Posed, limbs: &[Limb], size: f64) -> bool {
+    let feet = limbs.iter().filter_map(|limb| posed.foot(limb)).map(|foot| foot.z);
+    let highest = feet.fold(f64::NEG_INFINITY, f64::max);
+    let trunk =
+        posed.surface.iter().filter(|point| limbs.iter().all(|limb| !limb.bodies.contains(&point.body)));
+    trunk.map(|point| point.at.z).fold(f64::INFINITY, f64::min) > highest + LIFTED * size
 }
 
 /// `start` with each limb bent down at one joint, the same of all of them, for every joint that can.
@@ -123,8 +140,10 @@ fn folded(model: &Model, limbs: &[Limb], start: &[f64]) -> Vec<Vec<f64>> {
 fn away(model: &Model, limbs: &[Limb]) -> Vec<f64> {
     let [moving, idle] = AWAY;
     let mut away = vec![idle; model.joint_count()];
-    for limb in limbs {
-        let mut body = limb.bodies[limb.bodies.len() - 1];
+    let feet = limbs.iter().filter_map(|limb| limb.bodies.last().copied());
+    // What a closed loop joins moves with the limbs.
+    let looped = model.loops.iter().flat_map(|closing| closing.bodies);
+    for mut body in feet.chain(looped) {
         while body > 0 {
             away[body - 1] = moving;
             body = model.bodies[body].parent;
@@ -209,6 +228,8 @@ struct Cost<'a> {
     units: &'a [f64],
     /// Mean length of the limbs, m.
     size: f64,
+    /// Whether its legs stand sprawled.
+    sprawled: bool,
 }
 
 impl Cost<'_> {
@@ -223,9 +244,13 @@ impl Cost<'_> {
         for (limb, foot) in self.limbs.iter().zip(&feet) {
             let attached = posed.bodies.at(limb.first_long).origin;
             let extension = (attached.z - foot.z) / limb.length;
+            let (above, usual) = match self.sprawled {
+                true => (posed.bodies.at(limb.last_long).origin, SPRAWLED_EXTENSION),
+                false => (attached, EXTENSION),
+            };
             cost += 20.0 * relative(foot.z - mean.z) / count;
-            cost += 1.0 * relative(flat(attached - foot).norm()) / count;
-            cost += 4.0 * (extension - EXTENSION).powi(2) / count;
+            cost += 1.0 * relative(flat(above - foot).norm()) / count;
+            cost += 4.0 * (extension - usual).powi(2) / count;
             if limb.flat {
                 let tilt = posed.bodies.at(limb.bodies[limb.bodies.len() - 1]).rotation.column(2).z;
                 cost += 4.0 * (1.0 - tilt) / count;

@@ -44,6 +44,11 @@ impl Found {
         if self.natural { Proof::of(self.trials.as_deref()) } else { Proof::Unnatural }
     }
 
+    /// Whether it did not stay up in one of its trials.
+    pub(super) fn falls_in_a_trial(&self) -> bool {
+        self.trials.as_ref().is_some_and(|trials| trials.iter().any(|trial| !trial.stood()))
+    }
+
     /// Whether it is worth more than `other`, which was found in the same way.
     pub(super) fn beats(&self, other: &Self) -> bool {
         let (own, others) = (self.proof(), other.proof());

@@ -62,7 +62,7 @@ impl NicheSearch<'_> {
     }
 
     /// Searches once, with feedback where nothing stays up without, and again with other chances where what was found stays
-    /// up but is not natural or fails a trial; where it was to be the fastest, at lower speeds.
+    /// up but is not natural or fails a trial, with feedback where it falls in one; where it was to be the fastest, at lower speeds.
     fn search(&mut self) -> Result<(), Interrupted> {
         self.attempt()?;
         let fallen = self.found.as_ref().is_some_and(|found| found.candidate.figures.upright < 1.0);
@@ -81,13 +81,22 @@ impl NicheSearch<'_> {
             NichePace::Fastest { .. } => SLOWER,
         };
         for _ in 0..attempts {
-            let wanting = self.generations() > 0 && self.found.as_ref().is_some_and(again);
-            if !wanting || !self.can_spare(self.generations()) {
+            let Some(before) = self.found.clone().filter(|found| self.generations() > 0 && again(found))
+            else {
+                break;
+            };
+            // Whoever falls in a trial stays up by chance: it is to answer to what its trunk does. Leaps fall for other reasons.
+            let falls = before.falls_in_a_trial() && !leaps(self.niche.gait.gait);
+            if falls && self.shared.subject.can_steer() && !self.steered {
+                (self.steered, self.stood) = (true, true);
+            }
+            if !self.can_spare(self.generations()) {
                 break;
             }
-            let Some(before) = self.found.take() else { break };
-            // What only fails a trial is better left for another way to go; what is not natural yet may be in as many generations more.
-            self.unfinished = (!before.natural).then(|| before.candidate.parameters.clone());
+            self.found = None;
+            // What only fails a trial is better left for another way to go; what is not natural yet, or falls, may do better in as many
+            // generations more.
+            self.unfinished = (!before.natural || self.stood).then(|| before.candidate.parameters.clone());
             if matches!(self.niche.pace, NichePace::Fastest { .. }) {
                 // Whoever is too fast to be natural may be so when slower.
                 let tried = before.wanted.froude(&self.shared.subject.legs);

@@ -59,6 +59,8 @@ pub(in crate::training) struct NicheSearch<'a> {
     pub(super) stages: u64,
     /// Whether gaits have feedback.
     pub(super) steered: bool,
+    /// Whether what has feedback stayed up without: it takes no longer to refine than other gaits.
+    pub(super) stood: bool,
     /// Greatest Froude number that is tried where the greatest speed is looked for.
     pub(super) greatest_froude: f64,
     /// The best so far at the speed that leads.
@@ -98,6 +100,7 @@ impl<'a> NicheSearch<'a> {
             observer,
             stages: 0,
             steered: false,
+            stood: false,
             greatest_froude: niches[index].gait.froude[2],
             found: None,
             unfinished: None,
@@ -112,7 +115,7 @@ impl<'a> NicheSearch<'a> {
     /// Generations of one attempt.
     pub(super) fn generations(&self) -> u32 {
         let parameters = &self.shared.setup.parameters;
-        let times = if self.steered { STEERED_TIMES } else { 1 };
+        let times = if self.steered && !self.stood { STEERED_TIMES } else { 1 };
         if parameters.refine { parameters.gait_generations * self.niche.gait.share() * times } else { 0 }
     }
 
