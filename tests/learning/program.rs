@@ -469,7 +469,12 @@ fn the_search_sees_the_torque_that_the_judge_sees() {
 
 #[test]
 fn the_search_measures_the_hips_where_the_judge_does() {
-    for (name, gait) in [("quadruped.urdf", "trot"), ("hexapod.json", "tripod"), ("biped.urdf", "walk")] {
+    for (name, gait) in [
+        ("quadruped.urdf", "trot"),
+        ("hexapod.json", "tripod"),
+        ("spider.json", "tetrapod"),
+        ("biped.urdf", "walk"),
+    ] {
         measures_the_hips_as_the_judge_does(&subject(name, [1.0, 0.0, 0.0]), gait);
     }
 }

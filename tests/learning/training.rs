@@ -308,10 +308,12 @@ fn a_few_generations_teach_a_walk_that_is_a_walk() {
     assert!(gait.feet.iter().all(|foot| foot.duty_factor > 0.5), "{:?}", gait.feet);
 }
 
-/// Two and six legs: what is found stays up for 20 s, has the name of what was asked for, and its speed.
+/// Two, six and eight legs: what is found stays up for 20 s, has the name of what was asked for, and its speed.
 #[test]
-fn two_legs_walk_and_six_legs_go_by_threes() {
-    for (name, asked, froude) in [("biped.urdf", "walk", 0.03), ("hexapod.json", "tripod", 0.08)] {
+fn two_legs_walk_and_six_and_eight_legs_go_by_threes_and_fours() {
+    for (name, asked, froude) in
+        [("biped.urdf", "walk", 0.03), ("hexapod.json", "tripod", 0.08), ("spider.json", "tetrapod", 0.08)]
+    {
         let learning = once(20);
         let task = Task { froude: Some(froude), ..gait(asked) };
         let setup = setup(name, task, learning, 2);
