@@ -251,7 +251,8 @@ impl Cost<'_> {
             cost += 20.0 * relative(foot.z - mean.z) / count;
             cost += 1.0 * relative(flat(above - foot).norm()) / count;
             cost += 4.0 * (extension - usual).powi(2) / count;
-            if limb.flat {
+            // Of what was drawn flat the lower side of a shank is no sole.
+            if limb.flat && !self.sprawled {
                 let tilt = posed.bodies.at(limb.bodies[limb.bodies.len() - 1]).rotation.column(2).z;
                 cost += 4.0 * (1.0 - tilt) / count;
             }
