@@ -71,10 +71,8 @@ pub fn verify(
     posed.surface.iter().filter(touches).for_each(|point| touching[point.shape] += 1);
     let rows = 3 * touching.into_iter().map(|points: usize| points.min(CORNERS_KEPT_WHOLE)).sum::<usize>();
     let springs = stance.gains.clone();
-    for stiffer in STIFFER {
-        if FIRST_STEP * work_of(rows) > WORK {
-            break;
-        }
+    let affordable = FIRST_STEP * work_of(rows) <= WORK;
+    for stiffer in STIFFER.into_iter().filter(|_| affordable) {
         stance.gains = springs.clone();
         stance.gains.stiffness.iter_mut().for_each(|stiffness| *stiffness *= stiffer);
         stance.gains.damping.iter_mut().for_each(|damping| *damping *= stiffer.sqrt());

@@ -149,20 +149,20 @@ impl PairFinder<'_> {
     /// Whether one of the bodies carries the other, or a loop's joint is between them.
     fn joined(&self, [a, b]: [usize; 2]) -> bool {
         let closes = |closing: &LoopJoint| closing.bodies == [a, b] || closing.bodies == [b, a];
-        self.carries(a, b) || self.carries(b, a) || self.loops.iter().any(closes)
+        self.hangs_on(a, b) || self.hangs_on(b, a) || self.loops.iter().any(closes)
     }
 
     /// Whether `child` hangs on `parent` by one joint, or by hinges about one point (a hip that abducts and swings), which are one joint
     /// by design however many links a file needs for it.
-    fn carries(&self, parent: usize, child: usize) -> bool {
+    fn hangs_on(&self, child: usize, parent: usize) -> bool {
+        let apart = SAME_PLACE * self.reach(child);
         let mut body = child;
         while body > 0 {
             let Body { parent: carrier, offset, .. } = self.bodies[body];
             if carrier == parent {
                 return true;
             }
-            let reach = self.reach(child);
-            if self.bodies[carrier].dof != DofKind::Revolute || offset.norm() > SAME_PLACE * reach {
+            if self.bodies[carrier].dof != DofKind::Revolute || offset.norm() > apart {
                 return false;
             }
             body = carrier;
