@@ -56,8 +56,8 @@ const SIX_LEGS: [Template; 3] = [
     single("tripod", &[0.0, 0.5, 0.0, 0.5, 0.0, 0.5], 0.5),
 ];
 
-/// L1 to L4 from fore to hind, R1 to R4; after Wilson 1967, "Stepping patterns in tarantula spiders": as of six legs, each leg the
-/// later after the one behind it the faster the spider goes, up to the alternating tetrapod, in which it is half a stride.
+/// L1 to L4 from fore to hind, R1 to R4. The tetrapod is that of Wilson 1967, "Stepping patterns in tarantula spiders"; wave and ripple
+/// carry the rule of six legs over to eight: each leg steps the later after the one behind it the less of the stride it stands.
 const EIGHT_LEGS: [Template; 3] = [
     single(
         "wave",

@@ -181,8 +181,8 @@ fn six_legs_step_in_waves() {
     assert_eq!(named(&backward, 0.83).name, "unclassified");
 }
 
-/// Wilson 1967: tarantulas step as insects do, from the slow wave of one leg after the other to the alternating tetrapod, in which
-/// the first and third leg of one side step with the second and fourth of the other.
+/// Wilson's rule for six legs carried over to eight, up to the alternating tetrapod of tarantulas (Wilson 1967), in which the first and
+/// third leg of one side step with the second and fourth of the other.
 #[test]
 fn eight_legs_step_in_waves() {
     for (name, duty) in

@@ -85,7 +85,7 @@ impl NicheSearch<'_> {
             else {
                 break;
             };
-            // Whoever falls in a trial stays up by chance: it is to answer to what its trunk does. Leaps fall for other reasons.
+            // What falls under a disturbance is given feedback. Leaps are left out: most of them fall on soft ground alone.
             let falls = before.falls_in_a_trial() && !leaps(self.niche.gait.gait);
             if falls && self.shared.subject.can_steer() && !self.steered {
                 (self.steered, self.stood) = (true, true);
