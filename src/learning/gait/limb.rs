@@ -10,6 +10,8 @@ use gaitwright_physics::playback::Trace;
 
 /// A segment shorter than this share of the leg's longest one belongs to the hip: it only turns the leg out.
 const SHORT: f64 = 0.5;
+/// A leg is sprawled from this share of sideways distance over height between hip and foot on, about 27°.
+const SPRAWLED: f64 = 0.5;
 /// Thickness of a sole, share of the leg's length.
 pub(crate) const SOLE: f64 = 0.02;
 /// Rounds in which one joint after the other is turned to where the leg is longest.
@@ -24,6 +26,8 @@ pub(super) struct Limb {
     foot: (usize, Point3<f64>),
     /// The greatest distance from hip to foot within the ranges of motion, m.
     greatest: f64,
+    /// Whether it is [`sprawled`] in the standing pose.
+    pub(super) sprawled: bool,
 }
 
 impl Limb {
@@ -63,7 +67,9 @@ impl Limb {
         let first_long = first_long(&segments);
         let distal: Vec<usize> = chain[first_long + 1..].to_vec();
         let greatest = greatest_reach(model, &distal, place.pose * point);
-        (greatest > 0.0).then_some(Self { hip: frames[first_long].0, foot: (support, point), greatest })
+        let hip = frames[first_long];
+        let sprawled = sprawled(&((ground_frame * point).coords - hip.1.translation.vector));
+        (greatest > 0.0).then_some(Self { hip: hip.0, foot: (support, point), greatest, sprawled })
     }
 
     /// Share of its greatest length to which the leg is extended in the middle of a stance, mean over the whole stances in
@@ -83,6 +89,12 @@ impl Limb {
             .collect();
         mean(&shares)
     }
+}
+
+/// Whether a leg stands with its foot beside its hip, as a lizard's or a spider's does, rather than below it; `leg` leads from the
+/// hip to the foot in the standing pose, z up. Such legs keep their knees bent.
+pub(crate) fn sprawled(leg: &Vector3<f64>) -> bool {
+    leg.xy().norm() > SPRAWLED * leg.z.abs()
 }
 
 /// Index of the first of a leg's `segments` (lengths from the trunk on, m) that does not belong to the hip.

@@ -30,7 +30,7 @@ pub(crate) const SLIP: f64 = 0.05;
 pub(crate) const CLEARANCE: [f64; 2] = [0.05, 0.35];
 /// Share of the time in which something else than a foot touches the ground.
 pub(crate) const SCUFFING: f64 = 0.0;
-/// Most legs whose extension is judged: more than four stand sprawled in nature, with their knees bent.
+/// Most legs whose extension is judged: more than four have their knees bent in nature.
 pub(crate) const UPRIGHT_LEGS: usize = 4;
 /// Distance from hip to foot in mid-stance over the greatest possible.
 pub(crate) const EXTENSION: [f64; 2] = [0.8, 0.95];

@@ -208,7 +208,8 @@ fn feet(
     }
     if report.feet.len() <= limits::UPRIGHT_LEGS {
         let extensions = footings.iter().filter_map(|footing| {
-            Limb::of(gait.model, footing.links[0], gait.standing)?.extension(trace, footing)
+            let limb = Limb::of(gait.model, footing.links[0], gait.standing)?;
+            if limb.sprawled { None } else { limb.extension(trace, footing) }
         });
         found.worst("extension", MeasureLimit::within(limits::EXTENSION), extensions);
     }

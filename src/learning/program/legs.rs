@@ -12,7 +12,7 @@ use gaitwright_physics::stance::{Stance, feet};
 
 use super::closing::{self, Following};
 use super::spine::Spine;
-use crate::gait::limb::{SOLE, first_long, greatest_reach};
+use crate::gait::limb::{SOLE, first_long, greatest_reach, sprawled};
 
 /// Shapes of a foot whose lowest points are within this share of the hip's height of each other stand together.
 const ASTAND: f64 = 0.002;
@@ -52,6 +52,8 @@ pub struct LegChain {
     /// How many of its tilts (pitch, then roll) the foot has to keep level: those of a sole that are left to the joints
     /// besides the foot's place.
     pub level: usize,
+    /// Whether its foot stands beside its hip rather than below it.
+    pub sprawled: bool,
     /// Sum of its segments, m: the unit of its lengths in inverse kinematics.
     size: f64,
     /// Frame of the body that carries the first joint.
@@ -431,6 +433,7 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> O
         radius,
         length: 0.0,
         level: 0,
+        sprawled: false,
         size: reach,
         base: frames[parent],
         bodies: chain.iter().map(|&body| model.bodies[body].clone()).collect(),
@@ -444,6 +447,7 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> O
     if stands_flat {
         leg.level = tilts(&leg);
     }
+    leg.sprawled = sprawled(&(leg.foot - leg.hip));
     leg.length = leg.hip.z - leg.foot.z + highest(model, stance, &leg);
     Some(leg)
 }
@@ -464,8 +468,9 @@ fn tilts(leg: &LegChain) -> usize {
     if pitched > place { 1 + rolled - pitched } else { 0 }
 }
 
-/// How much higher than in the standing pose the leg can carry its hip with the foot straight below where it stands, m. Ranges
-/// of motion and offsets aside keep many a leg from ever being as long as the sum of its segments.
+/// How much higher than in the standing pose the leg can carry its hip with the foot straight below where it stands, m, and below
+/// the hip as seen from the side unless the leg is sprawled. Ranges of motion and offsets aside keep many a leg from ever being as
+/// long as the sum of its segments.
 fn highest(model: &Model, stance: &Stance, leg: &LegChain) -> f64 {
     let reaches = |target: Vector3<f64>| {
         let mut own = leg.standing.clone();
@@ -477,10 +482,11 @@ fn highest(model: &Model, stance: &Stance, leg: &LegChain) -> f64 {
                 .is_some_and(|following| following.open < REACHED * leg.size);
         closed && left < REACHED * leg.size
     };
+    let below = if leg.sprawled { leg.foot.x } else { leg.hip.x };
     let (mut reached, mut missed) = (0.0, leg.size);
     for _ in 0..12 {
         let tried = 0.5 * (reached + missed);
-        if reaches(Vector3::new(leg.hip.x, leg.foot.y, leg.foot.z - tried)) {
+        if reaches(Vector3::new(below, leg.foot.y, leg.foot.z - tried)) {
             reached = tried;
         } else {
             missed = tried;

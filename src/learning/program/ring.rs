@@ -178,7 +178,11 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
         let apart = (PHASE_SHIFT * p(APART)).clamp(-farthest, farthest);
         let phase = wanted.gait.phases[index] + apart * fore + aside;
         // A single row of legs has to stand below the centre of mass.
-        let below = if rows > 1 { leg.hip.x } else { legs.center.x };
+        let below = match rows {
+            1 => legs.center.x,
+            _ if leg.sprawled => leg.foot.x,
+            _ => leg.hip.x,
+        };
         let neutral = Vector2::new(
             below + 0.06 * size * (p(FOOTHOLD) + p(FORE_FOOTHOLD) * fore),
             leg.foot.y + 0.06 * size * (p(ASIDE) + side * (p(WIDTH) + p(FORE_WIDTH) * fore)),
@@ -193,8 +197,10 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
     });
     let stood = legs.legs.iter().map(|leg| (leg.hip.z - leg.foot.z) / leg.length).sum::<f64>()
         / legs.legs.len() as f64;
+    // Sprawled legs carry the trunk as high as they stand.
+    let usual = if legs.legs.iter().any(|leg| leg.sprawled) { stood } else { EXTENSIONS[1] };
     let least = if wanted.gait.gallops() { LEAST_OF_GALLOPS } else { PERIODS[0] };
-    let extension = (EXTENSIONS[1] + 0.04 * p(EXTENSION)).clamp(EXTENSIONS[0], EXTENSIONS[2]);
+    let extension = (usual + 0.04 * p(EXTENSION)).clamp(EXTENSIONS[0].min(usual), EXTENSIONS[2].max(usual));
     Program {
         period: wanted.usual_period(size) * (0.2 * p(PERIOD)).exp().clamp(least, PERIODS[1]),
         speed: speed * (0.1 * p(SPEED)).exp(),

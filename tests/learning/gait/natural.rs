@@ -10,7 +10,7 @@ use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::{MeasureLimit, NaturalnessMeasure};
 use gaitwright_physics::playback::{Sample, Trace};
 use gaitwright_physics::scene::ActuatorLimits;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
 use super::SUPPORT;
@@ -25,8 +25,8 @@ fn trot() -> Gait {
 struct Case {
     character: Character,
     support: Vec<usize>,
-    gait: Gait,
     trace: Trace,
+    standing: Vec<Isometry3<f64>>,
     direction: [f64; 3],
     speed: Option<f64>,
     asked: Option<&'static str>,
@@ -42,8 +42,8 @@ impl Case {
         Self {
             character: with_motors(),
             support: SUPPORT.to_vec(),
-            gait,
             trace,
+            standing: Gait { speed: 0.0, ..gait }.sample(0.1 * gait.stride).link_poses,
             direction: [1.0, 0.0, 0.0],
             speed: Some(gait.speed),
             asked: None,
@@ -53,11 +53,10 @@ impl Case {
 
     fn judged(&self) -> GaitReport {
         let model = Model::new(Arc::new(self.character.clone()), Base::Floating);
-        let standing = Gait { speed: 0.0, ..self.gait }.sample(0.1 * self.gait.stride).link_poses;
         let gait = GaitContext {
             model: &model,
             support: &self.support,
-            standing: &standing,
+            standing: &self.standing,
             ground: 0.0,
             mass: mass(),
             gravity: GRAVITY,
@@ -377,6 +376,29 @@ fn a_knee_that_cannot_be_straight_makes_a_shorter_leg() {
     let length = (2.0 * 0.2 * 0.2 * (1.0 + 0.5_f64.cos())).sqrt();
     let extension = case.judged().naturalness["extension"].value;
     assert!((extension - 0.34 / length).abs() < 2e-3, "{extension}");
+}
+
+/// A leg with its foot beside the hip has its knee bent at any height, and is not judged by it.
+#[test]
+fn the_extension_of_sprawled_legs_is_not_judged() {
+    let bent = Gait { height: 0.3, ..trot() };
+    assert_eq!(Case::new(bent).broken(), ["extension"]);
+    // Hips moved towards the middle, first until the legs still stand below them, then farther.
+    for (inward, judged) in [(0.1, true), (0.2, false)] {
+        let mut case = Case::new(bent);
+        let thighs = [1, 3, 5, 7];
+        let moved = |poses: &mut Vec<Isometry3<f64>>| {
+            for thigh in thighs {
+                let y = &mut poses[thigh].translation.y;
+                *y -= inward * y.signum();
+            }
+        };
+        moved(&mut case.standing);
+        case.trace.samples.iter_mut().for_each(|sample| moved(&mut sample.link_poses));
+        let report = case.judged();
+        assert_eq!(report.naturalness.contains_key("extension"), judged, "{inward} m");
+        assert!(judged || report.natural);
+    }
 }
 
 /// Nothing that rests is natural, and what has no names may be.

@@ -1,29 +1,27 @@
 //! Leg programs: forces against hand-computed equilibria, inverse kinematics against forward kinematics and the simulator's own,
 //! the evolution strategy on published test functions, and the whole for determinism.
 
+mod judged;
+mod legs;
+
 use std::sync::Arc;
 
-use gaitwright_learning::check::MotionCheck;
-use gaitwright_learning::gait::GaitReport;
-use gaitwright_learning::learn::Posture;
 use gaitwright_learning::program::cma::Cma;
 use gaitwright_learning::program::cost::{HOLDS, undisturbed};
 use gaitwright_learning::program::figures::RolloutFigures;
 use gaitwright_learning::program::gaits::{gaits, named};
 use gaitwright_learning::program::leg_watch::LegFigures;
 use gaitwright_learning::program::legs::Legs;
-use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, Ring, TURN, Wanted, program};
+use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, TURN, Wanted, program};
 use gaitwright_learning::program::steer;
 use gaitwright_learning::program::subject::Subject;
 use gaitwright_learning::program::template::{SAMPLES, shares, stride};
-use gaitwright_physics::character::{Character, Source, read, read_file};
+use gaitwright_physics::character::{Character, read_file};
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::motion::Player;
-use gaitwright_physics::scene::{Accuracy, Gains, Scene};
-use gaitwright_physics::sim::{State, link_poses};
+use gaitwright_physics::scene::{Accuracy, Scene};
 use gaitwright_physics::stance::Stance;
 use nalgebra::{Vector2, Vector3};
-use serde_json::json;
 
 pub const GRAVITY: f64 = 9.81;
 
@@ -191,76 +189,6 @@ fn a_pair_of_legs_under_the_centre_of_mass_carries_half_each() {
     let peak = moments.iter().map(|moment| moment.forces[0].norm()).fold(0.0, f64::max);
     let wanted = legs.mass * GRAVITY * std::f64::consts::PI / (4.0 * duty);
     assert!((peak / wanted - 1.0).abs() < 0.02, "{peak} instead of {wanted}");
-}
-
-#[test]
-fn legs_are_where_the_simulator_has_them() {
-    for name in ["quadruped.urdf", "biped.urdf", "hexapod.json"] {
-        let subject = subject(name, [1.0, 0.0, 0.0]);
-        for leg in &subject.legs.legs {
-            let mut state = State::new(&subject.model);
-            let angles: Vec<f64> = leg.standing.iter().map(|angle| angle + 0.1).collect();
-            state.angles.copy_from_slice(&subject.stance.angles);
-            for (&joint, &angle) in leg.joints.iter().zip(&angles) {
-                state.angles[joint] = angle;
-            }
-            let poses = link_poses(&subject.model, &state);
-            let place = leg.place(&angles);
-            // The foot's body turned as the simulator turns it.
-            let body = subject.model.links[leg.links[0]].body;
-            let link = subject.model.links.iter().position(|link| link.body == body).unwrap();
-            let body = poses[link] * subject.model.links[link].pose.inverse();
-            let wanted = body.rotation.to_rotation_matrix();
-            assert!((place.rotation - wanted.matrix()).amax() < 1e-12, "{name}");
-            // The last joint sits where the body's origin is.
-            let origin = place.origin(leg.joints.len() - 1);
-            assert!((origin - body.translation.vector).norm() < 1e-12, "{name}");
-        }
-    }
-}
-
-#[test]
-fn inverse_kinematics_finds_what_forward_kinematics_gave() {
-    for name in ["quadruped.urdf", "biped.urdf", "hexapod.json"] {
-        let subject = subject(name, [1.0, 0.0, 0.0]);
-        for leg in &subject.legs.legs {
-            for change in [-0.15, 0.1, 0.2] {
-                let mut wanted: Vec<f64> = leg.standing.iter().map(|angle| angle + change).collect();
-                for (&joint, angle) in leg.joints.iter().zip(&mut wanted) {
-                    let [lower, upper] = subject.model.limits[joint].unwrap_or([f64::MIN, f64::MAX]);
-                    *angle = angle.clamp(lower, upper);
-                }
-                let goal = leg.place(&wanted);
-                let mut found = leg.standing.clone();
-                let left = leg.reach(&mut found, goal.foot, goal.up);
-                assert!(left < 1e-4 * leg.length, "{name}: {left} m");
-                assert!((leg.place(&found).foot - goal.foot).norm() < 1e-4 * leg.length);
-            }
-            // What cannot be reached is approached, within the ranges of motion.
-            let mut found = leg.standing.clone();
-            let left = leg.reach(&mut found, leg.hip - Vector3::z() * (2.0 * leg.length), Vector3::z());
-            assert!(left > 0.5 * leg.length);
-            for (&joint, angle) in leg.joints.iter().zip(&found) {
-                let [lower, upper] = subject.model.limits[joint].unwrap_or([f64::MIN, f64::MAX]);
-                assert!((lower..=upper).contains(angle));
-            }
-        }
-    }
-}
-
-#[test]
-fn left_and_fore_follow_the_direction_of_travel() {
-    let ahead = subject("quadruped.urdf", [1.0, 0.0, 0.0]).legs;
-    let back = subject("quadruped.urdf", [-1.0, 0.0, 0.0]).legs;
-    // LF, LH, RF, RH: the other way round, left fore is what was right hind.
-    for (leg, other) in [(0, 3), (1, 2), (2, 1), (3, 0)] {
-        assert_eq!(ahead.legs[leg].joints, back.legs[other].joints);
-        assert!((ahead.legs[leg].hip + back.legs[other].hip).xy().norm() < 1e-12);
-    }
-    assert!(ahead.legs[0].hip.x > 0.0 && ahead.legs[0].hip.y > 0.0);
-    // The mass and its inertia are those of the character.
-    assert!((ahead.mass - 12.0).abs() < 1e-9);
-    assert!((ahead.inertia[(1, 1)] - back.inertia[(1, 1)]).abs() < 1e-12);
 }
 
 #[test]
@@ -435,246 +363,4 @@ fn a_trot_that_turns_is_steered_straight() {
     // Straight on, nothing is changed.
     let middle = &steering.tables[0].rings[steering.tables[0].rings.len() / 2];
     assert!(middle.iter().all(|change| change.angles.iter().chain(&change.velocities).all(|it| *it == 0.0)));
-}
-
-/// The gait of `ring`, driven with `gains`, as a finished motion is judged.
-fn judged(subject: &Subject, ring: &Ring, gains: &Gains) -> GaitReport {
-    let check = MotionCheck {
-        model: &subject.model,
-        stance: &subject.stance,
-        gains,
-        scene: &subject.scene,
-        accuracy: &subject.accuracy,
-        player: &ring.player(&subject.stance.angles),
-        direction: subject.direction,
-        speed: None,
-        gait: None,
-    };
-    check.run(&|| false).unwrap().gait
-}
-
-/// Motors that are too weak for a trot give all that they have at their speed for a part of the time, most of it less than their
-/// greatest torque: the search sees that as the judge does.
-#[test]
-fn the_search_sees_the_torque_that_the_judge_sees() {
-    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
-    let (ring, mut gains) = subject.ring(&trot(&subject.legs), &brisk());
-    gains.max_torque.fill(Some(9.0));
-    let figures = subject.arena().unwrap().run(&ring, &gains, 40);
-    let judged = judged(&subject, &ring, &gains).naturalness["torque_saturation"].value;
-    assert!(figures.upright >= 1.0 && judged > 0.1, "{judged} of the time at the limit");
-    // The judge looks 48 times a loop, which tells how long a joint is at its limit in each to one of them.
-    assert!((figures.saturated - judged).abs() < 1.0 / 48.0, "{} seen, {judged} judged", figures.saturated);
-}
-
-#[test]
-fn the_search_measures_the_hips_where_the_judge_does() {
-    for (name, gait) in [
-        ("quadruped.urdf", "trot"),
-        ("hexapod.json", "tripod"),
-        ("spider.json", "tetrapod"),
-        ("biped.urdf", "walk"),
-    ] {
-        measures_the_hips_as_the_judge_does(&subject(name, [1.0, 0.0, 0.0]), gait);
-    }
-}
-
-/// A leg may be as long as its slide is drawn out: the slide's own frame is at the hip.
-#[test]
-fn the_search_measures_the_hips_of_telescopic_legs_where_the_judge_does() {
-    let leg = |name: &str, x: f64, y: f64| {
-        let ball = |radius: f64, z: f64| json!([{ "kind": "sphere", "radius": radius, "pose": { "position": [0, 0, z] } }]);
-        let link = |part: &str, radius: f64, z: f64| json!({ "name": format!("{name}_{part}"), "density": 1000, "shapes": ball(radius, z) });
-        let joint = |part: &str,
-                     parent: String,
-                     kind: &str,
-                     at: [f64; 3],
-                     axis: [f64; 3],
-                     [lower, upper]: [f64; 2]| {
-            json!({ "name": format!("{name}_to_{part}"), "kind": kind, "parent": parent, "child": format!("{name}_{part}"),
-                    "origin": { "position": at }, "axis": axis,
-                    "limits": { "lower": lower, "upper": upper }, "actuation": { "max_torque": 100, "max_speed": 10 } })
-        };
-        let links = [link("thigh", 0.03, 0.0), link("shank", 0.025, 0.0)];
-        let hip = joint("thigh", "trunk".into(), "revolute", [x, y, 0.0], [0.0, 1.0, 0.0], [-1.0, 1.0]);
-        let slide =
-            joint("shank", format!("{name}_thigh"), "prismatic", [0.0; 3], [0.0, 0.0, -1.0], [0.2, 0.35]);
-        (links, [hip, slide])
-    };
-    let legs = [("lf", 0.2, 0.1), ("rf", 0.2, -0.1), ("lh", -0.2, 0.1), ("rh", -0.2, -0.1)]
-        .map(|(name, x, y)| leg(name, x, y));
-    let trunk =
-        json!({ "name": "trunk", "density": 500, "shapes": [{ "kind": "box", "size": [0.5, 0.15, 0.1] }] });
-    let links: Vec<_> =
-        std::iter::once(trunk).chain(legs.iter().flat_map(|(links, _)| links.clone())).collect();
-    let joints: Vec<_> = legs.iter().flat_map(|(_, joints)| joints.clone()).collect();
-    let document =
-        json!({ "format": "gaitwright/character@1", "name": "telescopic", "links": links, "joints": joints });
-    let reading = read(document.to_string().as_bytes(), Source::Json, Default::default()).unwrap();
-    let subject = subject_of(reading.character, [1.0, 0.0, 0.0]);
-    assert!(subject.legs.hip_height > 0.2, "{} m", subject.legs.hip_height);
-    measures_the_hips_as_the_judge_does(&subject, "trot");
-}
-
-/// A leg of three joints that all turn about one axis keeps its sole level with the joint that its foot's place leaves.
-#[test]
-fn soles_of_planar_legs_are_kept_level() {
-    let mut links = vec![
-        json!({ "name": "trunk", "density": 300, "shapes": [{ "kind": "box", "size": [0.2, 0.3, 0.2] }] }),
-    ];
-    let mut joints = Vec::new();
-    for (side, y) in [("left", 0.1), ("right", -0.1)] {
-        let mut parent = "trunk".to_owned();
-        for (part, down) in
-            [("thigh", [0.0, y, -0.1]), ("shank", [0.0, 0.0, -0.3]), ("foot", [0.0, 0.0, -0.3])]
-        {
-            let child = format!("{side}_{part}");
-            let shape = match part {
-                "foot" => {
-                    json!({ "kind": "box", "size": [0.2, 0.08, 0.02], "pose": { "position": [0.03, 0, -0.03] } })
-                }
-                _ => {
-                    json!({ "kind": "capsule", "radius": 0.03, "length": 0.2, "pose": { "position": [0, 0, -0.15] } })
-                }
-            };
-            links.push(json!({ "name": child, "density": 500, "shapes": [shape] }));
-            joints.push(json!({ "name": format!("{child}_joint"), "kind": "revolute", "parent": parent, "child": child,
-                "origin": { "position": down }, "axis": [0, 1, 0], "limits": { "lower": -1.5, "upper": 1.5 },
-                "actuation": { "max_torque": 100, "max_speed": 10 } }));
-            parent = child;
-        }
-    }
-    let document =
-        json!({ "format": "gaitwright/character@1", "name": "planar", "links": links, "joints": joints });
-    let reading = read(document.to_string().as_bytes(), Source::Json, Default::default()).unwrap();
-    let subject = subject_of(reading.character, [1.0, 0.0, 0.0]);
-    assert_eq!(subject.legs.legs.len(), 2);
-    for leg in &subject.legs.legs {
-        assert_eq!(leg.level, 1);
-        for [ahead, up] in [[0.1, 0.03], [-0.1, 0.05], [0.0, 0.1]] {
-            let mut angles = leg.standing.clone();
-            let target = leg.foot + Vector3::new(ahead, 0.0, up);
-            assert!(leg.reach(&mut angles, target, Vector3::z()) < 1e-4);
-            assert!(leg.place(&angles).up.angle(&Vector3::z()) < 1e-3, "{ahead} m ahead, {up} m up");
-        }
-    }
-    // The bundled biped has a joint more, which moves its feet to the side.
-    let biped = self::subject("biped.urdf", [1.0, 0.0, 0.0]);
-    assert!(biped.legs.legs.iter().all(|leg| leg.joints.len() == 4 && leg.level == 1));
-}
-
-/// The bundled biped with the front third of each sole on a joint of its own.
-fn toed() -> Character {
-    let mut urdf = std::fs::read_to_string(crate::common::example_path("biped.urdf")).unwrap();
-    let sole = r#"<origin xyz="0.02 0 -0.028"/>
-      <geometry><box size="0.18 0.09 0.024"/></geometry>"#;
-    let heel = r#"<origin xyz="-0.01 0 -0.028"/>
-      <geometry><box size="0.12 0.09 0.024"/></geometry>"#;
-    assert_eq!(urdf.matches(sole).count(), 4, "seen and touching, of two feet");
-    urdf = urdf.replace(sole, heel);
-    for side in ["L", "R"] {
-        let toe = format!(
-            r#"<joint name="{side}_toe_joint" type="revolute"><parent link="{side}_foot"/><child link="{side}_toe"/>
-            <origin xyz="0.05 0 -0.028"/><axis xyz="0 1 0"/><limit lower="-0.5" upper="0.5" effort="10" velocity="12"/></joint>
-            <link name="{side}_toe"><inertial><origin xyz="0.03 0 0"/><mass value="0.1"/>
-            <inertia ixx="0.0001" ixy="0" ixz="0" iyy="0.0001" iyz="0" izz="0.0001"/></inertial>
-            <collision><origin xyz="0.03 0 0"/><geometry><box size="0.06 0.09 0.024"/></geometry></collision></link></robot>"#
-        );
-        urdf = urdf.replace("</robot>", &toe);
-    }
-    read(urdf.as_bytes(), Source::Urdf, Default::default()).unwrap().character
-}
-
-#[test]
-fn a_toe_is_part_of_its_foot() {
-    // As the bundled biped stands, with its toes straight.
-    let biped = subject("biped.urdf", [1.0, 0.0, 0.0]);
-    let joints = biped.model.joint_names.iter().cloned().zip(biped.stance.angles.iter().copied());
-    let subject = subject_of(Character { standing: Some(joints.collect()), ..toed() }, [1.0, 0.0, 0.0]);
-    assert!(subject.stance.stable);
-    assert_eq!(subject.stance.support.len(), 4, "heels and toes");
-    assert_eq!(subject.legs.legs.len(), 2);
-    let name = |link: &usize| subject.model.character.links[*link].name.as_str();
-    let feet: Vec<Vec<&str>> =
-        subject.legs.legs.iter().map(|leg| leg.links.iter().map(name).collect()).collect();
-    assert_eq!(feet, [["L_foot", "L_toe"], ["R_foot", "R_toe"]]);
-    measures_the_hips_as_the_judge_does(&subject, "walk");
-    // A leg program leaves the toes as they stand.
-    let wanted = Wanted::at_froude(&subject.legs, named("walk", &subject.legs).unwrap(), 0.05, GRAVITY);
-    let (ring, _) = subject.ring(&wanted, &[0.0; PARAMETERS]);
-    for (joint, name) in subject.model.joint_names.iter().enumerate().filter(|(_, name)| name.contains("toe"))
-    {
-        let still = ring.cycle.iter().all(|posture| posture.angles[joint] == subject.stance.angles[joint]);
-        assert!(still, "{name}");
-    }
-    // The judge sees two feet, of which neither scuffs with its toe.
-    let cycle = vec![Posture::resting(&subject.stance.angles); ring.cycle.len()];
-    let report = judged(&subject, &Ring { entry: Vec::new(), cycle, ..ring }, &subject.stance.gains);
-    assert_eq!(report.feet.iter().map(|foot| foot.link.as_str()).collect::<Vec<_>>(), ["L_foot", "R_foot"]);
-    assert_eq!((report.fell_at, report.scuffing, report.aerial_fraction), (None, 0.0, 0.0));
-}
-
-fn measures_the_hips_as_the_judge_does(subject: &Subject, gait: &str) {
-    let gait = named(gait, &subject.legs).unwrap();
-    let wanted = Wanted::at_froude(&subject.legs, gait, 0.1, GRAVITY);
-    let (ring, gains) = subject.ring(&wanted, &[0.0; PARAMETERS]);
-    let judged = judged(subject, &ring, &gains).hip_height.unwrap();
-    let (searched, name) = (subject.legs.hip_height, &subject.model.character.name);
-    assert!((searched / judged - 1.0).abs() < 0.005, "{name}: {searched} and {judged} m");
-}
-
-#[test]
-fn the_search_sees_the_steps_that_the_judge_sees() {
-    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
-    let (ring, gains) = subject.ring(&trot(&subject.legs), &brisk());
-    sees_as_the_judge_does(&subject, &ring, &gains);
-    let smoothness = judged(&subject, &ring, &gains).naturalness["smoothness"].value;
-    let seen = subject.arena().unwrap().run(&ring, &gains, 40).smoothness;
-    assert!((seen - smoothness).abs() < 0.01, "smoothness: {seen} seen, {smoothness} judged");
-}
-
-/// What a short search for a bound of the bundled quadruped came to, and a whole one for a gallop that keeps its course by itself.
-#[rustfmt::skip]
-const LEAPS: [(&str, f64, [f64; PARAMETERS]); 2] = [
-    ("bound", 1.0, [
-        -4.26, -1.19, -2.23, 1.12, -2.73, 2.49, -1.92, -0.25, -4.22, 2.58, -2.22, 1.34, 0.50, 0.00, 0.00, -0.24, -0.29, 0.40, 0.00, 0.00,
-        0.18, 3.94, -2.24, -0.18, 0.00, 2.68,
-    ]),
-    ("transverse gallop", 2.0, [
-        -3.50, -0.48, -0.82, 0.15, -2.17, 1.65, -0.53, -0.61, -2.11, 1.99, -1.38, 1.49, -0.36, 3.23, -0.75, -0.87, -1.05, -0.66, 0.39, 0.29,
-        -0.41, 4.77, -0.63, -0.46, -1.30, 3.77,
-    ]),
-];
-
-/// Feet of leaps stand for less than a twentieth of a second: where the middle of that is matters.
-#[test]
-fn the_search_sees_the_leaps_that_the_judge_sees() {
-    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
-    for (name, froude, parameters) in LEAPS {
-        let gait = named(name, &subject.legs).unwrap();
-        let wanted = Wanted::at_froude(&subject.legs, gait, froude, GRAVITY);
-        let (ring, gains) = subject.ring(&wanted, &parameters);
-        sees_as_the_judge_does(&subject, &ring, &gains);
-    }
-}
-
-fn sees_as_the_judge_does(subject: &Subject, ring: &Ring, gains: &Gains) {
-    let figures = subject.arena().unwrap().run(ring, gains, 40);
-    let judged = judged(subject, ring, gains);
-    let near = |seen: f64, judged: f64, bound: f64, what: &str| {
-        assert!((seen - judged).abs() < bound, "{what}: {seen} seen, {judged} judged");
-    };
-    let cost = judged.cost_of_transport.unwrap();
-    near(figures.speed / judged.speed, 1.0, 0.02, "speed");
-    near(figures.cost_of_transport / cost, 1.0, 0.02, "cost of transport");
-    // The judge samples every 5 ms: a fiftieth of this stride.
-    let first = (figures.legs[0].phase, judged.feet[0].phase.unwrap());
-    for (leg, foot) in figures.legs.iter().zip(&judged.feet) {
-        near(leg.duty, foot.duty_factor, 0.02, "duty factor");
-        let apart = leg.phase - first.0 - (foot.phase.unwrap() - first.1);
-        near(apart - apart.round(), 0.0, 0.02, "phase");
-        near(leg.clearance, foot.clearance.unwrap() / judged.hip_height.unwrap(), 0.02, "clearance");
-    }
-    let worst = |of: fn(&LegFigures) -> f64| figures.legs.iter().map(of).fold(f64::INFINITY, f64::min);
-    near(worst(|leg| leg.extension), judged.naturalness["extension"].value, 0.01, "extension");
 }
