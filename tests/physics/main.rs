@@ -6,6 +6,7 @@ mod bodies;
 mod character;
 mod character_faults;
 mod character_shapes;
+mod collada;
 mod collision;
 #[path = "../common/mod.rs"]
 mod common;

@@ -2,14 +2,16 @@
 
 use crate::common;
 
+use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 use std::sync::Arc;
 
-use gaitwright_physics::character::{self, Options, Source};
+use gaitwright_physics::character::{self, Limits, Options, Source};
 use gaitwright_physics::model::{Base, DofKind, Model};
 use gaitwright_physics::scene::{Accuracy, Scene};
 use gaitwright_physics::sim::{Command, Simulator, link_poses};
 use gaitwright_physics::stance::{Stance, Upright};
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// Holds the stance for ten seconds and gives how far the root moved, m, and whether it stayed up.
 fn hold(model: &Arc<Model>, stance: &Stance) -> (f64, bool) {
@@ -66,6 +68,30 @@ fn the_legged_examples_stand_on_their_feet() {
     let feet: Vec<String> =
         ["L", "R"].iter().flat_map(|side| (1..5).map(move |row| format!("{side}{row}_tibia"))).collect();
     stands_on(&common::example_path("spider.json"), &feet.iter().map(String::as_str).collect::<Vec<_>>());
+}
+
+/// The quadruped drawn with its thighs turned back by a quarter and its knees straight: its legs lie along the trunk, all the same way,
+/// and are meant to hang below it.
+#[test]
+fn legs_drawn_along_the_trunk_stand_below_it() {
+    let mut character = (*common::example("quadruped.urdf").character).clone();
+    for link in &mut character.links {
+        let Some(joint) = link.joint.as_mut() else { continue };
+        let back = if link.name.ends_with("thigh") {
+            FRAC_PI_2
+        } else if link.name.ends_with("shank") {
+            0.0
+        } else {
+            continue;
+        };
+        joint.origin.rotation = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), back);
+        joint.limits = Some(Limits { lower: -3.0, upper: 3.0 });
+    }
+    let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
+    let stance = Stance::find(&model, &Scene::default());
+    assert!(stance.stable && stance.support.len() == 4, "{:?}", stance.support);
+    let feet = stance.support.iter().all(|link| model.character.links[*link].name.ends_with("foot"));
+    assert!(feet && stance.root_height > 0.2, "{} m", stance.root_height);
 }
 
 /// A biped with two arms, its trunk heavier in front: the feet come below the weight, and the arms hang as they were drawn.

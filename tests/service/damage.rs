@@ -82,22 +82,23 @@ fn damage_once(rng: &mut ChaCha8Rng, bytes: &mut Vec<u8>) {
 }
 
 /// A zip archive of files by their names.
-pub fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
+pub fn archive<Contents: AsRef<[u8]>>(files: &[(&str, Contents)]) -> Vec<u8> {
     use std::io::Write;
 
     let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
     for (name, contents) in files {
         archive.start_file(*name, zip::write::SimpleFileOptions::default()).unwrap();
-        archive.write_all(contents).unwrap();
+        archive.write_all(contents.as_ref()).unwrap();
     }
     archive.finish().unwrap().into_inner()
 }
 
-/// A URDF that has a mesh, and the mesh: a tetrahedron as STL.
-pub fn meshed() -> (Vec<u8>, Vec<u8>) {
+/// A URDF that has meshes, and the files of its archive: tetrahedra, as STL and as COLLADA.
+pub fn meshed() -> [(&'static str, Vec<u8>); 3] {
     let urdf = br#"<robot name="meshed"><link name="body"><inertial><mass value="2"/>
         <inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial>
-        <collision><geometry><mesh filename="meshes/body.stl" scale="0.5 0.5 0.5"/></geometry></collision></link>
+        <collision><geometry><mesh filename="meshes/body.stl" scale="0.5 0.5 0.5"/></geometry></collision>
+        <collision><geometry><mesh filename="meshes/body.dae"/></geometry></collision></link>
         <link name="leg"><inertial><mass value="1"/>
         <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
         <joint name="hip" type="revolute"><parent link="body"/><child link="leg"/><axis xyz="0 1 0"/>
@@ -110,5 +111,14 @@ pub fn meshed() -> (Vec<u8>, Vec<u8>) {
         mesh.extend(face.iter().flat_map(|corner| corners[*corner]).flat_map(f32::to_le_bytes));
         mesh.extend([0; 2]);
     }
-    (urdf.to_vec(), mesh)
+    let document = br##"<COLLADA><asset><unit meter="0.1"/></asset><library_geometries><geometry id="g"><mesh>
+        <source id="p"><float_array id="a" count="12">0 0 0 1 0 0 0 1 0 0 0 1</float_array>
+        <technique_common><accessor source="#a" count="4" stride="3"/></technique_common></source>
+        <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+        <triangles count="2"><input semantic="VERTEX" source="#v" offset="0"/><p>0 2 1 0 1 3</p></triangles>
+        <polylist count="2"><input semantic="VERTEX" source="#v" offset="0"/><vcount>3 3</vcount><p>0 3 2 1 2 3</p></polylist>
+        </mesh></geometry></library_geometries><library_visual_scenes><visual_scene id="s"><node id="n">
+        <translate>0 0 1</translate><rotate>0 0 1 90</rotate><scale>1 2 1</scale><instance_geometry url="#g"/>
+        </node></visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>"##;
+    [("robot.urdf", urdf.to_vec()), ("meshes/body.stl", mesh), ("meshes/body.dae", document.to_vec())]
 }

@@ -1,10 +1,11 @@
-//! Triangle meshes from STL and OBJ files, as shapes.
+//! Triangle meshes from STL, OBJ and COLLADA files, as shapes.
 
 use std::io::Cursor;
 
 use nalgebra::{Point3, Vector3};
 
 use super::bounds::LENGTH;
+use super::collada::{self, ColladaError, Triangles};
 use super::solid::Solid;
 use super::{Shape, hull};
 
@@ -48,6 +49,15 @@ pub enum MeshError {
     TooManyTriangles { format: &'static str, count: u64 },
     #[error("bad OBJ file: {0}")]
     Obj(#[from] tobj::LoadError),
+    #[error("in the COLLADA file: {0}")]
+    Collada(#[from] ColladaError),
+}
+
+impl MeshError {
+    /// Whether the file may be right, and is only not read here.
+    pub fn is_unread(&self) -> bool {
+        matches!(self, Self::Collada(ColladaError::Unread { .. }))
+    }
 }
 
 /// The name's ending in lower case, without the stop.
@@ -57,7 +67,7 @@ fn extension(name: &str) -> String {
 
 /// Whether meshes in files called like `name` can be read.
 pub fn supported(name: &str) -> bool {
-    matches!(extension(name).as_str(), "stl" | "obj")
+    matches!(extension(name).as_str(), "stl" | "obj" | "dae")
 }
 
 /// Reads the mesh file called `name`, scaled along each axis.
@@ -66,7 +76,14 @@ pub fn supported(name: &str) -> bool {
 ///
 /// [`MeshError`], whose text is a sentence for the file's author.
 pub fn read(name: &str, bytes: &[u8], scale: &Vector3<f64>) -> Result<Mesh, MeshError> {
-    let mut mesh = if extension(name) == "obj" { read_obj(bytes)? } else { read_stl(bytes)? };
+    let mut mesh = match extension(name).as_str() {
+        "obj" => read_obj(bytes)?,
+        "dae" => {
+            let Triangles { vertices, triangles } = collada::read(bytes, TRIANGLES)?;
+            Mesh { vertices, triangles }
+        }
+        _ => read_stl(bytes)?,
+    };
     if mesh.triangles.is_empty() {
         return Err(MeshError::Empty(name.to_owned()));
     }

@@ -12,6 +12,7 @@
 mod archive;
 mod bounds;
 mod build;
+mod collada;
 mod digest;
 mod draft;
 mod hull;

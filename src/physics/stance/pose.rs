@@ -16,7 +16,7 @@ use crate::model::{DofKind, Model};
 /// helps learning more than the low torques of a straight one.
 const EXTENSION: f64 = 0.7;
 
-/// The same for a character that was drawn flat: its feet stand below its knees, away from its trunk, for its legs to swing fore and aft.
+/// The same for a character that was drawn flat with its legs stretched to the sides: its feet stand below its knees, away from its trunk, for its legs to swing fore and aft.
 const SPRAWLED_EXTENSION: f64 = 0.5;
 
 /// Joints that slide are moved by this share of a limb's length where others are moved by a radian.
@@ -82,12 +82,12 @@ pub fn search(model: &Model) -> Vec<f64> {
     });
     let units: Vec<f64> = units.collect();
     let away = away(model, &limbs);
-    let cost =
-        Cost { model, limbs: &limbs, start: &start, away: &away, units: &units, size, sprawled: drawn_flat };
+    let sprawled = drawn_flat && radiate(&posed, &limbs);
+    let cost = Cost { model, limbs: &limbs, start: &start, away: &away, units: &units, size, sprawled };
     let found = |from: Vec<f64>| descend(from, model, &limbs, &units, |angles| cost.of(angles));
     let mut angles = found(start.clone());
     if drawn_flat {
-        // Legs that are stretched to the sides may be let down as they are, or folded at one of their joints.
+        // Legs that are stretched out may be let down as they are, or folded at one of their joints.
         for from in folded(model, &limbs, &start) {
             let other = found(from);
             if cost.of(&other) < cost.of(&angles) {
@@ -99,6 +99,16 @@ pub fn search(model: &Model) -> Vec<f64> {
     // What was drawn flat and cannot lift itself off the ground stays as it was drawn.
     let lifted = !drawn_flat || lifts_its_trunk(&Posed::new(model, &angles), &limbs, size);
     if lifted { angles } else { start }
+}
+
+/// Whether all limbs lead away from the middle between them. Legs drawn all the same way, along the trunk, are meant to hang below it.
+fn radiate(posed: &Posed, limbs: &[Limb]) -> bool {
+    let begins = |limb: &Limb| flat(posed.bodies.at(limb.first_long).origin);
+    let middle = limbs.iter().map(begins).sum::<Vector2<f64>>() / limbs.len() as f64;
+    limbs.iter().all(|limb| {
+        let outward = begins(limb) - middle;
+        posed.foot(limb).is_some_and(|foot| (flat(foot) - begins(limb)).dot(&outward) > 0.0)
+    })
 }
 
 /// Whether all that is no limb is higher than the feet by a [part](LIFTED) of `size`, m.

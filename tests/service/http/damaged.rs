@@ -44,8 +44,7 @@ fn requests() -> Vec<Request> {
         "task": { "direction": [1, 0, 0], "speed": 0.5, "weights": { "energy": 1 } },
         "learning": { "generations": 2, "population": 4, "mutation": { "angle": 0.1 } } });
     let terms = json!({ "learning": { "generations": 2 }, "seed": 1 }).to_string();
-    let (urdf, mesh) = meshed();
-    let zip = archive(&[("robot.urdf", &urdf), ("meshes/body.stl", &mesh)]);
+    let zip = archive(&meshed());
     let study = json!({ "scenario": scenario, "tolerances": [0.01] });
     let mut requests = Vec::new();
     let mut add = |path, media_type: &str, body: &[u8]| {

@@ -168,7 +168,9 @@ fn mesh_geometry(
         }
     };
     if !mesh::supported(name) {
-        return Some(Geometry::Missing(format!("the mesh {name:?} is neither an STL nor an OBJ file")));
+        return Some(Geometry::Missing(format!(
+            "the mesh {name:?} is neither an STL nor an OBJ nor a COLLADA file"
+        )));
     }
     if !context.afford(bytes.len()) {
         context.fault(node, owner, "the meshes are too large altogether; share or simplify them");
@@ -176,6 +178,9 @@ fn mesh_geometry(
     }
     let mesh = match mesh::read(name, &bytes, &scale) {
         Ok(mesh) => mesh,
+        Err(error) if error.is_unread() => {
+            return Some(Geometry::Missing(format!("the mesh {name:?}: {error}")));
+        }
         Err(error) => {
             context.fault(node, owner, error.to_string());
             return None;
