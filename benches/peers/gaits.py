@@ -54,14 +54,20 @@ def first_natural(folder):
     return float(found[1]) if found else None
 
 
+def read_by_mujoco(robot):
+    """Whether MuJoCo reads the description itself: a URDF whose collision shapes are no meshes, which it looks for elsewhere and
+    not in every format. Others go by way of their exported models."""
+    path = pathlib.Path(robot)
+    return path.suffix == ".urdf" and not re.search(r"<collision\b(?:(?!</collision>).)*<mesh", path.read_text(), re.DOTALL)
+
+
 def played(options, robot, motion, path):
     """Speed over ours, change of heading and time upright in MuJoCo, for each contact."""
     known = path.with_suffix(f".mujoco-{options.seconds:g}s")
     if known.exists():
         return json.loads(known.read_text())
     with tempfile.TemporaryDirectory() as folder:
-        if pathlib.Path(robot).suffix != ".urdf":
-            # A character that is no URDF goes by way of its exported model.
+        if not read_by_mujoco(robot):
             model = str(pathlib.Path(folder) / "model.xml")
             export = [options.gaitwright, "export", str(path), "--character", robot, "--format", "mujoco", "--out", model]
             subprocess.run(export, check=True, stdout=subprocess.DEVNULL)

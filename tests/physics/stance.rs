@@ -94,6 +94,57 @@ fn legs_drawn_along_the_trunk_stand_below_it() {
     assert!(feet && stance.root_height > 0.2, "{} m", stance.root_height);
 }
 
+/// The biped on soles of 7 cm with ankles that turn by 0.2 rad: with its knees bent as far as usual its soles are tilted by 0.06 rad, and
+/// it falls.
+#[test]
+fn soles_are_level_where_tilted_ones_let_it_fall() {
+    let text = std::fs::read_to_string(common::example_path("biped.urdf")).unwrap();
+    let (sole, short) = (r#"size="0.18 0.09 0.024""#, r#"size="0.07 0.09 0.024""#);
+    assert_eq!(text.matches(sole).count(), 4, "seen and touching, of two feet");
+    let text = text.replace(sole, short).replace(r#"xyz="0.02 0 -0.028""#, r#"xyz="0 0 -0.028""#);
+    let mut character = character::read(text.as_bytes(), Source::Urdf, Options::default()).unwrap().character;
+    let joints = character.links.iter_mut().filter_map(|link| link.joint.as_mut());
+    joints
+        .filter(|joint| joint.name.ends_with("ankle"))
+        .for_each(|ankle| ankle.limits = Some(Limits { lower: -0.2, upper: 0.2 }));
+    let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
+    let stance = Stance::find(&model, &Scene::default());
+    assert!(stance.stable);
+    let angle = |joint: &str| stance.angles[model.joint(joint).unwrap()];
+    for side in ["L", "R"] {
+        let tilt: f64 =
+            ["hip_swing", "knee", "ankle"].iter().map(|joint| angle(&format!("{side}_{joint}"))).sum();
+        assert!(tilt.abs() < 0.005, "{side}: {tilt} rad");
+    }
+}
+
+/// How the frames of the feet lie has no bearing on how a character stands.
+#[test]
+fn soles_are_level_whatever_the_axes_of_their_frames() {
+    let model = common::example("biped.urdf");
+    let mut character = (*model.character).clone();
+    let turn = UnitQuaternion::from_euler_angles(1.2, -0.4, 2.0);
+    for link in character.links.iter_mut().filter(|link| link.name.ends_with("foot")) {
+        let joint = link.joint.as_mut().unwrap();
+        joint.origin.rotation *= turn;
+        joint.axis = turn.inverse() * joint.axis;
+        for placed in link.collisions.iter_mut().chain(&mut link.visuals) {
+            placed.pose = turn.inverse() * placed.pose;
+        }
+        let inertial = link.inertial.as_mut().unwrap();
+        let rotation = turn.inverse().to_rotation_matrix();
+        inertial.center_of_mass = rotation * inertial.center_of_mass;
+        inertial.inertia = rotation * inertial.inertia * rotation.transpose();
+    }
+    let turned = Arc::new(Model::new(Arc::new(character), Base::Floating));
+    let [one, other] = [&model, &turned].map(|model| Stance::find(model, &Scene::default()));
+    assert!(one.stable && other.stable);
+    // The search ends with steps of a thousandth.
+    for (joint, (angle, same)) in one.angles.iter().zip(&other.angles).enumerate() {
+        assert!((angle - same).abs() < 0.005, "{}: {angle} and {same} rad", model.joint_names[joint]);
+    }
+}
+
 /// A biped with two arms, its trunk heavier in front: the feet come below the weight, and the arms hang as they were drawn.
 #[test]
 fn arms_do_not_balance_a_standing_pose() {

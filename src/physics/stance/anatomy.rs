@@ -35,6 +35,8 @@ pub struct Limb {
     pub length: f64,
     /// Whether the foot is a sole (corners) and not a ball.
     pub flat: bool,
+    /// The vertical of the character as drawn, with every joint at zero, in the foot's frame.
+    pub up: Vector3<f64>,
 }
 
 /// A character in a pose, root upright at the origin.
@@ -104,6 +106,7 @@ fn span_a_plane(points: &[Vector3<f64>]) -> bool {
 pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
     let children =
         |body: usize| (1..model.bodies.len()).filter(move |child| model.bodies[*child].parent == body);
+    let drawn = Posed::new(model, &vec![0.0; model.joint_count()]);
     let mut limbs = Vec::new();
     for leaf in (1..model.bodies.len()).filter(|body| children(*body).next().is_none()) {
         let touching: Vec<&SurfacePoint> = posed.surface.iter().filter(|point| point.body == leaf).collect();
@@ -136,6 +139,7 @@ pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
             last_long,
             length,
             flat: span_a_plane(&sole.collect::<Vec<_>>()),
+            up: drawn.bodies.at(leaf).rotation.transpose() * Vector3::z(),
         });
     }
     let alike = |one: &Limb, other: &Limb| {

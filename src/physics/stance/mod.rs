@@ -24,6 +24,9 @@ pub use feet::feet;
 pub use standing::Stance;
 pub use upright::Upright;
 
+/// What a sole costs in the search for a pose that is tilted by a right angle: as a rule, and where the pose then falls.
+const TILTED: [f64; 2] = [4.0, 400.0];
+
 /// Height of the root's origin at which `model`, upright above the world's origin with joints at `angles`,
 /// touches `ground`; all in m.
 pub fn resting_height(model: &Model, angles: &[f64], ground: &Terrain) -> f64 {
@@ -53,9 +56,19 @@ impl Stance {
 
     /// The same, given up as soon as `stop` returns true; the stance is then not stable.
     pub fn find_until(model: &Arc<Model>, scene: &Scene, stop: &dyn Fn() -> bool) -> Self {
-        let given = pose::given(model);
-        let angles = given.clone().unwrap_or_else(|| pose::search(model));
-        let gains = gains::suited(model, scene, &angles);
-        verify::verify(model, scene, angles, given.is_some(), gains, stop)
+        let verified = |angles: Vec<f64>, given: bool| {
+            let gains = gains::suited(model, scene, &angles);
+            verify::verify(model, scene, angles, given, gains, stop)
+        };
+        if let Some(given) = pose::given(model) {
+            return verified(given, true);
+        }
+        let found = verified(pose::search(model, TILTED[0]), false);
+        if found.stable {
+            return found;
+        }
+        // Soles near the end of their ankles' range may have been tilted for bent knees, and tip the character over.
+        let level = verified(pose::search(model, TILTED[1]), false);
+        if level.stable { level } else { found }
     }
 }

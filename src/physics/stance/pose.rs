@@ -65,8 +65,8 @@ fn neutral(model: &Model) -> Vec<f64> {
     model.limits.iter().map(nearest).collect()
 }
 
-/// Searches for a standing pose; the same for the same model.
-pub fn search(model: &Model) -> Vec<f64> {
+/// Searches for a standing pose in which a sole costs `tilted` that is tilted by a right angle; the same for the same model.
+pub fn search(model: &Model, tilted: f64) -> Vec<f64> {
     let mut start = neutral(model);
     loops::close(model, &mut start);
     let posed = Posed::new(model, &start);
@@ -83,7 +83,8 @@ pub fn search(model: &Model) -> Vec<f64> {
     let units: Vec<f64> = units.collect();
     let away = away(model, &limbs);
     let sprawled = drawn_flat && radiate(&posed, &limbs);
-    let cost = Cost { model, limbs: &limbs, start: &start, away: &away, units: &units, size, sprawled };
+    let cost =
+        Cost { model, limbs: &limbs, start: &start, away: &away, units: &units, size, sprawled, tilted };
     let found = |from: Vec<f64>| descend(from, model, &limbs, &units, |angles| cost.of(angles));
     let mut angles = found(start.clone());
     if drawn_flat {
@@ -240,6 +241,8 @@ struct Cost<'a> {
     size: f64,
     /// Whether its legs stand sprawled.
     sprawled: bool,
+    /// What a sole costs that is tilted by a right angle.
+    tilted: f64,
 }
 
 impl Cost<'_> {
@@ -263,8 +266,8 @@ impl Cost<'_> {
             cost += 4.0 * (extension - usual).powi(2) / count;
             // Of what was drawn flat the lower side of a shank is no sole.
             if limb.flat && !self.sprawled {
-                let tilt = posed.bodies.at(limb.bodies[limb.bodies.len() - 1]).rotation.column(2).z;
-                cost += 4.0 * (1.0 - tilt) / count;
+                let up = posed.bodies.at(limb.bodies[limb.bodies.len() - 1]).rotation * limb.up;
+                cost += self.tilted * (1.0 - up.z) / count;
             }
         }
         // A body below the feet (a knee, a belly) would carry the character in their place.
