@@ -5,15 +5,17 @@
 //! times kv/kp: the torque is then kp (q* − q) + kv (q̇* − q̇), as here.
 
 use std::fmt::Write;
+use std::sync::Arc;
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 use super::sampled::{MotionFrame, SampledMotion};
 use super::unused::unused;
 use gaitwright_physics::character::{
-    Friction, Inertial, JointKind, LoopKind, Placed, Shape, SurfaceMaterial,
+    Character, Friction, Inertial, JointKind, Link, LoopKind, Placed, Shape, SurfaceMaterial,
 };
 use gaitwright_physics::fault::{Fault, InputError};
+use gaitwright_physics::model as physics;
 use gaitwright_physics::motion::Motion;
 use gaitwright_physics::scene::Ground;
 
@@ -22,6 +24,9 @@ const STEP: f64 = 0.002;
 
 /// The greatest impedance of MuJoCo's usual contacts, by which it divides the time constant of `solref`.
 const STIFFEST: f64 = 0.95;
+
+/// Moments of inertia up to this are none to MuJoCo, kg m².
+const LEAST_MOMENT: f64 = 1e-14;
 
 /// A model that stands for the character on its ground, with a key for every frame of the entry and then of the loop,
 /// on one clock.
@@ -53,7 +58,9 @@ pub(super) fn write(sampled: &SampledMotion<'_>, motion: &Motion) -> Result<Stri
     if !faults.is_empty() {
         return Err(InputError::Impossible(faults));
     }
-    let mut model = Model { sampled, motion, text: String::new(), meshes: String::new(), order: Vec::new() };
+    let inertials = inertials(character);
+    let mut model =
+        Model { sampled, motion, inertials, text: String::new(), meshes: String::new(), order: Vec::new() };
     let mut ground = String::new();
     if let Some(height) = height {
         let _ = writeln!(
@@ -88,6 +95,8 @@ const REPLAY: &str = "  <!-- Start at key 0. At the time t the controls are thos
 struct Model<'a> {
     sampled: &'a SampledMotion<'a>,
     motion: &'a Motion,
+    /// What each link is given of the inertia of its rigid body.
+    inertials: Vec<Option<Inertial>>,
     text: String,
     meshes: String,
     /// Places of the angles in the order in which MuJoCo meets the joints.
@@ -106,7 +115,7 @@ impl Model<'_> {
             None => start(sampled).placed_root(false),
         };
         let _ = writeln!(self.text, "{indent}<body name={} {}>", quoted(&self.body_name(link)), pose(&frame));
-        if let Some(inertial) = own.inertial.as_ref().filter(|inertial| inertial.mass > 0.0) {
+        if let Some(inertial) = &self.inertials[link] {
             let _ = writeln!(self.text, "{indent}  {}", inertia(inertial));
         }
         match (&own.joint, sampled.skeleton.angle_of[link]) {
@@ -287,6 +296,35 @@ impl Model<'_> {
 /// Where the motion begins.
 fn start<'a>(sampled: &'a SampledMotion<'_>) -> &'a MotionFrame {
     &sampled.entry.as_ref().unwrap_or(&sampled.cycle).frames[0]
+}
+
+/// The inertia that each link is given: its own, or where MuJoCo takes that of a link for impossible all of the rigid body that the link
+/// is fixed in, at the body's first link. It refuses inertias that are not positive definite, and would change those that break the
+/// triangle inequality; the parts of a link that was drawn in several may have such, and the whole hardly ever.
+fn inertials(character: &Character) -> Vec<Option<Inertial>> {
+    let model = physics::Model::new(Arc::new(character.clone()), physics::Base::Floating);
+    let heavy = |link: &Link| link.inertial.clone().filter(|inertial| inertial.mass > 0.0);
+    let mut inertials: Vec<Option<Inertial>> = character.links.iter().map(heavy).collect();
+    for (index, body) in model.bodies.iter().enumerate() {
+        let links =
+            || model.links.iter().enumerate().filter(|(_, place)| place.body == index).map(|(link, _)| link);
+        if !links().any(|link| inertials[link].as_ref().is_some_and(|own| !possible(&own.inertia))) {
+            continue;
+        }
+        links().for_each(|link| inertials[link] = None);
+        let whole = Inertial { mass: body.mass, center_of_mass: body.center.into(), inertia: body.inertia };
+        if let Some(first) = links().next() {
+            inertials[first] = Some(whole);
+        }
+    }
+    inertials
+}
+
+/// Whether MuJoCo takes an inertia as it is.
+fn possible(inertia: &Matrix3<f64>) -> bool {
+    let mut moments: [f64; 3] = inertia.symmetric_eigenvalues().into();
+    moments.sort_by(f64::total_cmp);
+    moments[0] > LEAST_MOMENT && moments[0] + moments[1] >= moments[2]
 }
 
 fn inertia(inertial: &Inertial) -> String {

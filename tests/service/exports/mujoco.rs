@@ -54,6 +54,43 @@ fn keys_hold_poses_and_controls() {
     assert_eq!(all("key").count(), frames.count());
 }
 
+/// A foot of no moments of inertia, which MuJoCo refuses, counts with the shank that it is fixed to; all others keep their own.
+#[test]
+fn inertias_that_mujoco_refuses_count_with_the_whole() {
+    let example = Example::new();
+    let mut character = example.character().clone();
+    let foot = character.links.iter_mut().find(|link| link.name == "LF_foot").unwrap();
+    foot.inertial.as_mut().unwrap().inertia.fill(0.0);
+    let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
+    let changed = Example { motion: example.motion.clone(), model };
+    let given = |example: &Example| {
+        let text = String::from_utf8(example.export(ExportFormat::Mujoco, at(60.0))).unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
+        let bodies = document.descendants().filter(|node| node.has_tag_name("body"));
+        let named = bodies.map(|body| {
+            let inertial = body.children().find(|child| child.has_tag_name("inertial"));
+            let values = ["pos", "mass", "fullinertia"];
+            let own = inertial.map(|inertial| values.map(|value| numbers(inertial, value)));
+            (body.attribute("name").unwrap().to_owned(), own)
+        });
+        named.collect::<std::collections::BTreeMap<_, _>>()
+    };
+    let (before, after) = (given(&example), given(&changed));
+    assert!(before["LF_foot"].is_some() && after["LF_foot"].is_none());
+    let joined = after["LF_shank"].as_ref().unwrap();
+    let [shank, foot] = ["LF_shank", "LF_foot"].map(|link| before[link].clone().unwrap());
+    // The foot is 0.2 m below the knee: mass, centre of mass and the moments about it by Steiner's theorem.
+    let (m, n) = (shank[1][0], foot[1][0]);
+    let (a, b) = (shank[0][2], foot[0][2] - 0.2);
+    let center = (m * a + n * b) / (m + n);
+    let moment = shank[2][0] + m * (a - center).powi(2) + n * (b - center).powi(2);
+    assert!((joined[1][0] - m - n).abs() < 1e-12);
+    assert!((joined[0][2] - center).abs() < 1e-12);
+    assert!((joined[2][0] - moment).abs() < 1e-12 && (joined[2][2] - shank[2][2]).abs() < 1e-12);
+    let others = before.iter().filter(|(link, _)| !link.starts_with("LF_shank") && *link != "LF_foot");
+    others.for_each(|(link, own)| assert_eq!(&after[link], own, "{link}"));
+}
+
 /// Replays the controls as the guide says, and prints angles and the state of the root in the end.
 const REPLAY: &str = r#"
 import json, sys
