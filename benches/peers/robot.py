@@ -63,7 +63,14 @@ def from_urdf(path):
             inertia.attrib.update(ixy="0", ixz="0", iyz="0")
     extra = ElementTree.SubElement(root, "mujoco")
     ElementTree.SubElement(
-        extra, "compiler", discardvisual="true", fusestatic="true", balanceinertia="true", strippath="true"
+        extra,
+        "compiler",
+        discardvisual="true",
+        fusestatic="true",
+        balanceinertia="true",
+        strippath="true",
+        # Links without a mass have none, as they have in ROS; MuJoCo would weigh their shapes.
+        inertiafromgeom="false",
     )
     spec = mujoco.MjSpec.from_string(ElementTree.tostring(root, encoding="unicode"))
     spec.worldbody.first_body().add_freejoint()
