@@ -115,6 +115,11 @@ fn faults(reading: &Reading, settings: &Settings) -> Vec<Fault> {
     if !reading.character.links.iter().any(movable) {
         faults.push(Fault::new("/character", "the character has no joint that could move"));
     }
+    let touches = |link: &Link| !link.collisions.is_empty();
+    if settings.scene.ground.is_some() && !reading.character.links.iter().any(touches) {
+        let reason = "the character has no collision shapes, and would fall through the ground";
+        faults.push(Fault::new("/character", reason));
+    }
     faults
 }
 

@@ -65,6 +65,20 @@ fn two_roots() {
     assert!(problem["detail"].as_str().unwrap().contains("stray"), "{problem}");
 }
 
+/// What shows only touches nothing; where there is no ground, nothing has to.
+#[test]
+fn a_job_for_a_character_without_collision_shapes() {
+    let service = Service::start();
+    let urdf = PADDLER.replace("<collision", "<visual").replace("</collision", "</visual");
+    let problem = post_urdf(&service, &urdf).problem(422);
+    assert_eq!(pointers(&problem), ["/character"]);
+    assert!(problem["detail"].as_str().unwrap().contains("collision shapes"), "{problem}");
+    let floating = json!({ "format": "gaitwright/job@1", "character": { "urdf": urdf },
+        "scene": { "ground": null }, "learning": { "generations": 1, "population": 4 } });
+    let answer = service.post("/v1/jobs", "application/json", floating.to_string().as_bytes());
+    assert_eq!(answer.status, 202, "{}", answer.text());
+}
+
 #[test]
 fn every_fault_of_a_urdf_is_told() {
     let service = Service::start();
