@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 use std::sync::Arc;
 
-use gaitwright_physics::character::{self, Limits, Options, Source};
+use gaitwright_physics::character::{self, Limits, Options, Shape, Source};
 use gaitwright_physics::model::{Base, DofKind, Model};
 use gaitwright_physics::scene::{Accuracy, Scene};
 use gaitwright_physics::sim::{Command, Simulator, link_poses};
@@ -92,6 +92,60 @@ fn legs_drawn_along_the_trunk_stand_below_it() {
     assert!(stance.stable && stance.support.len() == 4, "{:?}", stance.support);
     let feet = stance.support.iter().all(|link| model.character.links[*link].name.ends_with("foot"));
     assert!(feet && stance.root_height > 0.2, "{} m", stance.root_height);
+}
+
+/// The quadruped drawn on straight legs that end in blocks: a block at a shank's end is no sole that would have to be level, which it can
+/// only be with the shank upright.
+#[test]
+fn shanks_that_end_in_blocks_stand_bent() {
+    let mut character = (*common::example("quadruped.urdf").character).clone();
+    for link in &mut character.links {
+        if link.name.ends_with("foot") {
+            link.collisions[0].shape = Shape::Box { half_extents: Vector3::new(0.02, 0.015, 0.015) };
+        }
+        let Some(joint) = link.joint.as_mut() else { continue };
+        if link.name.ends_with("thigh") || link.name.ends_with("shank") {
+            joint.origin.rotation = UnitQuaternion::identity();
+            joint.limits = Some(Limits { lower: -2.5, upper: 2.5 });
+        }
+    }
+    let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
+    let stance = Stance::find(&model, &Scene::default());
+    assert!(stance.stable && stance.support.len() == 4, "{:?}", stance.support);
+    let poses = link_poses(&model, &stance.state);
+    let at = |name: &str| {
+        let link = model.character.links.iter().position(|link| link.name == name).unwrap();
+        poses[link].translation.vector
+    };
+    for leg in ["LF", "RF", "LH", "RH"] {
+        let reach = at(&format!("{leg}_thigh")) - at(&format!("{leg}_foot"));
+        assert!((0.25..0.33).contains(&reach.z), "{leg}: {} m of 0.4 m", reach.z);
+        assert!(reach.xy().norm() < 0.04, "{leg}: the foot is {} m off the hip", reach.xy().norm());
+    }
+}
+
+/// The biped drawn on straight legs whose joint for swinging comes before that for spreading, as many robots have it: what bends the knee
+/// has to turn the hip two joints before it.
+#[test]
+fn knees_bend_whatever_the_order_of_the_hips_joints() {
+    let mut character = (*common::example("biped.urdf").character).clone();
+    let [swing, spread] = [Vector3::y_axis(), Vector3::x_axis()];
+    for joint in character.links.iter_mut().filter_map(|link| link.joint.as_mut()) {
+        if joint.name.ends_with("hip_roll") {
+            joint.axis = swing;
+        } else if joint.name.ends_with("hip_swing") {
+            joint.axis = spread;
+        }
+        joint.origin.rotation = UnitQuaternion::identity();
+        joint.limits = Some(Limits { lower: -1.5, upper: 1.5 });
+    }
+    let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
+    let stance = Stance::find(&model, &Scene::default());
+    assert!(stance.stable);
+    let angle = |joint: &str| stance.angles[model.joint(joint).unwrap()];
+    for side in ["L", "R"] {
+        assert!(angle(&format!("{side}_knee")).abs() > 0.4, "{side}: {} rad", angle(&format!("{side}_knee")));
+    }
 }
 
 /// The biped on soles of 7 cm with ankles that turn by 0.2 rad: with its knees bent as far as usual its soles are tilted by 0.06 rad, and

@@ -156,5 +156,9 @@ pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
     let lowest = limbs.iter().map(&bottom).fold(f64::INFINITY, f64::min);
     let longest = limbs.iter().map(|limb| limb.length).fold(0.0, f64::max);
     limbs.retain(|limb| bottom(limb) < lowest + 0.3 * longest);
+    // Of more than two legs the end of a shank is no sole, even if it is flat: level ones could not bend.
+    if limbs.len() > 2 {
+        limbs.iter_mut().for_each(|limb| limb.flat &= limb.bodies.last() != Some(&limb.last_long));
+    }
     limbs
 }

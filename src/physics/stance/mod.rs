@@ -27,6 +27,9 @@ pub use upright::Upright;
 /// What a sole costs in the search for a pose that is tilted by a right angle: as a rule, and where the pose then falls.
 const TILTED: [f64; 2] = [4.0, 400.0];
 
+/// A sole is level up to this, rad: one of a fifth of the leg's length then lies within a five-hundredth of it.
+const LEVEL: f64 = 0.01;
+
 /// Height of the root's origin at which `model`, upright above the world's origin with joints at `angles`,
 /// touches `ground`; all in m.
 pub fn resting_height(model: &Model, angles: &[f64], ground: &Terrain) -> f64 {
@@ -64,7 +67,7 @@ impl Stance {
             return verified(given, true);
         }
         let found = verified(pose::search(model, TILTED[0]), false);
-        if found.stable {
+        if found.stable && pose::tilt(model, &found.angles) < LEVEL {
             return found;
         }
         // Soles near the end of their ankles' range may have been tilted for bent knees, and tip the character over.

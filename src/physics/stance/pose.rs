@@ -39,6 +39,13 @@ const LIFTED: f64 = 0.1;
 /// snake look like limbs.
 const SPRAWLED: usize = 4;
 
+/// A pose that costs more is not taken without having looked further, from limbs bent by these angles, rad.
+const POOR: f64 = 0.05;
+const BENDS: [f64; 4] = [-0.8, -0.4, 0.4, 0.8];
+
+/// Axes are parallel from this cosine of the angle between them on.
+const PARALLEL: f64 = 0.9;
+
 /// How far a joint is bent where a search begins with folded limbs, rad.
 const FOLD: f64 = 1.2;
 
@@ -95,6 +102,14 @@ pub fn search(model: &Model, tilted: f64) -> Vec<f64> {
                 angles = other;
             }
         }
+    } else if cost.of(&angles) > POOR {
+        // The descent may have taken straight legs the wrong way.
+        for from in bent(model, &limbs, &start) {
+            let other = found(from);
+            if cost.of(&other) < cost.of(&angles) {
+                angles = other;
+            }
+        }
     }
     loops::close(model, &mut angles);
     // What was drawn flat and cannot lift itself off the ground stays as it was drawn.
@@ -145,6 +160,55 @@ fn folded(model: &Model, limbs: &[Limb], start: &[f64]) -> Vec<Vec<f64>> {
         angles
     };
     (0..longest).map(bent_at).collect()
+}
+
+/// `start` with each limb bent at a joint like a knee, either way and by different angles: a joint with another about the same axis
+/// before it, which keeps the foot below the limb's beginning, and perhaps one behind it, which keeps a sole level. Limbs bend by the
+/// same angle, or about the same direction where the axes of alike ones are opposed, as those of left and right legs often are.
+fn bent(model: &Model, limbs: &[Limb], start: &[f64]) -> Vec<Vec<f64>> {
+    let drawn = Posed::new(model, &vec![0.0; model.joint_count()]);
+    let axis = |body: usize| drawn.bodies.at(body).rotation * model.bodies[body].axis;
+    let mut starts: Vec<Vec<f64>> = Vec::new();
+    let longest = limbs.iter().map(|limb| limb.bodies.len()).max().unwrap_or(0);
+    for place in 1..longest {
+        for bend in BENDS {
+            for about_the_same in [false, true] {
+                let mut angles = start.to_vec();
+                for limb in limbs {
+                    let Some(&knee) = limb.bodies.get(place) else { continue };
+                    let opposed =
+                        limbs[0].bodies.get(place).is_some_and(|&of| axis(of).dot(&axis(knee)) < 0.0);
+                    let bend = if about_the_same && opposed { -bend } else { bend };
+                    let parallel = |body: &&usize| axis(**body).dot(&axis(knee)).abs() > PARALLEL;
+                    let Some(&before) = limb.bodies[..place].iter().rev().find(parallel) else { continue };
+                    let behind = limb.bodies[place + 1..].iter().find(parallel).copied();
+                    let turned = [(before, -bend), (knee, 2.0 * bend)].into_iter();
+                    for (body, turn) in turned.chain(behind.map(|body| (body, -bend))) {
+                        let joint = body - 1;
+                        let angle = start[joint] + turn * axis(body).dot(&axis(knee)).signum();
+                        angles[joint] =
+                            model.limits[joint].map_or(angle, |[lower, upper]| angle.clamp(lower, upper));
+                    }
+                }
+                if !starts.contains(&angles) && angles != start {
+                    starts.push(angles);
+                }
+            }
+        }
+    }
+    starts
+}
+
+/// The greatest tilt of a sole that stands as `angles` say, rad.
+pub fn tilt(model: &Model, angles: &[f64]) -> f64 {
+    let mut start = neutral(model);
+    loops::close(model, &mut start);
+    let posed = Posed::new(model, angles);
+    let limbs = limbs(model, &Posed::new(model, &start));
+    let soles = limbs.iter().filter(|limb| limb.flat);
+    let tilts =
+        soles.map(|limb| (posed.bodies.at(limb.bodies[limb.bodies.len() - 1]).rotation * limb.up).z.acos());
+    tilts.fold(0.0, f64::max)
 }
 
 /// What it costs that each joint leaves where it began.
