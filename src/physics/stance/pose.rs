@@ -102,8 +102,8 @@ pub fn search(model: &Model, tilted: f64) -> Vec<f64> {
                 angles = other;
             }
         }
-    } else if cost.of(&angles) > POOR {
-        // The descent may have taken straight legs the wrong way.
+    } else if model.loops.is_empty() && cost.of(&angles) > POOR {
+        // The descent may have taken straight legs the wrong way. Those of closed loops do not bend at one knee.
         for from in bent(model, &limbs, &start) {
             let other = found(from);
             if cost.of(&other) < cost.of(&angles) {
