@@ -10,6 +10,7 @@ mod gains;
 mod loops;
 mod pose;
 mod standing;
+mod starts;
 mod upright;
 mod verify;
 

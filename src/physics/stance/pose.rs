@@ -9,7 +9,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::anatomy::{Limb, Posed, limbs};
-use super::loops;
+use super::{loops, starts};
 use crate::model::{DofKind, Model};
 
 /// Height of a limb's first joint above the ground as a share of the limb's length. A bent leg can push off, which
@@ -39,15 +39,8 @@ const LIFTED: f64 = 0.1;
 /// snake look like limbs.
 const SPRAWLED: usize = 4;
 
-/// A pose that costs more is not taken without having looked further, from limbs bent by these angles, rad.
+/// Where a pose costs more, others are looked for.
 const POOR: f64 = 0.05;
-const BENDS: [f64; 4] = [-0.8, -0.4, 0.4, 0.8];
-
-/// Axes are parallel from this cosine of the angle between them on.
-const PARALLEL: f64 = 0.9;
-
-/// How far a joint is bent where a search begins with folded limbs, rad.
-const FOLD: f64 = 1.2;
 
 /// What a radian away from where a joint began costs: of joints that move a limb, and of those that do not, which are to hang as they
 /// were drawn and not to balance the character.
@@ -94,21 +87,19 @@ pub fn search(model: &Model, tilted: f64) -> Vec<f64> {
         Cost { model, limbs: &limbs, start: &start, away: &away, units: &units, size, sprawled, tilted };
     let found = |from: Vec<f64>| descend(from, model, &limbs, &units, |angles| cost.of(angles));
     let mut angles = found(start.clone());
-    if drawn_flat {
+    let others = if drawn_flat {
         // Legs that are stretched out may be let down as they are, or folded at one of their joints.
-        for from in folded(model, &limbs, &start) {
-            let other = found(from);
-            if cost.of(&other) < cost.of(&angles) {
-                angles = other;
-            }
-        }
+        starts::folded(model, &limbs, &start)
     } else if model.loops.is_empty() && cost.of(&angles) > POOR {
         // The descent may have taken straight legs the wrong way. Those of closed loops do not bend at one knee.
-        for from in bent(model, &limbs, &start) {
-            let other = found(from);
-            if cost.of(&other) < cost.of(&angles) {
-                angles = other;
-            }
+        starts::bent(model, &limbs, &start)
+    } else {
+        Vec::new()
+    };
+    for from in others {
+        let other = found(from);
+        if cost.of(&other) < cost.of(&angles) {
+            angles = other;
         }
     }
     loops::close(model, &mut angles);
@@ -134,69 +125,6 @@ fn lifts_its_trunk(posed: &Posed, limbs: &[Limb], size: f64) -> bool {
     let trunk =
         posed.surface.iter().filter(|point| limbs.iter().all(|limb| !limb.bodies.contains(&point.body)));
     trunk.map(|point| point.at.z).fold(f64::INFINITY, f64::min) > highest + LIFTED * size
-}
-
-/// `start` with each limb bent down at one joint, the same of all of them, for every joint that can.
-fn folded(model: &Model, limbs: &[Limb], start: &[f64]) -> Vec<Vec<f64>> {
-    let height =
-        |angles: &[f64], limb: &Limb| Posed::new(model, angles).foot(limb).map_or(0.0, |foot| foot.z);
-    let longest = limbs.iter().map(|limb| limb.bodies.len()).max().unwrap_or(0);
-    let bent_at = |place: usize| {
-        let mut angles = start.to_vec();
-        for limb in limbs {
-            let Some(joint) = limb.bodies.get(place).map(|body| body - 1) else { continue };
-            let bent = [-FOLD, FOLD].map(|fold| {
-                let angle = model.limits[joint]
-                    .map_or(start[joint] + fold, |[lower, upper]| (start[joint] + fold).clamp(lower, upper));
-                let mut alone = start.to_vec();
-                alone[joint] = angle;
-                (height(&alone, limb), angle)
-            });
-            let (down, angle) = if bent[0].0 < bent[1].0 { bent[0] } else { bent[1] };
-            if down < height(start, limb) {
-                angles[joint] = angle;
-            }
-        }
-        angles
-    };
-    (0..longest).map(bent_at).collect()
-}
-
-/// `start` with each limb bent at a joint like a knee, either way and by different angles: a joint with another about the same axis
-/// before it, which keeps the foot below the limb's beginning, and perhaps one behind it, which keeps a sole level. Limbs bend by the
-/// same angle, or about the same direction where the axes of alike ones are opposed, as those of left and right legs often are.
-fn bent(model: &Model, limbs: &[Limb], start: &[f64]) -> Vec<Vec<f64>> {
-    let drawn = Posed::new(model, &vec![0.0; model.joint_count()]);
-    let axis = |body: usize| drawn.bodies.at(body).rotation * model.bodies[body].axis;
-    let mut starts: Vec<Vec<f64>> = Vec::new();
-    let longest = limbs.iter().map(|limb| limb.bodies.len()).max().unwrap_or(0);
-    for place in 1..longest {
-        for bend in BENDS {
-            for about_the_same in [false, true] {
-                let mut angles = start.to_vec();
-                for limb in limbs {
-                    let Some(&knee) = limb.bodies.get(place) else { continue };
-                    let opposed =
-                        limbs[0].bodies.get(place).is_some_and(|&of| axis(of).dot(&axis(knee)) < 0.0);
-                    let bend = if about_the_same && opposed { -bend } else { bend };
-                    let parallel = |body: &&usize| axis(**body).dot(&axis(knee)).abs() > PARALLEL;
-                    let Some(&before) = limb.bodies[..place].iter().rev().find(parallel) else { continue };
-                    let behind = limb.bodies[place + 1..].iter().find(parallel).copied();
-                    let turned = [(before, -bend), (knee, 2.0 * bend)].into_iter();
-                    for (body, turn) in turned.chain(behind.map(|body| (body, -bend))) {
-                        let joint = body - 1;
-                        let angle = start[joint] + turn * axis(body).dot(&axis(knee)).signum();
-                        angles[joint] =
-                            model.limits[joint].map_or(angle, |[lower, upper]| angle.clamp(lower, upper));
-                    }
-                }
-                if !starts.contains(&angles) && angles != start {
-                    starts.push(angles);
-                }
-            }
-        }
-    }
-    starts
 }
 
 /// The greatest tilt of a sole that stands as `angles` say, rad.
