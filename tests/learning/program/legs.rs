@@ -104,7 +104,7 @@ fn soles_of_planar_legs_are_kept_level() {
             };
             links.push(json!({ "name": child, "density": 500, "shapes": [shape] }));
             joints.push(json!({ "name": format!("{child}_joint"), "kind": "revolute", "parent": parent, "child": child,
-                "origin": { "position": down }, "axis": [0, 1, 0], "limits": { "lower": -1.5, "upper": 1.5 },
+                "origin": { "position": down }, "axis": [0, 1, 0], "limits": { "lower": -2.5, "upper": 2.5 },
                 "actuation": { "max_torque": 100, "max_speed": 10 } }));
             parent = child;
         }
