@@ -1,12 +1,14 @@
 //! Characters that cannot be read: each fault is named with its place, and hostile input ends in an
 //! error.
 
-use std::io::{Cursor, Write};
+use std::io::Cursor;
 
 use gaitwright_physics::character::{self, Options, Source};
 use gaitwright_physics::fault::{Fault, InputError};
 use serde_json::{Value, json};
 use zip::write::{SimpleFileOptions, ZipWriter};
+
+use crate::character_shapes::zipped;
 
 fn refuse(bytes: &[u8], source: Source) -> InputError {
     character::read(bytes, source, Options::default()).expect_err("it is refused")
@@ -408,15 +410,6 @@ fn a_chain_of_a_thousand_links_is_read() {
     let text = format!("<robot name=\"chain\">{parts}</robot>");
     let reading = character::read(text.as_bytes(), Source::Urdf, Options::default()).unwrap();
     assert!(reading.character.links.iter().enumerate().all(|(i, link)| link.name == format!("l{i}")));
-}
-
-fn zipped(files: &[(&str, &[u8])]) -> Vec<u8> {
-    let mut writer = ZipWriter::new(Cursor::new(Vec::new()));
-    for (name, bytes) in files {
-        writer.start_file(*name, SimpleFileOptions::default()).unwrap();
-        writer.write_all(bytes).unwrap();
-    }
-    writer.finish().unwrap().into_inner()
 }
 
 fn with_mesh(file: &str) -> String {

@@ -1,10 +1,10 @@
 //! COLLADA meshes: each kind of primitive, nodes and units against boxes computed by hand, and documents with faults.
 
-use std::io::{Cursor, Write};
-
 use gaitwright_physics::character::{self, NoteKind, Options, Reading, Shape, Source};
 use gaitwright_physics::fault::{Fault, InputError};
 use nalgebra::Vector3;
+
+use crate::character_shapes::zipped;
 
 /// Corner i is at (i & 1, i >> 1 & 1, i >> 2 & 1); seen from outside the faces run anticlockwise.
 const FACES: [[u32; 4]; 6] =
@@ -49,12 +49,8 @@ fn read_as(dae: &str, purpose: &str) -> Result<Reading, InputError> {
           <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
           <{purpose}><geometry><mesh filename="a.dae"/></geometry></{purpose}></link></robot>"#
     );
-    let mut writer = zip::ZipWriter::new(Cursor::new(Vec::new()));
-    for (name, bytes) in [("a.urdf", urdf.as_bytes()), ("a.dae", dae.as_bytes())] {
-        writer.start_file(name, zip::write::SimpleFileOptions::default()).unwrap();
-        writer.write_all(bytes).unwrap();
-    }
-    character::read(&writer.finish().unwrap().into_inner(), Source::Zip, Options::default())
+    let archive = zipped(&[("a.urdf", urdf.as_bytes()), ("a.dae", dae.as_bytes())]);
+    character::read(&archive, Source::Zip, Options::default())
 }
 
 /// Least and greatest coordinates of what is shown, its volume and its number of triangles.

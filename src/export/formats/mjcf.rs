@@ -15,7 +15,7 @@ use gaitwright_physics::character::{
     Character, Friction, Inertial, JointKind, Link, LoopKind, Placed, Shape, SurfaceMaterial,
 };
 use gaitwright_physics::fault::{Fault, InputError};
-use gaitwright_physics::model as physics;
+use gaitwright_physics::model::{Base, Model as PhysicsModel};
 use gaitwright_physics::motion::Motion;
 use gaitwright_physics::scene::Ground;
 
@@ -298,11 +298,11 @@ fn start<'a>(sampled: &'a SampledMotion<'_>) -> &'a MotionFrame {
     &sampled.entry.as_ref().unwrap_or(&sampled.cycle).frames[0]
 }
 
-/// The inertia that each link is given: its own, or where MuJoCo takes that of a link for impossible all of the rigid body that the link
-/// is fixed in, at the body's first link. It refuses inertias that are not positive definite, and would change those that break the
-/// triangle inequality; the parts of a link that was drawn in several may have such, and the whole hardly ever.
+/// The inertia that each link is given: its own; or, in a rigid body of several links one of which has an inertia that MuJoCo does not
+/// take as it is, the whole body's at its first link and none at the others. MuJoCo refuses inertias that are not positive definite,
+/// and changes those that break the triangle inequality.
 fn inertials(character: &Character) -> Vec<Option<Inertial>> {
-    let model = physics::Model::new(Arc::new(character.clone()), physics::Base::Floating);
+    let model = PhysicsModel::new(Arc::new(character.clone()), Base::Floating);
     let heavy = |link: &Link| link.inertial.clone().filter(|inertial| inertial.mass > 0.0);
     let mut inertials: Vec<Option<Inertial>> = character.links.iter().map(heavy).collect();
     for (index, body) in model.bodies.iter().enumerate() {

@@ -126,8 +126,8 @@ fn beyond(wanted: &Wanted, legs: &Legs, figures: &RolloutFigures, margin: f64) -
     sum += worst(MeasureLimit::within(limits::CLEARANCE), |leg| leg.clearance);
     if legs.legs.len() <= limits::UPRIGHT_LEGS {
         let upright = legs.legs.iter().zip(&figures.legs).filter(|(leg, _)| !leg.sprawled);
-        let apart = upright.map(|(_, leg)| excess(MeasureLimit::within(limits::EXTENSION), leg.extension));
-        sum += apart.fold(0.0, f64::max);
+        let extended = upright.map(|(_, leg)| excess(MeasureLimit::within(limits::EXTENSION), leg.extension));
+        sum += extended.fold(0.0, f64::max);
     }
     sum
 }

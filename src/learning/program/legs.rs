@@ -421,6 +421,8 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> O
     let carrier = model.bodies[chain[first_long]].parent;
     let beside = followers.iter().map(|joint| joint + 1).filter(|&body| model.bodies[body].parent == carrier);
     let hips: Vec<Vector3<f64>> = beside.chain([chain[first_long]]).map(|body| frames[body].1).collect();
+    let hip = hips.iter().sum::<Vector3<f64>>() / hips.len() as f64;
+    let foot = world(&point);
     let mut leg = LegChain {
         origins: joints.iter().chain(&followers).map(|joint| frames[joint + 1].1).collect(),
         joints,
@@ -428,12 +430,12 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> O
         links,
         left: true,
         row: 0,
-        hip: hips.iter().sum::<Vector3<f64>>() / hips.len() as f64,
-        foot: world(&point),
+        hip,
+        foot,
         radius,
         length: 0.0,
         level: 0,
-        sprawled: false,
+        sprawled: sprawled(&(foot - hip)),
         size: reach,
         base: frames[parent],
         bodies: chain.iter().map(|&body| model.bodies[body].clone()).collect(),
@@ -447,7 +449,6 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> O
     if stands_flat {
         leg.level = tilts(&leg);
     }
-    leg.sprawled = sprawled(&(leg.foot - leg.hip));
     leg.length = leg.hip.z - leg.foot.z + highest(model, stance, &leg);
     Some(leg)
 }

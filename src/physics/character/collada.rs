@@ -29,7 +29,7 @@ pub enum ColladaError {
     /// Right, but not read here.
     #[error("line {line}: <{element}> is not read")]
     Unread { line: u32, element: String },
-    #[error("more than {0} triangles, or as many corners of none")]
+    #[error("more than {0} triangles, or than three times as many corners")]
     TooMany(usize),
 }
 
@@ -66,7 +66,7 @@ pub fn read(bytes: &[u8], most: usize) -> Result<Triangles, ColladaError> {
     match scene {
         Some(scene) => reader.place(scene, scale, 0)?,
         None => {
-            for geometry in document.descendants().filter(|node| node.has_tag_name_of("geometry")) {
+            for geometry in document.descendants().filter(|node| is(*node, "geometry")) {
                 reader.add(geometry, scale)?;
             }
         }
@@ -74,19 +74,13 @@ pub fn read(bytes: &[u8], most: usize) -> Result<Triangles, ColladaError> {
     Ok(reader.all)
 }
 
-/// Elements by their local names: COLLADA's namespace differs from version to version.
-trait Named {
-    fn has_tag_name_of(&self, name: &str) -> bool;
-}
-
-impl Named for Node<'_, '_> {
-    fn has_tag_name_of(&self, name: &str) -> bool {
-        self.is_element() && self.tag_name().name() == name
-    }
+/// Whether `node` is the element `name` in whatever namespace: COLLADA's differs from version to version.
+fn is(node: Node, name: &str) -> bool {
+    node.is_element() && node.tag_name().name() == name
 }
 
 fn children<'a, 'i>(node: Node<'a, 'i>, name: &str) -> impl Iterator<Item = Node<'a, 'i>> {
-    node.children().filter(move |child| child.has_tag_name_of(name))
+    node.children().filter(move |child| is(*child, name))
 }
 
 /// The first element along a way of names.
@@ -225,46 +219,12 @@ impl<'a, 'i> Reader<'a, 'i> {
                     known
                 }
             };
-            let mut corners = Vec::new();
-            for list in children(primitives, "p") {
-                let indices: Vec<u32> = numbers(list)?;
-                let picked = indices.chunks_exact(stride);
-                if !picked.remainder().is_empty() {
-                    return Err(wrong(list, "<p> ends within a corner"));
-                }
-                let picked: Vec<u32> = picked.map(|corner| corner[offset]).collect();
-                if let Some(index) = picked.iter().find(|index| **index >= count) {
-                    return Err(wrong(list, format!("<p> refers to position {index} of {count}")));
-                }
-                corners.push((list, picked.into_iter().map(|index| first + index).collect::<Vec<u32>>()));
-            }
-            for (list, corners) in corners {
-                match kind {
-                    "triangles" => {
-                        let (whole, rest) = corners.as_chunks::<3>();
-                        if !rest.is_empty() {
-                            return Err(wrong(list, "<p> ends within a triangle"));
-                        }
-                        own.triangles.extend(whole);
-                    }
-                    "polylist" => {
-                        let counts = children(primitives, "vcount").next();
-                        let counts: Vec<usize> = counts.map_or(Ok(Vec::new()), numbers)?;
-                        let mut rest = &corners[..];
-                        for count in counts {
-                            let Some((polygon, others)) = rest.split_at_checked(count) else {
-                                return Err(wrong(list, "<p> has fewer corners than <vcount> says"));
-                            };
-                            own.triangles.extend(fan(polygon));
-                            rest = others;
-                        }
-                    }
-                    "tristrips" => own.triangles.extend(corners.windows(3).enumerate().map(|(at, it)| {
-                        // Every other triangle of a strip is seen from the other side.
-                        if at % 2 == 0 { [it[0], it[1], it[2]] } else { [it[1], it[0], it[2]] }
-                    })),
-                    _ => own.triangles.extend(fan(&corners)),
-                }
+            let lists = children(primitives, "p").map(|list| {
+                let corners = picked(list, (offset, stride), count)?;
+                Ok((list, corners.into_iter().map(|corner| first + corner).collect::<Vec<u32>>()))
+            });
+            for (list, corners) in lists.collect::<Result<Vec<_>, ColladaError>>()? {
+                own.triangles.extend(faces(primitives, list, &corners)?);
             }
         }
         Ok(own)
@@ -312,6 +272,55 @@ impl<'a, 'i> Reader<'a, 'i> {
         let given = values.get(from..).unwrap_or_default().chunks(step).filter(|it| it.len() >= 3);
         Ok(given.map(|it| Point3::new(it[0], it[1], it[2])).collect())
     }
+}
+
+/// The positions to which the corners of a list `<p>` refer, of which there are `count`: each corner has `stride` indices, that of its
+/// position at `offset`.
+fn picked(list: Node, (offset, stride): (usize, usize), count: u32) -> Result<Vec<u32>, ColladaError> {
+    let indices: Vec<u32> = numbers(list)?;
+    let corners = indices.chunks_exact(stride);
+    if !corners.remainder().is_empty() {
+        return Err(wrong(list, "<p> ends within a corner"));
+    }
+    let picked: Vec<u32> = corners.map(|corner| corner[offset]).collect();
+    match picked.iter().find(|index| **index >= count) {
+        Some(index) => Err(wrong(list, format!("<p> refers to position {index} of {count}"))),
+        None => Ok(picked),
+    }
+}
+
+/// The triangles of `primitives` between the `corners` of one of their lists `<p>`.
+fn faces(primitives: Node, list: Node, corners: &[u32]) -> Result<Vec<[u32; 3]>, ColladaError> {
+    Ok(match primitives.tag_name().name() {
+        "triangles" => {
+            let (whole, rest) = corners.as_chunks::<3>();
+            if !rest.is_empty() {
+                return Err(wrong(list, "<p> ends within a triangle"));
+            }
+            whole.to_vec()
+        }
+        "polylist" => {
+            let counts = children(primitives, "vcount").next();
+            let counts: Vec<usize> = counts.map_or(Ok(Vec::new()), numbers)?;
+            let (mut triangles, mut rest) = (Vec::new(), corners);
+            for count in counts {
+                let Some((polygon, others)) = rest.split_at_checked(count) else {
+                    return Err(wrong(list, "<p> has fewer corners than <vcount> says"));
+                };
+                triangles.extend(fan(polygon));
+                rest = others;
+            }
+            triangles
+        }
+        "tristrips" => {
+            // Every other triangle of a strip is seen from the other side.
+            let turned = |(at, it): (usize, &[u32])| {
+                if at % 2 == 0 { [it[0], it[1], it[2]] } else { [it[1], it[0], it[2]] }
+            };
+            corners.windows(3).enumerate().map(turned).collect()
+        }
+        _ => fan(corners).collect(),
+    })
 }
 
 /// Triangles of a polygon about its first corner.

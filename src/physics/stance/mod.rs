@@ -25,7 +25,7 @@ pub use feet::feet;
 pub use standing::Stance;
 pub use upright::Upright;
 
-/// What a sole costs in the search for a pose that is tilted by a right angle: as a rule, and where the pose then falls.
+/// What a sole costs in the search for a pose that is tilted by a right angle: at first, and where the pose found falls or tilts a sole.
 const TILTED: [f64; 2] = [4.0, 400.0];
 
 /// A sole is level up to this, rad: one of a fifth of the leg's length then lies within a five-hundredth of it.
@@ -72,7 +72,11 @@ impl Stance {
             return found;
         }
         // Soles near the end of their ankles' range may have been tilted for bent knees, and tip the character over.
-        let level = verified(pose::search(model, TILTED[1]), false);
+        let angles = pose::search(model, TILTED[1]);
+        if angles == found.angles {
+            return found;
+        }
+        let level = verified(angles, false);
         if level.stable { level } else { found }
     }
 }

@@ -134,9 +134,8 @@ pub fn tilt(model: &Model, angles: &[f64]) -> f64 {
     let posed = Posed::new(model, angles);
     let limbs = limbs(model, &Posed::new(model, &start));
     let soles = limbs.iter().filter(|limb| limb.flat);
-    let tilts =
-        soles.map(|limb| (posed.bodies.at(limb.bodies[limb.bodies.len() - 1]).rotation * limb.up).z.acos());
-    tilts.fold(0.0, f64::max)
+    let vertical = |limb: &Limb| posed.bodies.at(limb.bodies[limb.bodies.len() - 1]).rotation * limb.up;
+    soles.map(|limb| vertical(limb).angle(&Vector3::z())).fold(0.0, f64::max)
 }
 
 /// What it costs that each joint leaves where it began.
