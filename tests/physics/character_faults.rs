@@ -3,7 +3,7 @@
 
 use std::io::Cursor;
 
-use gaitwright_physics::character::{self, Options, Source};
+use gaitwright_physics::character::{self, NoteKind, Options, Source};
 use gaitwright_physics::fault::{Fault, InputError};
 use serde_json::{Value, json};
 use zip::write::{SimpleFileOptions, ZipWriter};
@@ -180,7 +180,7 @@ fn a_character_without_mass_or_links_is_impossible() {
     one_fault(&impossible(b"<robot name=\"nothing\"/>", Source::Urdf), "", "there is no link");
     let circle = r#"<robot name="circle"><link name="a"/>
         <joint name="j" type="fixed"><parent link="a"/><child link="a"/></joint></robot>"#;
-    one_fault(&impossible(circle.as_bytes(), Source::Urdf), "link \"a\"", "cycle");
+    one_fault(&impossible(circle.as_bytes(), Source::Urdf), "link \"a\"", "joins the link \"a\" to itself");
 }
 
 #[test]
@@ -268,8 +268,8 @@ fn every_fault_of_a_json_character_is_named_with_its_pointer() {
         character::read(document().to_string().as_bytes(), Source::Json, Options { strict: true }).is_ok()
     );
     let cases = [
-        ("/format", json!("gaitwright/character@2"), "/format", "not \"gaitwright/character@1\""),
-        ("/links/0/mass", json!(-1), "/links/0/mass", "the mass is -1 kg"),
+        ("/format", json!("gaitwright/character@2"), "/format", "expected `gaitwright/character@1`"),
+        ("/links/0/mass", json!(-1), "/links/0/mass", "the mass is -1.0 kg"),
         ("/links/0/mass", json!("one"), "/links/0/mass", "invalid type"),
         ("/links/0/mass", json!(1e300), "/links/0/mass", "must be from 0"),
         ("/links/0/density", json!(1.0), "/links/0/density", "not both"),
@@ -486,7 +486,9 @@ fn broken_meshes_are_named() {
     ];
     for (name, bytes, reason) in meshes {
         let archive = zipped(&[("leg.urdf", with_mesh(name).as_bytes()), (name, bytes)]);
-        one_fault(&impossible(&archive, Source::Zip), r#"line 5, link "shin""#, reason);
+        let faults = impossible(&archive, Source::Zip);
+        one_fault(&faults, r#"line 5, link "shin""#, reason);
+        one_fault(&faults, "", &format!("the mesh {name:?}: "));
     }
 }
 
@@ -511,6 +513,51 @@ fn an_archive_holds_one_urdf() {
     one_fault(&impossible(&two, Source::Zip), "", "several .urdf files (a.urdf, b.urdf)");
     let nested = zipped(&[("leg/a.urdf", LEG.as_bytes()), ("leg/old/b.urdf", b"<robot/>")]);
     assert!(character::read(&nested, Source::Zip, Options { strict: true }).is_ok());
+    // What macOS packs beside every file.
+    let forks = [("leg/a.urdf", LEG.as_bytes()), ("__MACOSX/leg/._a.urdf", b"\0\x05\x16\x07")];
+    assert!(character::read(&zipped(&forks), Source::Zip, Options { strict: true }).is_ok());
+}
+
+/// Another kind of document is told by its format, not by the first field that a character does not have.
+#[test]
+fn a_document_of_another_kind_is_named() {
+    let scenario = json!({ "format": "gaitwright/scenario@1", "character": {}, "duration": 1 });
+    let faults = impossible(scenario.to_string().as_bytes(), Source::Json);
+    one_fault(
+        &faults,
+        "/format",
+        "says that it is `gaitwright/scenario@1`, expected `gaitwright/character@1`",
+    );
+    let InputError::Malformed(fault) = refuse(LEG.as_bytes(), Source::Json) else { panic!() };
+    assert!(fault.reason.contains("begins as XML does"), "{fault}");
+}
+
+/// The notes of `text`, by what they are about, that keep something as given.
+fn kept(text: &str) -> Vec<String> {
+    let reading = character::read(text.as_bytes(), Source::Urdf, Options::default()).unwrap();
+    let kept = reading.notes.iter().filter(|note| note.kind == NoteKind::Kept);
+    kept.map(|note| format!("{:?}: {}", note.about, note.message)).collect()
+}
+
+#[test]
+fn degrees_and_millimetres_are_kept_and_told() {
+    assert_eq!(LEG.matches(r#"lower="-1" upper="1""#).count(), 1, "the leg's range");
+    let ranged = |range: [f64; 2]| {
+        let [lower, upper] = range;
+        kept(&LEG.replace(r#"lower="-1" upper="1""#, &format!(r#"lower="{lower}" upper="{upper}""#)))
+    };
+    for degrees in [[-90.0, 90.0], [0.0, 180.0], [-360.0, 360.0]] {
+        let notes = ranged(degrees);
+        assert!(notes.len() == 1 && notes[0].contains("are these degrees?"), "{notes:?}");
+    }
+    // Of radians, and of no limit at all.
+    for radians in [[-6.3, 6.3], [-12.0, 0.0], [-1e6, 1e6]] {
+        assert!(ranged(radians).is_empty(), "{radians:?}");
+    }
+    let balls = |radius: f64| kept(&LEG.replace(r#"radius="0.02""#, &format!(r#"radius="{radius}""#)));
+    assert!(balls(0.02).is_empty() && balls(20.0).is_empty());
+    let notes = balls(200.0);
+    assert!(notes.len() == 1 && notes[0].contains("shin") && notes[0].contains("millimetres"), "{notes:?}");
 }
 
 #[test]
@@ -522,6 +569,12 @@ fn a_file_that_is_no_character_is_malformed() {
     };
     // Whoever named the file names it in the message.
     assert!(fault.pointer.is_empty() && fault.reason.contains("cannot be read"), "{fault}");
+    let empty = folder.path().join("empty.urdf");
+    std::fs::write(&empty, "").unwrap();
+    let Err(InputError::Malformed(fault)) = character::read_file(&empty, Options::default()) else {
+        panic!()
+    };
+    assert_eq!(fault.reason, "is empty");
     let text = folder.path().join("text.txt");
     std::fs::write(&text, "hello").unwrap();
     let Err(InputError::Malformed(fault)) = character::read_file(&text, Options::default()) else { panic!() };

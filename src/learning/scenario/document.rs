@@ -18,8 +18,8 @@ use gaitwright_physics::scene::{Accuracy, AskedAccuracy, Drive, Scene};
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
     /// `gaitwright/scenario@1`.
-    #[serde(default = "format")]
-    pub format: String,
+    #[serde(default)]
+    pub format: ScenarioFormat,
     /// The character: a path, or inline.
     pub character: CharacterSource,
     /// Whether the root link is fixed to the world. It is fixed at the pose in `start`, and does not move.
@@ -45,16 +45,21 @@ pub struct Scenario {
     pub sample_every: f64,
 }
 
-fn format() -> String {
-    Scenario::FORMAT.to_owned()
-}
-
 fn one() -> f64 {
     1.0
 }
 
 fn hundredth() -> f64 {
     0.01
+}
+
+/// The document's kind and version.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+pub enum ScenarioFormat {
+    /// The one described here.
+    #[default]
+    #[serde(rename = "gaitwright/scenario@1")]
+    V1,
 }
 
 /// Where a character comes from.
@@ -154,9 +159,6 @@ pub struct JointStart {
 pub(super) const STEPS: f64 = 1e8;
 
 impl Scenario {
-    /// The name and version of the document's format.
-    pub const FORMAT: &str = "gaitwright/scenario@1";
-
     /// Reads a scenario.
     ///
     /// # Errors
@@ -169,9 +171,6 @@ impl Scenario {
     /// Every fault of the document that can be found without reading the character.
     pub fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
-        if self.format != Self::FORMAT {
-            faults.push(Fault::new("/format", format!("the format is not \"{}\"", Self::FORMAT)));
-        }
         faults.extend(self.scene.faults().into_iter().map(|fault| fault.under("/scene")));
         faults.extend(self.accuracy.faults().into_iter().map(|fault| fault.under("/accuracy")));
         let mut positive = |name: &str, value: f64| {

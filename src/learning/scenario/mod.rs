@@ -7,7 +7,7 @@ mod run;
 mod script;
 mod setup;
 
-pub use document::{CharacterSource, InlineCharacter, JointStart, Scenario, Start};
+pub use document::{CharacterSource, InlineCharacter, JointStart, Scenario, ScenarioFormat, Start};
 pub use lines::{ContactLine, JointLine, Line, SampleLine, Summary};
 pub use run::{PreparedScenario, ScenarioEnd};
 pub use script::Script;

@@ -79,7 +79,7 @@ fn unpack(bytes: &[u8]) -> Result<BTreeMap<String, Vec<u8>>, InputError> {
                 continue;
             }
         };
-        if entry.is_dir() {
+        if entry.is_dir() || is_resource_fork(&path) {
             continue;
         }
         let left = INFLATED_BYTES - total;
@@ -100,4 +100,9 @@ fn unpack(bytes: &[u8]) -> Result<BTreeMap<String, Vec<u8>>, InputError> {
         }
     }
     if faults.is_empty() { Ok(files) } else { Err(InputError::Impossible(faults)) }
+}
+
+/// Whether a file is what macOS adds beside each one that it packs: its attributes, under its own name.
+fn is_resource_fork(path: &str) -> bool {
+    path.rsplit('/').next().is_some_and(|name| name.starts_with("._"))
 }

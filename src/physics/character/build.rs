@@ -10,7 +10,7 @@ use super::draft::{At, Diagnostics, Draft, DraftInertial, DraftJoint, DraftLink}
 use super::size::SHAPES;
 use super::{
     About, Character, Inertial, Joint, JointKind, Limits, Link, NoteKind, Options, Placed, Reading, inertia,
-    loops, stand_in, weld::weld,
+    loops, stand_in, units, weld::weld,
 };
 use crate::fault::{Fault, InputError};
 
@@ -32,6 +32,7 @@ pub fn build(mut draft: Draft, digests: Digests, options: Options) -> Result<Rea
     }
     for joint in &draft.joints {
         check_joint(joint, diagnostics);
+        units::tell_degrees(joint, diagnostics);
     }
     let order = order(&draft.links, &draft.joints, draft.complete, diagnostics);
     check_standing(draft.standing.as_deref(), &draft.joints, diagnostics);
@@ -41,7 +42,7 @@ pub fn build(mut draft: Draft, digests: Digests, options: Options) -> Result<Rea
     let masses = draft.links.iter().filter_map(|link| link.inertial.as_ref()).map(|it| it.value.mass);
     let total: f64 = masses.sum();
     if diagnostics.faults.is_empty() && total <= 0.0 {
-        diagnostics.fault("", "no link has a mass");
+        diagnostics.fault("", "no link has a mass (in URDF `<inertial>`, in JSON `mass` or `density`)");
     }
     if !diagnostics.faults.is_empty() {
         return Err(InputError::Impossible(std::mem::take(&mut diagnostics.faults)));
@@ -57,6 +58,7 @@ pub fn build(mut draft: Draft, digests: Digests, options: Options) -> Result<Rea
     if !diagnostics.faults.is_empty() {
         return Err(InputError::Impossible(diagnostics.faults));
     }
+    units::tell_millimetres(&links, &places, &mut diagnostics);
     inertia::repair_all(&mut links, &places, &mut diagnostics);
     stand_in::add(&mut links, &missing, &mut diagnostics);
     if options.strict {
@@ -195,7 +197,12 @@ fn tell_cycles(
         }
         if let Some(start) = cycle.iter().position(|name| *name == links[at].name.value) {
             let names = cycle[start..].join("\", \"");
-            let reason = format!("the links \"{names}\" are joined in a cycle; only trees can be read");
+            let reason = match &cycle[start..] {
+                [alone] => format!("a joint joins the link {alone:?} to itself"),
+                _ => format!(
+                    "the links \"{names}\" are joined in a cycle; joints make a tree, and `loops` of a JSON document close it"
+                ),
+            };
             diagnostics.fault(links[at].name.place.as_str(), reason);
         }
     }
@@ -206,7 +213,7 @@ fn check_link(link: &DraftLink, diagnostics: &mut Diagnostics) {
         let DraftInertial { mass, center_of_mass, inertia } = value;
         if !(0.0..=MASS).contains(mass) {
             diagnostics
-                .fault(place.as_str(), format!("the mass is {mass} kg; it must be from 0 to {MASS:e} kg"));
+                .fault(place.as_str(), format!("the mass is {mass:?} kg; it must be from 0 to {MASS:e} kg"));
         }
         check_lengths(&center_of_mass.coords, "the centre of mass", place, diagnostics);
         let inertia = inertia.unwrap_or_default();

@@ -35,10 +35,10 @@ pub struct Solidified {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
-    #[error("the mesh {0:?} has no triangles")]
-    Empty(String),
-    #[error("the mesh {0:?} has a corner that is not finite or much too far away")]
-    Corner(String),
+    #[error("it has no triangles")]
+    Empty,
+    #[error("it has a corner that is not finite or much too far away")]
+    Corner,
     #[error("the STL file is neither an ASCII one nor as long as its triangle count says")]
     StlLength,
     #[error("bad STL file: {0}")]
@@ -85,12 +85,12 @@ pub fn read(name: &str, bytes: &[u8], scale: &Vector3<f64>) -> Result<Mesh, Mesh
         _ => read_stl(bytes)?,
     };
     if mesh.triangles.is_empty() {
-        return Err(MeshError::Empty(name.to_owned()));
+        return Err(MeshError::Empty);
     }
     for vertex in &mut mesh.vertices {
         vertex.coords.component_mul_assign(scale);
         if !vertex.iter().all(|x| x.is_finite() && x.abs() <= LENGTH) {
-            return Err(MeshError::Corner(name.to_owned()));
+            return Err(MeshError::Corner);
         }
     }
     if scale.product() < 0.0 {

@@ -6,7 +6,7 @@
 //!
 //! The way of the data: [`read`] hands the bytes to the reader of their format; each reader writes a
 //! draft in its own order with the place of every part; one `build` step, the same for all, checks
-//! the tree and the numbers, fixes joints of a single value (`weld`), orders the links, closes loops (`loops`), repairs inertias
+//! the tree and the numbers, tells those that look like degrees or millimetres (`units`), fixes joints of a single value (`weld`), orders the links, closes loops (`loops`), repairs inertias
 //! (`inertia`), replaces missing collision shapes (`stand_in`), and so establishes the invariants of [`Character`].
 
 mod archive;
@@ -26,6 +26,7 @@ mod solid;
 mod stand_in;
 mod supply;
 mod types;
+mod units;
 mod urdf;
 mod weld;
 

@@ -68,6 +68,9 @@ pub fn read_file(path: &Path, options: Options) -> Result<Reading, InputError> {
         return Err(InputError::TooLarge(Fault::new("", reason)));
     }
     let bytes = std::fs::read(path).map_err(unreadable)?;
+    if bytes.is_empty() {
+        return Err(InputError::Malformed(Fault::new("", "is empty")));
+    }
     match Source::detect(&bytes) {
         Some(Source::Urdf) => {
             let draft = urdf::draft(&bytes, &Supply::beside(path))?;

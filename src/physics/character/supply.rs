@@ -61,6 +61,11 @@ impl<'a> Reference<'a> {
     }
 }
 
+/// Whether `reference` is an absolute path, or a URL of another kind than `package://`.
+pub fn is_elsewhere(reference: &str) -> bool {
+    matches!(Reference::new(reference), Reference::Elsewhere)
+}
+
 impl Supply {
     /// The files beside and above the URDF at `path`.
     pub fn beside(path: &Path) -> Self {

@@ -16,6 +16,9 @@ const MEMBERS: usize = 32;
 /// The member that says which kind of thing an object is.
 const TAG: &str = "kind";
 
+/// The member that says which kind of document an object is.
+const FORMAT: &str = "format";
+
 /// Reads a whole document.
 ///
 /// # Errors
@@ -34,16 +37,19 @@ fn parse(bytes: &[u8]) -> Result<Value, InputError> {
         if error.is_data() {
             InputError::impossible(pointer, without_place(&error))
         } else {
-            malformed(&error)
+            malformed(bytes, &error)
         }
     })?;
-    reader.end().map_err(|error| malformed(&error))?;
+    reader.end().map_err(|error| malformed(bytes, &error))?;
     Ok(tree)
 }
 
-fn malformed(error: &serde_json::Error) -> InputError {
+/// What is wrong with `bytes`, which are no JSON.
+fn malformed(bytes: &[u8], error: &serde_json::Error) -> InputError {
     let place = format!("line {}, column {}", error.line(), error.column());
-    InputError::Malformed(Fault::new(place, format!("not well-formed JSON: {}", without_place(error))))
+    let xml = bytes.trim_ascii_start().starts_with(b"<");
+    let hint = if xml { "; it begins as XML does" } else { "" };
+    InputError::Malformed(Fault::new(place, format!("not well-formed JSON: {}{hint}", without_place(error))))
 }
 
 /// The parser's message without the line and column at its end.
@@ -53,9 +59,12 @@ fn without_place(error: &serde_json::Error) -> String {
     message.strip_suffix(&place).unwrap_or(&message).to_owned()
 }
 
-/// What `tree` holds, or its first fault.
+/// What `tree` holds, or its first fault; that of its format before all others, which follow from it.
 fn read<T: DeserializeOwned>(tree: &mut Value) -> Result<T, Fault> {
     attempt(tree).map_err(|fault| {
+        if let Some(format) = faulty_format::<T>(tree) {
+            return format;
+        }
         let mut place = fault.pointer.clone();
         while let Some(key) = faulty_member::<T>(tree, &place, &fault) {
             place = member(&place, &key);
@@ -67,6 +76,17 @@ fn read<T: DeserializeOwned>(tree: &mut Value) -> Result<T, Fault> {
 fn attempt<T: DeserializeOwned>(tree: &Value) -> Result<T, Fault> {
     serde_path_to_error::deserialize(Strict::new(tree))
         .map_err(|error| Fault::new(pointer(error.path()), plain(&error.inner().to_string())))
+}
+
+/// What is wrong with the member that says which kind of document `tree` is.
+fn faulty_format<T: DeserializeOwned>(tree: &Value) -> Option<Fault> {
+    let alone = Value::Object(Map::from_iter([(FORMAT.to_owned(), tree.get(FORMAT)?.clone())]));
+    // Without the other members there is another fault, unless the format is at fault itself.
+    let fault = attempt::<T>(&alone).err().filter(|fault| fault.pointer == format!("/{FORMAT}"))?;
+    Some(Fault {
+        reason: fault.reason.replacen("unknown variant", "the document says that it is", 1),
+        ..fault
+    })
 }
 
 /// The member of the object at `place` that causes `fault`. Serde reads tagged objects from a buffer and loses the path

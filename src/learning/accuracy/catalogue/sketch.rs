@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use crate::scenario::{CharacterSource, InlineCharacter, JointStart, Scenario, Start};
+use crate::scenario::{CharacterSource, InlineCharacter, JointStart, Scenario, ScenarioFormat, Start};
 use gaitwright_physics::motion::RootMotion;
 use gaitwright_physics::scene::{
     Accuracy, AskedAccuracy, DEFAULT_FEEDFORWARD_PERIOD, Drive, Feedforward, Integrator, MaxTorque, Scene,
@@ -69,7 +69,7 @@ pub fn with(document: Value, more: &Value) -> Value {
 /// Ten seconds of `character` in `scene`, its joints passive.
 pub fn scenario(character: CharacterSource, scene: Scene) -> Scenario {
     Scenario {
-        format: Scenario::FORMAT.to_owned(),
+        format: ScenarioFormat::V1,
         character,
         fixed_base: false,
         scene,

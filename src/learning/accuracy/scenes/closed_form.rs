@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::accuracy::measure::Measure;
 use crate::accuracy::problem::{AccuracyProblem, Piece};
-use crate::scenario::{CharacterSource, InlineCharacter, NoFiles, Scenario, Start};
+use crate::scenario::{CharacterSource, InlineCharacter, NoFiles, Scenario, ScenarioFormat, Start};
 use gaitwright_physics::fault::InputError;
 use gaitwright_physics::motion::RootMotion;
 use gaitwright_physics::scene::{Accuracy, Drive, Scene};
@@ -60,7 +60,7 @@ impl ClosedForm {
 /// A passive character in `scene` for `seconds`, its root starting as `root`.
 pub(super) fn scenario(character: Value, scene: Scene, root: RootMotion, seconds: f64) -> Scenario {
     Scenario {
-        format: Scenario::FORMAT.to_owned(),
+        format: ScenarioFormat::V1,
         character: CharacterSource::Inline(InlineCharacter::Json(character)),
         fixed_base: false,
         scene,

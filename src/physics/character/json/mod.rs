@@ -13,7 +13,6 @@ use super::solid::Solid;
 use super::{About, Friction, JointKind, LoopKind, NoteKind, Placed, Shape, SurfaceMaterial, mesh};
 use crate::fault::{self, Fault, InputError};
 
-const FORMAT: &str = "gaitwright/character@1";
 /// Greatest number of points of one hull.
 const POINTS: usize = 100_000;
 
@@ -38,9 +37,6 @@ pub fn draft(bytes: &[u8]) -> Result<Draft, InputError> {
         return Err(InputError::Impossible(faults));
     }
     let mut diagnostics = Diagnostics::default();
-    if document.format != FORMAT {
-        diagnostics.fault("/format", format!("the format is {:?}, not {FORMAT:?}", document.format));
-    }
     let links = document
         .links
         .into_iter()
@@ -106,7 +102,7 @@ fn read_link(diagnostics: &mut Diagnostics, index: usize, link: wire::LinkDocume
         }
         (None, Some(mass)) => {
             if mass > 0.0 && inertia.is_none() {
-                diagnostics.fault(place.as_str(), "a mass is given without an inertia");
+                diagnostics.fault(place.as_str(), "a mass is given without an inertia; give that as well, or `density` in place of the mass");
             }
             Some(At::new(DraftInertial { mass, center_of_mass, inertia }, format!("{place}/mass")))
         }

@@ -10,13 +10,22 @@ use serde::{Deserialize, Serialize};
 
 use crate::fault::object;
 
+/// The document's kind and version.
+#[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
+pub enum CharacterFormat {
+    /// The one described here.
+    #[serde(rename = "gaitwright/character@1")]
+    V1,
+}
+
 /// A character: links joined by joints into one tree, and loops closed over it. SI units, radians, z up, x forward.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(title = "gaitwright/character@1", rename = "Character")]
 pub struct Document {
     /// Always `gaitwright/character@1`.
-    pub format: String,
+    #[expect(dead_code, reason = "to be read is to be checked")]
+    pub format: CharacterFormat,
     /// The character's name.
     pub name: String,
     /// At least one; each but the root is the child of one joint.

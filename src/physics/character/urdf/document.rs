@@ -202,12 +202,20 @@ impl Context {
                     count += 1;
                 }
                 Ok(_) => {
-                    self.fault(node, owner, format!("{what} is {word:?}, which is not a finite number"));
+                    self.fault(
+                        node,
+                        owner,
+                        format!("{what} is {text:?}, where {word:?} is not a finite number"),
+                    );
                     return None;
                 }
                 Err(_) => {
                     let hint = if word.contains("${") { "; expand it with xacro first" } else { "" };
-                    self.fault(node, owner, format!("{what} is {word:?}, which is not a number{hint}"));
+                    self.fault(
+                        node,
+                        owner,
+                        format!("{what} is {text:?}, where {word:?} is not a number{hint}"),
+                    );
                     return None;
                 }
             }

@@ -5,7 +5,7 @@ use roxmltree::Node;
 
 use super::document::{Context, Materials, UrdfElement, named, tag};
 use crate::character::draft::{At, DraftInertial, DraftLink};
-use crate::character::supply::Supply;
+use crate::character::supply::{Supply, is_elsewhere};
 use crate::character::{NoteKind, Placed, Shape, SurfaceMaterial, mesh};
 
 /// The link that `node` describes; `None` when it has no proper name, which is a fault.
@@ -161,7 +161,11 @@ fn mesh_geometry(
     }
     let bytes = match supply.find(name) {
         Ok(Some(bytes)) => bytes,
-        Ok(None) => return Some(Geometry::Missing(format!("the mesh {name:?} is not supplied"))),
+        Ok(None) => {
+            let not_followed =
+                if is_elsewhere(name) { "; absolute paths and URLs are not followed" } else { "" };
+            return Some(Geometry::Missing(format!("the mesh {name:?} is not supplied{not_followed}")));
+        }
         Err(error) => {
             context.fault(node, owner, error.to_string());
             return None;
@@ -182,7 +186,7 @@ fn mesh_geometry(
             return Some(Geometry::Missing(format!("the mesh {name:?}: {error}")));
         }
         Err(error) => {
-            context.fault(node, owner, error.to_string());
+            context.fault(node, owner, format!("the mesh {name:?}: {error}"));
             return None;
         }
     };
