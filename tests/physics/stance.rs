@@ -9,7 +9,7 @@ use std::sync::Arc;
 use gaitwright_physics::character::{self, Limits, Options, Shape, Source};
 use gaitwright_physics::model::{Base, DofKind, Model};
 use gaitwright_physics::scene::{Accuracy, Scene};
-use gaitwright_physics::sim::{Command, Simulator, link_poses};
+use gaitwright_physics::sim::{Command, Simulator, State, link_poses};
 use gaitwright_physics::stance::{Stance, Upright};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -429,5 +429,63 @@ fn a_character_has_fallen_by_its_height_over_the_ground_below_it() {
     };
     for x in [-15.0, 0.0, 15.0] {
         assert!(at(x, 1.0) && !at(x, 0.3), "{x} m down the way");
+    }
+}
+
+/// Some descriptions have the origin of their root on the floor between the feet, or below it.
+#[test]
+fn a_root_whose_origin_is_at_the_floor_has_not_fallen_while_the_trunk_stands() {
+    let text = std::fs::read_to_string(common::example_path("quadruped.urdf")).unwrap();
+    let usual = common::example("quadruped.urdf");
+    let scene = Scene::default();
+    let usual_stance = Stance::find(&usual, &scene);
+    for above in [usual_stance.root_height, usual_stance.root_height + 0.1] {
+        let footprint = format!(
+            r#"<link name="footprint"/><joint name="footprint" type="fixed"><parent link="footprint"/>
+               <child link="trunk"/><origin xyz="0 0 {above}"/></joint></robot>"#
+        );
+        let text = text.replace("</robot>", &footprint);
+        let reading = character::read(text.as_bytes(), Source::Urdf, Options::default()).unwrap();
+        let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
+        let stance = Stance::find(&model, &scene);
+        assert!(stance.stable && stance.root_height < 0.01, "{} m", stance.root_height);
+        let (_, up) = hold(&model, &stance);
+        assert!(up, "with its root's origin {above} m below its trunk it counts as fallen");
+        // It falls where the other does: both trunks at the same height above the ground.
+        let [other, own] = [(&usual, &usual_stance), (&model, &stance)]
+            .map(|(model, stance)| (Upright::new(model, stance, &scene), stance.state.clone()));
+        for sunk in [0.3, 0.5, 0.55, 0.65, 0.7] {
+            let lowered = |(upright, state): &(Upright, State)| {
+                let mut state = state.clone();
+                state.root.position.z -= sunk * usual_stance.root_height;
+                upright.holds(&state)
+            };
+            assert_eq!(lowered(&own), lowered(&other), "sunk by {sunk} of its height");
+        }
+    }
+}
+
+/// Everything takes longer where gravity is weaker, by the root of it; a character of a given shape stands or falls the same way.
+#[test]
+fn a_pose_is_held_for_as_long_as_falling_takes_under_its_gravity() {
+    let stick = |tilt: f64| {
+        // An inverted pendulum of 1 m on a plate of 4 cm, whose centre of mass is `tilt` m aside.
+        let text = format!(
+            r#"<robot name="stick"><link name="stick"><inertial><origin xyz="{tilt} 0 0.5"/><mass value="1"/>
+               <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.001"/></inertial>
+               <collision><geometry><box size="0.04 0.04 0.01"/></geometry></collision></link></robot>"#
+        );
+        let reading = character::read(text.as_bytes(), Source::Urdf, Options::default()).unwrap();
+        Arc::new(Model::new(Arc::new(reading.character), Base::Floating))
+    };
+    for gravity in [9.81, 1.62, 0.2, 0.03] {
+        let scene = Scene { gravity: [0.0, 0.0, -gravity], ..Scene::default() };
+        assert!(Stance::find(&stick(0.01), &scene).stable, "at {gravity} m/s²");
+        assert!(!Stance::find(&stick(0.03), &scene).stable, "at {gravity} m/s²");
+    }
+    let model = common::example("quadruped.urdf");
+    for gravity in [1.62, 0.2] {
+        let scene = Scene { gravity: [0.0, 0.0, -gravity], ..Scene::default() };
+        assert!(Stance::find(&model, &scene).stable, "at {gravity} m/s²");
     }
 }

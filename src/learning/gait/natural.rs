@@ -150,8 +150,8 @@ fn trunk(
     (footed, allowed, stride): (bool, &GaitLimits, f64),
 ) {
     let gait = &context.gait;
-    let (Some(standing), Some(body)) = (gait.standing.first(), gait.model.bodies.first()) else { return };
-    let moved = TrunkMotion::of(trace, (standing, gait.ground), gait.direction, &body.center, stride);
+    let Some(standing) = gait.standing.first() else { return };
+    let moved = TrunkMotion::of(trace, (standing, gait.ground), gait.direction, gait.model, stride);
     found.one("tilt", MeasureLimit::AtMost(limits::TILT), moved.tilt);
     if !footed {
         return;

@@ -1,15 +1,18 @@
 //! How the trunk moves: its tilt, its height, and how far it pitches, rolls and heaves within a stride.
 
-use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
+use gaitwright_physics::model::Model;
 use gaitwright_physics::playback::Trace;
+use gaitwright_physics::sim::Root;
 
 /// What the trunk did.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct TrunkMotion {
     /// Greatest tilt from the standing orientation, rad.
     pub(super) tilt: f64,
-    /// Least height of the root's origin over that of the standing pose.
+    /// Least height of the trunk over that of the standing pose, told by the root's origin or whichever point stands in for it
+    /// ([`Model::height_mark`]).
     pub(super) least_height: f64,
     /// Pitch from least to greatest within a stride, mean over the strides, rad.
     pub(super) pitch: f64,
@@ -21,17 +24,20 @@ pub(super) struct TrunkMotion {
 
 impl TrunkMotion {
     /// Of the root in `trace`, which stands at `standing` on ground of the height `ground` (m) and goes along `direction`;
-    /// strides of `period` seconds. `center` is the trunk's centre of mass in the root's frame, m.
+    /// strides of `period` seconds.
     pub(super) fn of(
         trace: &Trace,
         (standing, ground): (&Isometry3<f64>, f64),
         direction: [f64; 3],
-        center: &Vector3<f64>,
+        model: &Model,
         period: f64,
     ) -> Self {
         let upright = standing.rotation.inverse();
         let forward = Vector3::new(direction[0], direction[1], 0.0);
-        let height = (standing.translation.z - ground).max(f64::MIN_POSITIVE);
+        let center = model.bodies.first().map_or(Vector3::zeros(), |root| root.center);
+        let root_height = standing.translation.z - ground;
+        let mark = model.height_mark(root_height, &standing.rotation);
+        let height = (root_height + (standing.rotation * mark).z).max(f64::MIN_POSITIVE);
         let poses: Vec<[f64; 4]> = trace
             .samples
             .iter()
@@ -50,8 +56,8 @@ impl TrunkMotion {
             })
             .collect();
         let [pitch, roll, heave] = [0, 1, 2].map(|axis| stroke(trace, period, |at| poses[at][axis]));
-        let lowest = |point: &Point3<f64>| (point.z - ground) / height;
-        let heights = trace.samples.iter().map(|sample| lowest(&sample.root.position));
+        let share = |root: &Root| ((root.position + root.orientation * mark).z - ground) / height;
+        let heights = trace.samples.iter().map(|sample| share(&sample.root));
         Self {
             tilt: poses.iter().map(|pose| pose[3].clamp(-1.0, 1.0).acos()).fold(0.0, f64::max),
             least_height: heights.fold(f64::INFINITY, f64::min).min(f64::MAX),

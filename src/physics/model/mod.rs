@@ -10,7 +10,7 @@ pub mod wide;
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::character::Character;
 use collision::convex::Convex;
@@ -129,6 +129,15 @@ impl Model {
     /// the ground, m: that height, or a tenth of [`size`](Self::size) where the root lies on the ground and gives no scale.
     pub fn height_scale(&self, root_height: f64) -> f64 {
         root_height.max(0.1 * self.size)
+    }
+
+    /// The point of the root, in its frame, m, by which the height of the trunk is told while the root stands `root_height` over the
+    /// ground, m, with this `orientation`: its origin, or its centre of mass where the origin stands less than half as high. Some
+    /// descriptions have the origin of the root between the feet.
+    pub fn height_mark(&self, root_height: f64, orientation: &UnitQuaternion<f64>) -> Vector3<f64> {
+        let Some(root) = self.bodies.first() else { return Vector3::zeros() };
+        let of_center = root_height + (orientation * root.center).z;
+        if root_height < 0.5 * of_center { root.center } else { Vector3::zeros() }
     }
 
     /// The first body that can move and has no mass or no positive definite inertia of its own, if

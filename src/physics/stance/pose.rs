@@ -157,7 +157,8 @@ fn away(model: &Model, limbs: &[Limb]) -> Vec<f64> {
 /// Whether the character is flat in this pose.
 fn lies(posed: &Posed) -> bool {
     let height = posed.center_of_mass.z - posed.lowest();
-    let width = posed.surface.iter().map(|point| point.at.xy().norm()).fold(0.0, f64::max);
+    let middle = posed.center_of_mass.xy();
+    let width = posed.surface.iter().map(|point| (point.at.xy() - middle).norm()).fold(0.0, f64::max);
     height < LYING * width
 }
 

@@ -10,7 +10,7 @@ use crate::sim::State;
 /// Tilt of the root from its standing orientation at which a character has fallen, rad.
 const FALLEN_TILT: f64 = 1.0;
 
-/// Share of the standing root height below which a character has fallen.
+/// Share of the trunk's standing height below which a character has fallen.
 const FALLEN_HEIGHT: f64 = 0.4;
 
 /// The test whether a character is still upright.
@@ -18,7 +18,9 @@ const FALLEN_HEIGHT: f64 = 0.4;
 pub struct Upright {
     /// The world's vertical in the root's frame when standing.
     up: Unit<Vector3<f64>>,
-    /// The ground, and the least height of the root's origin over it, m; `None` where the root may lie on the ground.
+    /// The point by which the height of the trunk is told ([`Model::height_mark`]), in the root's frame, m.
+    mark: Vector3<f64>,
+    /// The ground, and the least height of that point over it, m; `None` where the root may lie on the ground.
     least_height: Option<(Terrain, f64)>,
 }
 
@@ -29,17 +31,21 @@ impl Upright {
     pub fn new(model: &Model, stance: &Stance, scene: &Scene) -> Self {
         let root_carries = stance.support.iter().any(|link| model.links[*link].body == 0);
         let ground = scene.ground.as_ref().filter(|_| !root_carries && !model.fixed_base).map(Terrain::new);
+        let orientation = stance.state.root.orientation;
+        let mark = model.height_mark(stance.root_height, &orientation);
+        let height = stance.root_height + (orientation * mark).z;
         Self {
-            up: Unit::new_unchecked(stance.state.root.orientation.inverse() * Vector3::z()),
-            least_height: ground.map(|ground| (ground, FALLEN_HEIGHT * stance.root_height)),
+            up: Unit::new_unchecked(orientation.inverse() * Vector3::z()),
+            mark,
+            least_height: ground.map(|ground| (ground, FALLEN_HEIGHT * height)),
         }
     }
 
     /// Whether the character is upright in `state`.
     pub fn holds(&self, state: &State) -> bool {
         let up = state.root.orientation * self.up;
-        let root = state.root.position;
-        let over = |(ground, least): &(Terrain, f64)| root.z > ground.height(root.x, root.y) + least;
+        let mark = state.root.position + state.root.orientation * self.mark;
+        let over = |(ground, least): &(Terrain, f64)| mark.z > ground.height(mark.x, mark.y) + least;
         up.z > FALLEN_TILT.cos() && self.least_height.as_ref().is_none_or(over)
     }
 }

@@ -7,12 +7,15 @@ use nalgebra::{Point3, Vector3};
 use super::anatomy::Posed;
 use super::standing::Stance;
 use crate::model::Model;
-use crate::scene::{Accuracy, Effect, Gains, Scene, StepPlan, Switch, Terrain, usual_step};
+use crate::scene::{Accuracy, Effect, Gains, STANDARD_GRAVITY, Scene, StepPlan, Switch, Terrain, usual_step};
 use crate::sim::contact::ground::{CORNERS_KEPT_WHOLE, SurfacePoint};
 use crate::sim::{Command, Simulator, State};
 
-/// For how many of the character's usual steps a pose is held: 3 s of a dog.
-const STEPS: usize = 1500;
+/// For how many of the character's usual steps a pose is held on Earth: 3 s of a dog. Under another gravity everything takes longer or
+/// shorter by the root of what it is to ours.
+const STEPS: f64 = 1500.0;
+/// Where gravity is next to nothing, a pose is held for so many times as long as on Earth at most.
+const LONGEST: f64 = 20.0;
 
 /// Bound on the cost of verifying, as the sum over all substeps of the cube of their number of rows; a pose that exceeds it
 /// counts as not stable. About ten seconds of computing: a quadruped takes a thousandth of it, a chain of hundreds of
@@ -39,7 +42,7 @@ const GREATEST_TILT: f64 = 0.35;
 /// its lowest point) do.
 const GREATEST_SINKING: f64 = 0.175;
 
-/// A standing character moves no faster than this many heights of its centre of mass in a usual step at the end.
+/// A standing character moves no faster than this many heights of its centre of mass in a usual step at the end, on Earth.
 const REST: f64 = 1e-4;
 
 /// Holds `angles` with `gains` in `scene` and reports how the character stands. If `stop` returns true before it is at
@@ -115,8 +118,10 @@ fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> b
     let plan = StepPlan::compile(&scene, &accuracy, Some(&stance.gains), model).ok()?;
     let mut simulator = Simulator::new(Arc::new(plan), stance.state.clone());
     let targets = Command::Track { now: &stance.angles, next: &stance.angles };
+    let gravity = scene.acting_gravity().norm();
+    let slower = if gravity > 0.0 { (STANDARD_GRAVITY / gravity).sqrt().min(LONGEST) } else { 1.0 };
     let mut work = 0.0;
-    for _ in 0..STEPS {
+    for _ in 0..(STEPS * slower).ceil() as usize {
         if stop() {
             return None;
         }
@@ -136,8 +141,8 @@ fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> b
     let root_sunk = stance.state.root.position.z - (at.z - rise);
     let sunk = 0.5 * (height - posed_height(model, &state) + root_sunk);
     let moving = state.root.linear_velocity.norm() + height * state.root.angular_velocity.norm();
-    let stands =
-        tilt < GREATEST_TILT && sunk < GREATEST_SINKING * height && moving * accuracy.step < REST * height;
+    let rests = moving * slower * accuracy.step < REST * height;
+    let stands = tilt < GREATEST_TILT && sunk < GREATEST_SINKING * height && rests;
     state.time = 0.0;
     state.root.position = Point3::new(0.0, 0.0, at.z - rise);
     state.root.linear_velocity.fill(0.0);
