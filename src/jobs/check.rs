@@ -6,9 +6,12 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::teaching::Teaching;
+use gaitwright_learning::learn::Task;
+use gaitwright_learning::program::subject::Subject;
 use gaitwright_physics::character::{Character, JointKind, Limits, Note, Reading, Shape};
 use gaitwright_physics::model::{Base, Model};
-use gaitwright_physics::scene::Scene;
+use gaitwright_physics::scene::{Accuracy, Scene};
 use gaitwright_physics::stance::Stance;
 
 /// The format of a check document.
@@ -35,6 +38,9 @@ pub struct Findings {
     pub self_collision: SelfCollision,
     /// The standing pose.
     pub standing: Standing,
+    /// How a job that asks for nothing teaches it; `null` in a document of an earlier version.
+    #[serde(default)]
+    pub teaching: Option<Teaching>,
     /// Everything repaired, approximated or ignored.
     pub notes: Vec<Note>,
 }
@@ -117,7 +123,8 @@ pub fn check(reading: &Reading, scene: &Scene) -> Findings {
 pub(super) fn check_until(reading: &Reading, scene: &Scene, stop: &dyn Fn() -> bool) -> Findings {
     let character = &reading.character;
     let model = Arc::new(Model::new(Arc::new(character.clone()), Base::Floating));
-    let stance = Stance::find_until(&model, scene, stop);
+    let stance = Arc::new(Stance::find_until(&model, scene, stop));
+    let subject = Subject::new(&model, &stance, scene, &Accuracy::default(), Task::default().direction);
     Findings {
         format: FORMAT.to_owned(),
         name: character.name.clone(),
@@ -128,6 +135,7 @@ pub(super) fn check_until(reading: &Reading, scene: &Scene, stop: &dyn Fn() -> b
         shapes: shapes(character),
         self_collision: self_collision(&model),
         standing: standing(&model, &stance),
+        teaching: Some(Teaching::of(&subject)),
         notes: reading.notes.clone(),
     }
 }

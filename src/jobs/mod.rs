@@ -30,6 +30,7 @@ mod service;
 mod start;
 mod store;
 mod study;
+mod teaching;
 mod text;
 mod work;
 mod worker;
@@ -60,4 +61,5 @@ pub use store::{
     StoredCharacter, StoredJob,
 };
 pub use study::{StudyRequest, USUAL_TOLERANCES};
+pub use teaching::{LegFinding, Method, Teaching};
 pub use work::{LearningRecord, MotionOutcome, StudyRecord, Work};

@@ -10,9 +10,12 @@ const WEIGHTS = [
   ["ignored", "Left out", "This has no bearing on the physics.", "low"],
 ];
 
+/** Facts that take a whole line. */
+const WIDE = ["Stands", "Learns"];
+
 /** The facts about a character in a few lines. */
 export function facts(character) {
-  const { mass, links, joints, shapes, standing } = character;
+  const { mass, links, joints, shapes, standing, teaching } = character;
   const driven = joints.filter((joint) => joint.driven).length;
   const rows = {
     Mass: `${digits(mass)} kg`,
@@ -21,7 +24,13 @@ export function facts(character) {
     Shapes: shapes.length,
     Stands: standing.stable ? `${digits(standing.root_height)} m high, on ${supports(standing.support)}` : "in no pose that was found",
   };
-  return make("dl", { class: "facts" }, Object.entries(rows).map(([name, value]) => make("div", { class: name === "Stands" ? "wide" : "" }, make("dt", {}, name), make("dd", {}, value))));
+  if (teaching) rows.Learns = learns(teaching);
+  return make("dl", { class: "facts" }, Object.entries(rows).map(([name, value]) => make("div", { class: WIDE.includes(name) ? "wide" : "" }, make("dt", {}, name), make("dd", {}, value))));
+}
+
+/** What it will be taught. */
+function learns({ gaits, because }) {
+  return because ? `one motion without a name: ${because}` : gaits.join(", ");
 }
 
 function supports(links) {

@@ -3,12 +3,6 @@
 import { button, make } from "./dom.js";
 import { directionDial } from "./dial.js";
 
-const GAITS = {
-  2: ["walk", "run", "hop"],
-  4: ["walk", "trot", "pace", "canter", "gallop", "bound", "pronk"],
-  6: ["wave", "ripple", "tripod"],
-  8: ["wave", "ripple", "tetrapod"],
-};
 const EFFECTS = {
   gravity: "Gravity", velocity_forces: "Forces of velocity", ground_contact: "Contact with the ground",
   friction: "Friction", self_collision: "Contact with itself", obstacles: "Obstacles", joint_limits: "Ends of joints",
@@ -57,7 +51,7 @@ export class SettingsForm {
   }
 
   gait(character) {
-    const names = GAITS[character.standing.support.length] ?? [];
+    const names = character.teaching?.gaits ?? [];
     const choices = [make("option", { value: "any" }, names.length ? "every one it can do" : "whatever it finds")];
     return this.field("gait", "Gait", make("select", {}, ...choices, ...names.map((name) => make("option", {}, name))));
   }

@@ -11,6 +11,7 @@ use gaitwright_learning::learn::{
 use gaitwright_learning::program::closing::Following;
 use gaitwright_learning::program::gaits::named;
 use gaitwright_learning::program::legs::Legs;
+use gaitwright_learning::program::no_gaits::NoGaits;
 use gaitwright_learning::program::ring::{LIFT, PARAMETERS, PERIOD, SWAY, Wanted};
 use gaitwright_learning::program::subject::Subject;
 use gaitwright_learning::training::check_task;
@@ -194,7 +195,8 @@ fn a_loop_with_a_motor_too_few_is_no_leg_of_a_leg_program() {
     hip["actuation"] = Value::Null;
     let model = compiled(&document);
     let stance = Arc::new(Stance::find(&model, &Scene::default()));
-    assert!(Legs::of(&model, &stance, [1.0, 0.0, 0.0]).is_none());
+    let legs = Legs::of(&model, &stance, [1.0, 0.0, 0.0]);
+    assert!(matches!(legs, Err(NoGaits::Undecided { .. })), "{legs:?}");
     let walk = Task { gait: "walk".into(), ..Task::default() };
     let error = check_task(&walk, &model, &stance, &Scene::default()).unwrap_err().to_string();
     assert!(error.contains("/task/gait") && error.contains("only `any`"), "{error}");

@@ -129,6 +129,9 @@ fn a_task_calls_for_the_gaits_that_suit_it() {
     );
     assert_eq!(names("quadruped.urdf", &gait("trot")), ["trot"]);
     assert_eq!(names("quadruped.urdf", &Task { froude: Some(1.5), ..gait("trot") }), ["running trot"]);
+    // Of gaits that are used in several ways each has a name of its own.
+    assert_eq!(names("quadruped.urdf", &gait("running trot")), ["running trot"]);
+    assert_eq!(names("quadruped.urdf", &gait("rotary gallop")), ["rotary gallop"]);
     assert_eq!(names("hexapod.json", &gait("ripple")), ["ripple"]);
     assert_eq!(names("biped.urdf", &gait("run")), ["run"]);
     // A speed in m/s is the same as its Froude number v² / (g l).

@@ -3,9 +3,11 @@
 
 use std::sync::Arc;
 
+use gaitwright_learning::learn::Task;
 use gaitwright_learning::program::gaits::{named, ways};
 use gaitwright_learning::program::ring::Wanted;
 use gaitwright_learning::program::subject::Subject;
+use gaitwright_learning::training::check_task;
 use gaitwright_physics::character::read_file;
 use gaitwright_physics::model::{Base, Model};
 use gaitwright_physics::scene::{Accuracy, Scene, SolverChoice, SolverKind};
@@ -71,6 +73,20 @@ fn waves_lead_along_the_way_that_the_body_points_to_or_across_it() {
     };
     assert_eq!(names([1.0, 0.0, 0.0]), ["undulation", "crawling"]);
     assert_eq!(names([0.0, 1.0, 0.0]), ["sidewinding"]);
+}
+
+#[test]
+fn a_task_can_name_a_wave_that_leads_its_way_and_no_other() {
+    let Subject { model, stance, scene, .. } = snake(None, [1.0, 0.0, 0.0], Accuracy::default());
+    let asked = |gait: &str, direction| {
+        check_task(&Task { gait: gait.into(), direction, ..Task::default() }, &model, &stance, &scene)
+    };
+    assert!(asked("undulation", [1.0, 0.0, 0.0]).is_ok());
+    assert!(asked("sidewinding", [0.0, 1.0, 0.0]).is_ok());
+    for gait in ["sidewinding", "walk"] {
+        let error = asked(gait, [1.0, 0.0, 0.0]).unwrap_err().to_string();
+        assert!(error.contains("/task/gait") && error.contains("undulation, crawling"), "{error}");
+    }
 }
 
 #[test]

@@ -25,3 +25,4 @@ mod study;
 mod synthetic;
 #[path = "../common/tables.rs"]
 mod tables;
+mod teaching;

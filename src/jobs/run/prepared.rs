@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use super::error::RunError;
 use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
+use crate::jobs::teaching::Teaching;
 use gaitwright_learning::accuracy::{AccuracyCheck, check, settle, swaying};
 use gaitwright_learning::learn::{Cancel, LearningSetup, reference_gravity};
 use gaitwright_learning::scenario::{ScenarioSetup, Script};
@@ -57,6 +58,11 @@ impl PreparedRun {
         let setup = LearningSetup { model, stance, scene, accuracy, task, parameters, seed, threads };
         let standing_seconds = start.elapsed().as_secs_f64();
         Ok(Some(Self { setup, plan, accuracy_choice, standing_seconds }))
+    }
+
+    /// How the character is about to be taught.
+    pub fn teaching(&self) -> Teaching {
+        Teaching::of_setup(&self.setup)
     }
 
     /// Whether `motion` keeps the tolerance that the accuracy was chosen for, before there was any motion; `None` where

@@ -12,6 +12,7 @@ use crate::jobs::job::CharacterName;
 use crate::jobs::order::Order;
 use crate::jobs::repertoire::RepertoireEntry;
 use crate::jobs::request::Settings;
+use crate::jobs::teaching::Teaching;
 use gaitwright_learning::accuracy::AccuracyCheck;
 use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::learn::{Learning, StopReason};
@@ -37,6 +38,9 @@ pub struct TrainingReport {
     pub notes: Vec<Note>,
     /// How the character stands.
     pub standing: Standing,
+    /// How the character was taught; `null` in a report of an earlier version.
+    #[serde(default)]
+    pub teaching: Option<Teaching>,
     /// What was asked for, with the values used in place of those left open.
     #[serde(flatten)]
     pub settings: Settings,
@@ -90,6 +94,7 @@ pub(super) fn report(
         character: CharacterName { name: character.name.clone(), digest: character.digest.clone() },
         notes: order.reading.notes.clone(),
         standing: standing(&setup.model, &setup.stance),
+        teaching: Some(prepared.teaching()),
         settings: Settings {
             learning: Learning::from(&setup.parameters),
             accuracy: setup.accuracy.into(),

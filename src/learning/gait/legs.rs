@@ -11,6 +11,9 @@ use gaitwright_physics::character::Character;
 use gaitwright_physics::model::Model;
 use gaitwright_physics::stance::feet;
 
+/// A foot is on the line between left and right within this share of the distance of the farthest foot from the middle.
+const ON_THE_LINE: f64 = 1e-3;
+
 /// A side of the body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Side {
@@ -66,17 +69,13 @@ pub(super) fn place(
     let level = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -heading);
     let at: Vec<Vector3<f64>> =
         feet.iter().map(|links| level * foot(character, links[0], standing).coords).collect();
-    // Left and right are relative to the middle of the feet: the root's origin may lie anywhere.
-    let middle = at.iter().map(|at| at.y).sum::<f64>() / at.len().max(1) as f64;
+    let Ok(is_left) = left_feet(&at) else { return feet.into_iter().map(|links| (links, None)).collect() };
     let side = |left: bool| {
-        let mut side: Vec<usize> = (0..at.len()).filter(|&index| (at[index].y > middle) == left).collect();
+        let mut side: Vec<usize> = (0..at.len()).filter(|&index| is_left[index] == left).collect();
         side.sort_by(|&a, &b| at[b].x.total_cmp(&at[a].x));
         side
     };
     let (left, right) = (side(true), side(false));
-    if left.len() != right.len() {
-        return feet.into_iter().map(|links| (links, None)).collect();
-    }
     let rows = left.len();
     [(Side::Left, left), (Side::Right, right)]
         .into_iter()
@@ -85,6 +84,32 @@ pub(super) fn place(
         })
         .map(|(index, leg)| (feet[index].clone(), Some(leg)))
         .collect()
+}
+
+/// Which of the feet at these places (way frame, m) are left ones, as many as are right ones. Left and right are relative to the middle
+/// of the feet: the root's origin may lie anywhere. Feet on the line between, as the middle legs of a hexapod that goes sideways, are shared
+/// out, those in front to the left.
+///
+/// # Errors
+/// How many are on the left, on the right and on the line between, where they make no pairs.
+pub(crate) fn left_feet(at: &[Vector3<f64>]) -> Result<Vec<bool>, [usize; 3]> {
+    let middle = at.iter().sum::<Vector3<f64>>() / at.len().max(1) as f64;
+    let size = at.iter().map(|at| (at - middle).xy().norm()).fold(0.0, f64::max);
+    let beside = |at: &Vector3<f64>| {
+        let off = at.y - middle.y;
+        if off.abs() > ON_THE_LINE * size { off } else { 0.0 }
+    };
+    let mut left: Vec<bool> = at.iter().map(|at| beside(at) > 0.0).collect();
+    let mut between: Vec<usize> = (0..at.len()).filter(|&index| beside(&at[index]) == 0.0).collect();
+    let lefts = left.iter().filter(|left| **left).count();
+    let rights = at.len() - lefts - between.len();
+    let half = at.len() / 2;
+    if at.len() % 2 == 1 || lefts.max(rights) > half || between.len() == at.len() {
+        return Err([lefts, rights, between.len()]);
+    }
+    between.sort_by(|&a, &b| at[b].x.total_cmp(&at[a].x));
+    between.into_iter().take(half - lefts).for_each(|index| left[index] = true);
+    Ok(left)
 }
 
 /// Position of the foot of a supporting link: the origin of its lowest shape, world frame, m.

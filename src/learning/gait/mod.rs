@@ -21,6 +21,7 @@ mod unnamed;
 mod validity;
 
 pub use footfall::{Detection, Footing};
+pub(crate) use legs::left_feet;
 pub use legs::{Leg, Side};
 pub use limits::leaps;
 pub use measure::{GaitContext, measure};

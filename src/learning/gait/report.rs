@@ -53,7 +53,7 @@ pub struct GaitReport {
     /// What `natural` was judged by, by the measure's name; empty where it was not judged.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub naturalness: BTreeMap<String, NaturalnessMeasure>,
-    /// v² / (g l) with the horizontal speed v and the standing hip height l; `null` without gravity or
+    /// v² / (g h) with the horizontal speed v and the standing hip height h; `null` without gravity or
     /// legs.
     pub froude: Option<f64>,
     /// ∫ Σ |τ q̇| dt / (m g d) over the horizontal distance d; `null` where the character did not travel.

@@ -26,12 +26,14 @@ pub struct Task {
     /// along +x); only x and y count.
     pub direction: [f64; 3],
     /// `any`, or the name of a gait that so many legs have: of four `walk`, `trot`, `pace`, `canter`, `gallop`,
-    /// `bound`, `pronk`; of six `wave`, `ripple`, `tripod`; of eight `wave`, `ripple`, `tetrapod`; of two `walk`, `run`, `hop`.
+    /// `bound`, `pronk`, and more closely `running trot`, `transverse gallop`, `rotary gallop`; of six `wave`, `ripple`,
+    /// `tripod`; of eight `wave`, `ripple`, `tetrapod`; of two `walk`, `run`, `hop`; of a body without legs `undulation`,
+    /// `crawling`, `sidewinding`, as the direction allows.
     pub gait: String,
     /// Wanted speed along the direction: m/s, or `fastest`; where `null` the comfortable one, at which the gait costs
     /// least. A search without leg programs goes as fast as it can where `null`.
     pub speed: Option<AskedSpeed>,
-    /// The speed as a Froude number v² / (g l) with the standing height of the hips l, from 10⁻⁴ to 100, in place of `speed`.
+    /// The speed as a Froude number v² / (g h) with the standing height of the hips h, from 10⁻⁴ to 100, in place of `speed`.
     pub froude: Option<f64>,
     /// What is charged against progress.
     pub weights: Weights,

@@ -1,6 +1,7 @@
 //! Named gaits: when each leg touches down, for how much of the stride it stands, and at which speeds it is used.
 
 use super::legs::Legs;
+use super::no_gaits::NoGaits;
 use crate::gait::limits::{GaitLimits, leaps};
 use crate::gait::templates;
 
@@ -20,7 +21,7 @@ pub struct NamedGait {
     pub tolerance: f64,
     /// Share of the stride for which a leg is to stand.
     pub duty_factor: f64,
-    /// Froude numbers v² / (g l): the least at which it is used, the usual one, and the greatest.
+    /// Froude numbers v² / (g h): the least at which it is used, the usual one, and the greatest.
     pub froude: [f64; 3],
 }
 
@@ -60,6 +61,11 @@ impl NamedGait {
     /// Whether it is one of the gallops, the fastest of gaits.
     pub fn gallops(&self) -> bool {
         self.gait == "gallop"
+    }
+
+    /// Whether it is what a task asks for by this name: its own, or that of the gait that it is a kind of.
+    pub fn is_called(&self, asked: &str) -> bool {
+        asked == self.name || asked == self.gait
     }
 
     /// Whether the gait is used at this Froude number.
@@ -144,6 +150,26 @@ pub fn ways(legs: &Legs) -> Vec<NamedGait> {
             froude: [0.0, usual, 1.0],
         })
         .collect()
+}
+
+/// What a task can ask for as the gait of a character: its gaits, and of gaits that are used in several ways each by its own name.
+///
+/// # Errors
+/// [`NoGaits::LegCount`] where none are known for as many legs.
+pub fn task_gaits(legs: &Legs) -> Result<Vec<&'static str>, NoGaits> {
+    let mut names: Vec<&str> = Vec::new();
+    for name in ways(legs).iter().flat_map(|way| [way.gait, way.name]) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    if names.is_empty() { Err(NoGaits::LegCount { legs: legs.legs.len() }) } else { Ok(names) }
+}
+
+/// The gait of which `asked`, as a task names it, is a kind.
+pub fn gait_of(asked: &str) -> &str {
+    let all = [&FOUR[..], &SIX, &EIGHT, &TWO].concat();
+    all.iter().find(|(name, ..)| *name == asked).map_or(asked, |(_, gait, ..)| gait)
 }
 
 /// The gait called `name` for as many legs as `legs` has.

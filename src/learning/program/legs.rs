@@ -11,7 +11,9 @@ use gaitwright_physics::model::{Body, DofKind, Frame, Model, Surface};
 use gaitwright_physics::stance::{Stance, feet};
 
 use super::closing::{self, Following};
+use super::no_gaits::NoGaits;
 use super::spine::Spine;
+use crate::gait::left_feet;
 use crate::gait::limb::{SOLE, first_long, greatest_reach, sprawled};
 
 /// Shapes of a foot whose lowest points are within this share of the hip's height of each other stand together.
@@ -249,31 +251,37 @@ pub struct Legs {
 
 impl Legs {
     /// The legs that `model` stands on in `stance`, for travel along `direction` (world frame, root unturned; only x
-    /// and y count); `None` where it stands on nothing that a joint carries, or not on as many legs on the left
-    /// as on the right, and where a leg has joints that neither a motor nor a closed loop moves.
-    pub fn of(model: &Model, stance: &Stance, direction: [f64; 3]) -> Option<Self> {
+    /// and y count).
+    ///
+    /// # Errors
+    /// [`NoGaits`] where it stands on nothing that a joint carries, or not on as many legs on the left as on the
+    /// right, and where a leg has joints that neither a motor nor a closed loop moves.
+    pub fn of(model: &Model, stance: &Stance, direction: [f64; 3]) -> Result<Self, NoGaits> {
         let (to_way, frames) = placed(model, stance, direction);
-        let carried_by_root = |&link: &usize| model.links[link].body == 0;
-        if stance.support.is_empty() || stance.support.iter().any(carried_by_root) {
-            return None;
+        if stance.support.is_empty() {
+            return Err(NoGaits::NoFeet);
+        }
+        if let Some(&link) = stance.support.iter().find(|link| model.links[**link].body == 0) {
+            return Err(NoGaits::OnRoot { link: link_name(model, link) });
         }
         let mut feet = feet(model, &stance.support);
         feet.sort_by_key(|links| model.links[links[0]].body);
-        let mut legs =
-            feet.into_iter().map(|links| leg(model, stance, &frames, links)).collect::<Option<Vec<_>>>()?;
-        let moved: Vec<usize> = legs.iter().flat_map(LegChain::moved).collect();
-        if moved.iter().collect::<BTreeSet<_>>().len() < moved.len() {
-            return None;
+        let mut legs = feet
+            .into_iter()
+            .map(|links| leg(model, stance, &frames, links))
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut taken = BTreeSet::new();
+        if let Some(twice) = legs.iter().flat_map(LegChain::moved).find(|joint| !taken.insert(*joint)) {
+            return Err(NoGaits::Shared { joint: model.joint_names[twice].clone() });
         }
-        let middle = legs.iter().map(|leg| leg.foot.y).sum::<f64>() / legs.len() as f64;
-        for leg in &mut legs {
-            leg.left = leg.foot.y > middle;
+        let feet: Vec<Vector3<f64>> = legs.iter().map(|leg| leg.foot).collect();
+        let sides =
+            left_feet(&feet).map_err(|[left, right, between]| NoGaits::Unpaired { left, right, between })?;
+        for (leg, is_left) in legs.iter_mut().zip(sides) {
+            leg.left = is_left;
         }
         legs.sort_by(|a, b| b.left.cmp(&a.left).then(b.foot.x.total_cmp(&a.foot.x)));
-        let left = legs.iter().filter(|leg| leg.left).count();
-        if 2 * left != legs.len() {
-            return None;
-        }
+        let left = legs.len() / 2;
         for (index, leg) in legs.iter_mut().enumerate() {
             leg.row = index % left;
         }
@@ -283,18 +291,22 @@ impl Legs {
         let hip_height = legs.iter().map(|leg| leg.hip_height(&stance.state.angles)).sum::<f64>() / count;
         let length = legs.iter().map(|leg| leg.length).sum::<f64>() / count;
         let (mass, standing) = (model.mass, stance.angles.clone());
-        Some(Self { legs, spine: None, center, inertia, mass, hip_height, length, to_way, standing })
+        Ok(Self { legs, spine: None, center, inertia, mass, hip_height, length, to_way, standing })
     }
 
-    /// The legs, or else a body without legs whose joints are a row, for travel along `direction`; `None` where there is neither.
-    pub fn any(model: &Model, stance: &Stance, direction: [f64; 3]) -> Option<Self> {
-        Self::of(model, stance, direction).or_else(|| Self::none(model, stance, direction))
+    /// The legs, or else a body without legs whose joints are a row, for travel along `direction`.
+    ///
+    /// # Errors
+    /// Why it has no [legs](Self::of), where there is neither.
+    pub fn any(model: &Model, stance: &Stance, direction: [f64; 3]) -> Result<Self, NoGaits> {
+        Self::of(model, stance, direction)
+            .or_else(|legless| Self::none(model, stance, direction).ok_or(legless))
     }
 
     /// The [height](Self::hip_height) by which a Froude number becomes a speed and disturbances are measured, m; that of the root for who has
     /// neither legs nor its joints in a row.
     pub fn hip_height_of(model: &Model, stance: &Stance, direction: [f64; 3]) -> f64 {
-        let legs = Self::any(model, stance, direction);
+        let legs = Self::any(model, stance, direction).ok();
         legs.map_or(model.height_scale(stance.root_height), |legs| legs.hip_height)
     }
 
@@ -353,22 +365,42 @@ fn chain(model: &Model, body: usize) -> Vec<usize> {
     way
 }
 
+/// Name of a link by its index among the character's.
+fn link_name(model: &Model, link: usize) -> String {
+    model.character.links[link].name.clone()
+}
+
+/// Whether a leg that ends in the link `foot` can be moved as a gait asks: inverse kinematics moves every one of its joints.
+fn movable(
+    model: &Model,
+    stance: &Stance,
+    foot: usize,
+    (joints, followers): (&[usize], &[usize]),
+) -> Result<(), NoGaits> {
+    let foot = || link_name(model, foot);
+    // A foot that is to be lifted and set forward needs two joints.
+    if joints.len() < 2 {
+        return Err(NoGaits::OneJoint { foot: foot() });
+    }
+    let in_loop = |joint: &usize| model.loops.iter().any(|closed| closed.bodies.contains(&(joint + 1)));
+    let decided = if followers.is_empty() {
+        if let Some(&passive) = joints.iter().find(|joint| !model.driven[**joint]) {
+            return Err(NoGaits::NoMotor { foot: foot(), joint: model.joint_names[passive].clone() });
+        }
+        !joints.iter().any(in_loop)
+    } else {
+        closing::decide(model, &stance.angles, joints, followers)
+    };
+    if decided { Ok(()) } else { Err(NoGaits::Undecided { foot: foot() }) }
+}
+
 /// The leg with the foot made of `links`, of which the first is where it ends; on the left, in row 0.
-fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> Option<LegChain> {
+fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> Result<LegChain, NoGaits> {
     let body = model.links[links[0]].body;
     let chain = chain(model, body);
     let joints: Vec<usize> = chain.iter().map(|body| body - 1).collect();
     let followers: Vec<usize> = closing::beside(model, &chain).iter().map(|body| body - 1).collect();
-    // A foot that is to be lifted and set forward needs two joints, and inverse kinematics moves every one of them.
-    let in_loop = |body: &usize| model.loops.iter().any(|closed| closed.bodies.contains(body));
-    let movable = if followers.is_empty() {
-        joints.iter().all(|&joint| model.driven[joint]) && !chain.iter().any(in_loop)
-    } else {
-        closing::decide(model, &stance.angles, &joints, &followers)
-    };
-    if chain.len() < 2 || !movable {
-        return None;
-    }
+    movable(model, stance, links[0], (&joints, &followers))?;
 
     // What can touch: points of the body's shapes with the radius of the ball about them.
     let (rotation, origin) = frames[body];
@@ -410,7 +442,7 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> O
         points.iter().filter(|point| bottom(point) < lowest + SOLE * reach).collect();
     let count = sole.len() as f64;
     if sole.is_empty() {
-        return None;
+        return Err(NoGaits::NoFeet);
     }
     let stands_flat = sole.len() >= 3;
     let point = sole.iter().map(|(point, _)| point).sum::<Vector3<f64>>() / count;
@@ -450,7 +482,7 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> O
         leg.level = tilts(&leg);
     }
     leg.length = leg.hip.z - leg.foot.z + highest(model, stance, &leg);
-    Some(leg)
+    Ok(leg)
 }
 
 /// How many tilts of its foot (pitch, then roll) the leg can change in the standing pose while the foot stays where it is: what the rows

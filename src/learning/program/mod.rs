@@ -12,7 +12,7 @@
 //! |---|---|
 //! | [`legs`] | hips, chains of joints and foot points; left and right, fore and hind by the task's direction |
 //! | [`closing`] | the joints that closed loops move along with those chains |
-//! | [`gaits`] | phases and duty factors by name |
+//! | [`gaits`], [`no_gaits`] | phases and duty factors by name; why a character has none |
 //! | [`gains`] | springs and dampers of the drive |
 //! | [`template`] | forces of the legs, and how the trunk moves under them |
 //! | [`ring`] | a stride as a ring of keyframes |
@@ -37,6 +37,7 @@ pub mod gains;
 pub mod gaits;
 pub mod leg_watch;
 pub mod legs;
+pub mod no_gaits;
 pub mod refine;
 pub mod ring;
 pub mod rollout;

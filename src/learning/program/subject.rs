@@ -9,8 +9,9 @@ use gaitwright_physics::scene::{Accuracy, Gains, Scene};
 use gaitwright_physics::stance::Stance;
 
 use super::gains::gains;
-use super::gaits::NamedGait;
+use super::gaits::{NamedGait, task_gaits};
 use super::legs::Legs;
+use super::no_gaits::NoGaits;
 use super::ring::{PARAMETERS, Ring, SIDEWAYS, TURN, Wanted, program, ring};
 use super::rollout::Arena;
 use super::seeds::seeds;
@@ -37,21 +38,26 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// `model` as it stands in `stance`, with gains suited to gaits; `None` where it has neither legs in pairs nor joints in a row,
-    /// or nothing pulls it down.
+    /// `model` as it stands in `stance`, with gains suited to gaits.
+    ///
+    /// # Errors
+    /// [`NoGaits`] where it has neither two, four, six or eight legs in pairs nor joints in a row, or nothing pulls it down.
     pub fn new(
         model: &Arc<Model>,
         stance: &Arc<Stance>,
         scene: &Scene,
         accuracy: &Accuracy,
         direction: [f64; 3],
-    ) -> Option<Self> {
-        let legs = Legs::any(model, stance, direction)?;
-        let legs = Arc::new(legs);
+    ) -> Result<Self, NoGaits> {
         let gravity = scene.acting_gravity().norm();
-        let gains = (gravity > 0.0).then(|| gains(model, stance, &legs, gravity))?;
+        if gravity == 0.0 {
+            return Err(NoGaits::Weightless);
+        }
+        let legs = Arc::new(Legs::any(model, stance, direction)?);
+        task_gaits(&legs)?;
+        let gains = gains(model, stance, &legs, gravity);
         let (model, stance) = (model.clone(), stance.clone());
-        Some(Self { model, stance, legs, gains, scene: scene.clone(), accuracy: *accuracy, direction })
+        Ok(Self { model, stance, legs, gains, scene: scene.clone(), accuracy: *accuracy, direction })
     }
 
     /// m/s².

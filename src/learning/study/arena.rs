@@ -37,7 +37,7 @@ impl StudyArena {
         let (scene, accuracy) = (Scene::default(), Accuracy::default());
         let stance = Stance::find(model, &scene);
         let task = Task::default();
-        let legs = Subject::new(model, &Arc::new(stance.clone()), &scene, &accuracy, task.direction)?;
+        let legs = Subject::new(model, &Arc::new(stance.clone()), &scene, &accuracy, task.direction).ok()?;
         // All variants drive the same springs and dampers: those of leg programs.
         let stance = Arc::new(Stance { gains: legs.gains.clone(), ..stance });
         let subject = Subject { stance, ..legs };

@@ -17,7 +17,8 @@ use crate::learn::{LearnError, Trunk};
 pub struct JudgedRun {
     /// The seed.
     pub seed: u64,
-    /// What was found; `null` where that was nothing that stays upright.
+    /// The best that was found: of QDSEGA a behaviour that has passed its check, of the other searches the candidate that costs least, whether
+    /// it stays upright or not. `null` where there was nothing of the kind.
     pub best: Option<JudgedMotion>,
     /// Simulated time, s, and the natural cost of the best motion from then on, one a motion that was the run's best.
     pub course: Vec<[f64; 2]>,

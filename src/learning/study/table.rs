@@ -79,7 +79,8 @@ pub struct VariantRow {
     pub question: String,
     /// The variant.
     pub variant: String,
-    /// Runs in which something was found that stays upright.
+    /// Runs in which something was found ([`JudgedRun::best`](super::JudgedRun::best)); whether it stays upright, `upright_seconds`
+    /// and `natural_cost` tell.
     pub found: usize,
     /// Over all runs, of which those that found nothing cost more than any other; `null` in place of their figures.
     pub natural_cost: MedianRange,

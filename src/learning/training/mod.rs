@@ -30,7 +30,6 @@ mod unnamed;
 use gaitwright_physics::fault::InputError;
 
 use crate::learn::{Cancel, LearnError, LearningSetup, StopReason};
-use crate::program::gaits::ways;
 use crate::program::subject::Subject;
 
 use checkpoint::Earlier;
@@ -67,8 +66,7 @@ pub fn train(
 /// The character with its legs or its spine, where gaits are searched for one by one; `None` where QDSEGA is to search.
 fn subject(setup: &LearningSetup) -> Result<Option<Subject>, InputError> {
     let LearningSetup { model, stance, scene, accuracy, task, parameters, .. } = setup;
-    let walker = Subject::new(model, stance, scene, accuracy, task.direction)
-        .filter(|subject| !ways(&subject.legs).is_empty());
     check_task(task, model, stance, scene)?;
+    let walker = Subject::new(model, stance, scene, accuracy, task.direction).ok();
     Ok(walker.filter(|_| parameters.gait_by_gait()))
 }

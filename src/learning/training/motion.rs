@@ -7,6 +7,7 @@ use gaitwright_physics::scene::Gains;
 
 use crate::check::MotionCheck;
 use crate::learn::{AskedSpeed, Behaviour, Generation, LearningSetup, StopReason, Task};
+use crate::program::gaits::gait_of;
 
 /// A learned motion, whichever search found it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -52,7 +53,7 @@ impl LearnedMotion {
             player,
             direction: setup.task.direction,
             speed: self.asked_speed(&setup.task),
-            gait: (!setup.task.any_gait()).then_some(&*setup.task.gait),
+            gait: (!setup.task.any_gait()).then(|| gait_of(&setup.task.gait)),
         }
     }
 

@@ -66,7 +66,7 @@ pub fn niches(task: &Task, subject: &Subject) -> Vec<Niche> {
     let all = ways(&subject.legs);
     let pace = task.pace(hip);
     let asked: Vec<NamedGait> =
-        all.iter().filter(|gait| task.any_gait() || gait.gait == task.gait).copied().collect();
+        all.iter().filter(|gait| task.any_gait() || gait.is_called(&task.gait)).copied().collect();
     match pace {
         Pace::Comfortable if task.any_gait() => {
             let fastest = runner(&all).map(Niche::fastest);

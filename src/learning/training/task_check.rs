@@ -6,10 +6,11 @@ use gaitwright_physics::scene::Scene;
 use gaitwright_physics::stance::Stance;
 
 use crate::learn::{AskedSpeed, GREATEST_FROUDE, LEAST_FROUDE, Task};
-use crate::program::gaits::gaits;
+use crate::program::gaits::task_gaits;
 use crate::program::legs::Legs;
+use crate::program::no_gaits::NoGaits;
 
-/// Whether a character that stands so has the legs for the task's gait, and is not asked for a speed beyond the least or the greatest Froude number.
+/// Whether a character that stands so has the task's gait, and is not asked for a speed beyond the least or the greatest Froude number.
 ///
 /// # Errors
 /// [`InputError::Impossible`] at `/task/gait`, with the gaits that there are, and at `/task/speed`.
@@ -41,21 +42,27 @@ fn gait_fault(task: &Task, model: &Model, stance: &Stance, scene: &Scene) -> Opt
     if task.any_gait() {
         return None;
     }
-    // Without weight there is no stride.
-    let weight = scene.acting_gravity().norm() > 0.0;
-    let legs = Legs::of(model, stance, task.direction).filter(|_| weight).map_or(0, |legs| legs.legs.len());
-    let mut known: Vec<&str> = gaits(legs).iter().map(|gait| gait.gait).collect();
-    known.dedup();
-    if known.contains(&task.gait.as_str()) {
-        return None;
-    }
-    let reason = if known.is_empty() {
-        format!(
-            "the character has no legs for `{}`, or not as many on both sides; only `any` suits it",
-            task.gait
-        )
-    } else {
-        format!("a character with {legs} legs has no gait `{}`; there are {}", task.gait, known.join(", "))
+    let reason = match known_gaits(task, model, stance, scene) {
+        Ok(known) if known.contains(&task.gait.as_str()) => return None,
+        Ok(known) => {
+            let known = known.join(", ");
+            format!("the character has no gait `{}` in the task's direction; there are {known}", task.gait)
+        }
+        Err(none) => format!("the character has no gait `{}`, and only `any` suits it: {none}", task.gait),
     };
     Some(Fault::new("/task/gait", reason))
+}
+
+/// The gaits that a task can name.
+fn known_gaits(
+    task: &Task,
+    model: &Model,
+    stance: &Stance,
+    scene: &Scene,
+) -> Result<Vec<&'static str>, NoGaits> {
+    // Without weight there is no stride.
+    if scene.acting_gravity().norm() == 0.0 {
+        return Err(NoGaits::Weightless);
+    }
+    task_gaits(&Legs::any(model, stance, task.direction)?)
 }

@@ -11,7 +11,8 @@ use gaitwright_learning::program::cost::{HOLDS, undisturbed};
 use gaitwright_learning::program::figures::RolloutFigures;
 use gaitwright_learning::program::gaits::{gaits, named};
 use gaitwright_learning::program::leg_watch::LegFigures;
-use gaitwright_learning::program::legs::Legs;
+use gaitwright_learning::program::legs::{LegChain, Legs};
+use gaitwright_learning::program::no_gaits::NoGaits;
 use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, TURN, Wanted, program};
 use gaitwright_learning::program::steer;
 use gaitwright_learning::program::subject::Subject;
@@ -46,6 +47,26 @@ pub fn brisk() -> Vec<f64> {
     let mut parameters = vec![0.0; PARAMETERS];
     parameters[PERIOD] = -2.0;
     parameters
+}
+
+/// The middle legs of a hexapod that goes sideways stand on the line between left and right: rounding does not tell on which side.
+#[test]
+fn legs_on_the_line_between_are_shared_out_and_a_biped_does_not_walk_sideways() {
+    let named = |direction: [f64; 3]| -> Vec<(bool, String)> {
+        let Subject { model, legs, .. } = subject("hexapod.json", direction);
+        let name = |leg: &LegChain| model.character.links[leg.links[0]].name.replace("_tibia", "");
+        legs.legs.iter().map(|leg| (leg.left, name(leg))).collect()
+    };
+    let expected = |names: [&str; 6]| -> Vec<(bool, String)> {
+        names.iter().enumerate().map(|(index, name)| (index < 3, (*name).to_owned())).collect()
+    };
+    // To the left the left legs are in front, of which the middle one reaches farthest, and the hind legs on the left; the other way
+    // round to the right.
+    assert_eq!(named([0.0, 1.0, 0.0]), expected(["LM", "LH", "RH", "LF", "RF", "RM"]));
+    assert_eq!(named([0.0, -1.0, 0.0]), expected(["RM", "RF", "LF", "RH", "LH", "LM"]));
+    let Subject { model, stance, .. } = subject("biped.urdf", [1.0, 0.0, 0.0]);
+    let sideways = Legs::of(&model, &stance, [0.0, 1.0, 0.0]);
+    assert!(matches!(sideways, Err(NoGaits::Unpaired { left: 0, right: 0, between: 2 })), "{sideways:?}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ mod search;
 mod stage;
 
 use found::{Found, Proof};
-use search::LONG;
+use search::{LONG, STAGE};
 use stage::{Fidelity, Rank, Stage};
 
 use super::motion::LearnedMotion;
@@ -30,8 +30,6 @@ const SLOWER: u32 = 3;
 /// How many more times at most a gait is searched for that is not natural or fails a trial; leaps, which more searches miss, more often.
 const AGAIN: u32 = 1;
 const LEAP_AGAIN: u32 = 2;
-/// A stage at another speed has this part of the generations of a gait.
-const STAGE: u32 = 6;
 /// How many times a search for a leap begins, and which part of the generations of a gait each beginning has.
 const BEGINNINGS: u32 = 3;
 const BEGINNING: u32 = 8;
@@ -69,7 +67,8 @@ impl NicheSearch<'_> {
         // Where the first gait cannot be balanced, the time is better left to QDSEGA than spent on others.
         let promising =
             self.index == 0 || self.progress.milestones.iter().any(|milestone| milestone.finished);
-        if fallen && promising && self.generations() > 0 && self.shared.subject.can_steer() {
+        let left = self.generations() > 0 && self.shared.used_up(self.progress).is_none();
+        if fallen && promising && left && self.shared.subject.can_steer() {
             self.steered = true;
             self.attempt()?;
         }
@@ -90,7 +89,7 @@ impl NicheSearch<'_> {
             if falls && self.shared.subject.can_steer() && !self.steered {
                 (self.steered, self.stood) = (true, true);
             }
-            if !self.can_spare(self.generations()) {
+            if !self.can_spare(self.attempt_takes()) {
                 break;
             }
             self.found = None;

@@ -18,7 +18,7 @@ use crate::program::rollout::{Arena, STEERED_STRIDES, STRIDES};
 use crate::program::starts::Starts;
 use crate::program::straightening::{Straightened, Straightening};
 use crate::training::motion::LearnedMotion;
-use crate::training::niche::Niche;
+use crate::training::niche::{Niche, NichePace};
 use crate::training::observer::TrainingObserver;
 use crate::training::shared::{Progress, Shared};
 
@@ -30,6 +30,10 @@ const MARGIN: f64 = 1.2;
 const TRIALS: f64 = 30.0;
 /// Strides over which the best of a niche are compared at its end.
 pub(super) const LONG: usize = 40;
+/// A stage at another speed has this part of the generations of a gait.
+pub(super) const STAGE: u32 = 6;
+/// How many times the speed is usually raised where the greatest is looked for.
+const USUAL_RISES: u32 = 4;
 /// How many times the generations of a gait it takes to balance it by feedback.
 const STEERED_TIMES: u32 = 4;
 /// Numbers of random streams kept for one niche: more than it has stages.
@@ -86,8 +90,9 @@ impl<'a> NicheSearch<'a> {
         progress: &'a mut Progress,
         observer: &'a mut dyn TrainingObserver,
     ) -> Self {
-        let share: u32 = niches[index + 1..].iter().map(|niche| niche.gait.share()).sum();
-        let later = share.saturating_mul(shared.setup.parameters.gait_generations);
+        let generations = shared.setup.parameters.gait_generations;
+        let each = |niche: &Niche| with_stages(niche, generations.saturating_mul(niche.gait.share()));
+        let later = niches[index + 1..].iter().map(each).fold(0, u32::saturating_add);
         Self {
             shared,
             index,
@@ -112,11 +117,18 @@ impl<'a> NicheSearch<'a> {
         }
     }
 
-    /// Generations of one attempt.
+    /// Generations of one attempt at its own speed.
     pub(super) fn generations(&self) -> u32 {
         let parameters = &self.shared.setup.parameters;
         let times = if self.steered && !self.stood { STEERED_TIMES } else { 1 };
         if parameters.refine { parameters.gait_generations * self.niche.gait.share() * times } else { 0 }
+    }
+
+    /// How many generations one more attempt takes.
+    pub(super) fn attempt_takes(&self) -> u32 {
+        let all = self.generations();
+        let for_balance = if self.steered { all } else { 0 };
+        with_stages(self.niche, all).saturating_add(for_balance)
     }
 
     /// Whether so many more generations take nothing of the budget from the gaits that are still to come.
@@ -327,15 +339,25 @@ impl<'a> NicheSearch<'a> {
     }
 }
 
+/// `generations` of a niche, and those that stages at other speeds take: of the greatest speed as many as are usual.
+fn with_stages(niche: &Niche, generations: u32) -> u32 {
+    let stages = match &niche.pace {
+        NichePace::Cheapest { others, .. } => others.len() as u32,
+        NichePace::Fastest { .. } => USUAL_RISES,
+    };
+    generations.saturating_add(stages.saturating_mul(generations / STAGE))
+}
+
 /// How many seconds of a motion were simulated in one piece to judge it, and what was seen if the motion is natural there, goes by the
-/// name of `gait`, and nothing broke it off. Which variant of a gait it is matters where several are learned.
+/// name of `gait`, and nothing broke it off. Which variant of a gait it is matters unless the task asks for the gait, whichever way it goes.
 fn natural(shared: &Shared<'_>, gait: &NamedGait, motion: &LearnedMotion) -> (f64, Option<CheckedMotion>) {
     let player = motion.player(&shared.setup.stance.angles);
     let check = motion.check(shared.setup, &player);
     let stopped = || shared.stop.check().is_err();
     let Ok(checked) = check.run(&stopped) else { return (0.0, None) };
     let named = checked.gait.gait.as_deref();
-    let same_variant = !shared.setup.task.any_gait() || checked.gait.variant.as_deref() == gait.variant;
+    let any_variant = shared.setup.task.gait == gait.gait;
+    let same_variant = any_variant || checked.gait.variant.as_deref() == gait.variant;
     let as_wanted = named.is_none() || (named == Some(gait.gait) && same_variant);
     let seconds = checked.trace.samples.last().map_or(0.0, |sample| sample.time);
     let natural = checked.gait.natural && as_wanted && !stopped();

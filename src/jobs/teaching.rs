@@ -1,0 +1,115 @@
+//! How a character is taught: gait by gait or by QDSEGA, and why.
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use gaitwright_learning::gait::{Leg, Side};
+use gaitwright_learning::learn::LearningSetup;
+use gaitwright_learning::program::gaits::task_gaits;
+use gaitwright_learning::program::legs::{LegChain, Legs};
+use gaitwright_learning::program::no_gaits::NoGaits;
+use gaitwright_learning::program::subject::Subject;
+use gaitwright_physics::model::Model;
+
+/// How a character is taught, as it stands and for a direction of travel.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Teaching {
+    /// The search.
+    pub method: Method,
+    /// Its legs, left ones before right ones, front to back; none unless the method is `leg_programs`.
+    pub legs: Vec<LegFinding>,
+    /// The gaits that it is taught, as a task names them.
+    pub gaits: Vec<String>,
+    /// Height of the hips above the ground, or what stands in for it in a body without legs, m: the h of the Froude number
+    /// v² / (g h). `null` where the method is `qdsega`.
+    pub hip_height: Option<f64>,
+    /// Why it is taught by QDSEGA; `null` where it is not.
+    pub because: Option<String>,
+}
+
+/// A search for motions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Gait by gait, each a program of the legs.
+    LegPrograms,
+    /// Waves along a body without legs.
+    Waves,
+    /// QDSEGA, which finds one motion without a name.
+    Qdsega,
+}
+
+/// A leg.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct LegFinding {
+    /// Side and row, as the footfall diagram calls it: `LF` is the left fore leg.
+    pub name: String,
+    /// The link that is its foot.
+    pub foot: String,
+    /// The joints that its gaits move, from the trunk outward.
+    pub joints: Vec<String>,
+    /// Whether the foot stands beside the hip rather than below it.
+    pub sprawled: bool,
+}
+
+impl Teaching {
+    /// Of a character that has gaits, or none for the reason given.
+    pub(super) fn of(subject: &Result<Subject, NoGaits>) -> Self {
+        match subject {
+            Ok(Subject { model, legs, .. }) => Self::gait_by_gait(model, legs),
+            Err(none) => Self::by_qdsega(none.to_string()),
+        }
+    }
+
+    /// Of a run about to learn.
+    pub(super) fn of_setup(setup: &LearningSetup) -> Self {
+        let LearningSetup { model, stance, scene, accuracy, task, parameters, .. } = setup;
+        if parameters.gait_by_gait() {
+            Self::of(&Subject::new(model, stance, scene, accuracy, task.direction))
+        } else {
+            Self::by_qdsega("the job's `learning` asks for it".to_owned())
+        }
+    }
+
+    fn gait_by_gait(model: &Model, legs: &Legs) -> Self {
+        // Whoever is a subject has some.
+        let gaits = task_gaits(legs).unwrap_or_default();
+        Self {
+            method: if legs.spine.is_some() { Method::Waves } else { Method::LegPrograms },
+            legs: legs.legs.iter().map(|leg| leg_finding(model, leg, legs.rows())).collect(),
+            gaits: gaits.into_iter().map(str::to_owned).collect(),
+            hip_height: Some(legs.hip_height),
+            because: None,
+        }
+    }
+
+    fn by_qdsega(because: String) -> Self {
+        let (legs, gaits) = (Vec::new(), Vec::new());
+        Self { method: Method::Qdsega, legs, gaits, hip_height: None, because: Some(because) }
+    }
+}
+
+/// In a sentence without its full stop.
+impl fmt::Display for Teaching {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let gaits = self.gaits.join(", ");
+        match (self.method, &self.because) {
+            (Method::LegPrograms, _) => write!(f, "taught gait by gait on {} legs: {gaits}", self.legs.len()),
+            (Method::Waves, _) => write!(f, "taught waves of the body: {gaits}"),
+            (Method::Qdsega, Some(because)) => write!(f, "taught one motion by QDSEGA, because {because}"),
+            (Method::Qdsega, None) => f.write_str("taught one motion by QDSEGA"),
+        }
+    }
+}
+
+fn leg_finding(model: &Model, leg: &LegChain, rows: usize) -> LegFinding {
+    let side = if leg.left { Side::Left } else { Side::Right };
+    LegFinding {
+        name: Leg { side, row: leg.row, rows }.to_string(),
+        foot: model.character.links[leg.links[0]].name.clone(),
+        joints: leg.moved().map(|joint| model.joint_names[joint].clone()).collect(),
+        sprawled: leg.sprawled,
+    }
+}
