@@ -42,8 +42,12 @@ def train(options, robot, case, seed):
         command += ["--job", str(job)]
     begun = time.monotonic()
     with open(folder / "log", "w") as log:
-        subprocess.run(command, stdout=log, stderr=log, check=False)
+        status = subprocess.run(command, stdout=log, stderr=log, check=False).returncode
     seconds = time.monotonic() - begun
+    # A training that finds no motion, with status 1, is a result; a refusal is not, and the reason stands at the end of the log.
+    if status not in (0, 1):
+        lines = (folder / "log").read_text().strip().splitlines()
+        raise SystemExit(f"{robot}, {case}, seed {seed}: {lines[-1] if lines else f'status {status}'}")
     (folder / "seconds").write_text(str(seconds))
     return folder, seconds
 
@@ -98,7 +102,7 @@ def spread(values, form):
 
 def row(found, seconds, firsts, length):
     """A column of the table: the figures of one case over its seeds. `found` are pairs of a motion and its outcomes in MuJoCo,
-    `seconds` the times of the trainings, `firsts` those to the first natural motion, `length` how long MuJoCo played, s."""
+    `seconds` the times of all trainings, also of those that found no motion, `firsts` those to the first natural motion, `length` how long MuJoCo played, s."""
     metrics = [motion["metrics"] for motion, _ in found]
     natural = [one for one in metrics if one["natural"]]
     trials = [one["validity"]["trials"] for one in metrics]
@@ -111,12 +115,12 @@ def row(found, seconds, firsts, length):
     held = sum(all(map(kept, some)) for some in trials)
     broken = sorted({name for one in metrics for name, measure in one["naturalness"].items() if not measure["holds"]})
     cells = {
-        "natural": f"{len(natural)} of {len(metrics)}",
+        "natural": f"{len(natural)} of {len(seconds)}",
         "speed, m/s": spread([one["speed"] for one in metrics], "{:.2f}"),
         "cost of transport": spread([one["cost_of_transport"] for one in metrics], "{:.2f}"),
         "stride time, s": spread([one["stride_period"] for one in metrics], "{:.2f}"),
         "duty factor": spread([statistics.mean(one["duty_factors"].values()) for one in metrics], "{:.2f}"),
-        "all trials kept": f"{held} of {len(metrics)}",
+        "all trials kept": f"{held} of {len(seconds)}",
         "change of speed at ¼ and twice the step, at most": f"{100 * max(at('step of'), default=0):.1f} %",
         "training, s": spread(seconds, "{:.1f}"),
         "of these to the first natural motion": spread(firsts, "{:.0f}"),

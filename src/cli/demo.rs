@@ -6,8 +6,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail, ensure};
 use gaitwright::jobs::{ServiceOptions, choose_cryptography};
-use gaitwright_learning::learn::Learning;
-use gaitwright_physics::fault::InputError;
 use indicatif::{ProgressBar, ProgressStyle};
 use reqwest::header::{AUTHORIZATION, HeaderMap, HeaderValue};
 use reqwest::{Client, Response};
@@ -17,7 +15,7 @@ use tokio::runtime::Runtime;
 use uuid::Uuid;
 
 use super::failure::CommandError;
-use super::input::to_stdout;
+use super::input::{check_budget, to_stdout};
 use super::message::tell;
 use super::serve::{Service, access, interrupted};
 use super::settings::{CONNECTIONS, STREAMS, tokens};
@@ -49,7 +47,7 @@ pub struct DemoCommand {
 
 impl DemoCommand {
     pub fn run(self) -> Result<(), CommandError> {
-        self.check().map_err(CommandError::input("the command line"))?;
+        check_budget(self.generations, self.seconds)?;
         let listen = self.listen.unwrap_or_else(|| (Ipv4Addr::LOCALHOST, 0).into());
         let mut tokens = tokens()?;
         // Where it takes a token, the demonstration has one of its own: those of the others may be known by their digests only.
@@ -94,15 +92,6 @@ impl DemoCommand {
         });
         runtime.shutdown_timeout(std::time::Duration::from_millis(100));
         done.map_err(CommandError::from)
-    }
-
-    /// Whether the budget is one that a job may have: JSON cannot write some of the numbers
-    /// that a command line can name.
-    fn check(&self) -> Result<(), InputError> {
-        let learning =
-            Learning { seconds: self.seconds, generations: self.generations, ..Learning::default() };
-        let faults = learning.faults();
-        if faults.is_empty() { Ok(()) } else { Err(InputError::Impossible(faults).under("/learning")) }
     }
 
     /// Posts the job.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use gaitwright::jobs;
+use gaitwright_learning::learn::Learning;
 use gaitwright_physics::character::{self, Options, Reading};
 use gaitwright_physics::fault::{Fault, InputError};
 use serde::Serialize;
@@ -44,6 +45,17 @@ pub fn check_once<'a>(inputs: impl IntoIterator<Item = (&'a str, &'a PathBuf)>) 
     }
     let reason = format!("can be read once, and {} are to be read from it", names.join(" and "));
     Err(CommandError::input(name(Path::new("-")))(InputError::impossible("", reason)))
+}
+
+/// Checks the budget of a learning that options of the command line give.
+///
+/// # Errors
+/// Names the first option that is at fault.
+pub fn check_budget(generations: Option<u32>, seconds: Option<f64>) -> Result<(), CommandError> {
+    let faults = Learning { generations, seconds, ..Learning::default() }.faults();
+    let Some(Fault { pointer, reason }) = faults.into_iter().next() else { return Ok(()) };
+    let option = pointer.replacen('/', "--", 1);
+    Err(CommandError::input(option)(InputError::impossible("", reason)))
 }
 
 /// The character in the file at `path`; on standard input when it is `-`. With `strict`, notes about its

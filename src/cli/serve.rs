@@ -34,7 +34,7 @@ const OTHER_FILES: u64 = 128;
 pub struct ServeCommand {
     #[command(flatten)]
     settings: SettingsArguments,
-    /// Print the settings that the service would have, as a settings file, and leave
+    /// Print the settings that the service would have, as a settings file, and exit
     #[arg(long)]
     print_config: bool,
 }

@@ -16,7 +16,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use tokio::signal::unix::{SignalKind, signal};
 
 use super::failure::CommandError;
-use super::input::{self, check_once, name, read_character, to_stdout, whole};
+use super::input::{self, check_budget, check_once, name, read_character, to_stdout, whole};
 use super::message::tell;
 use super::output::make_folder;
 
@@ -94,6 +94,8 @@ impl TrainCommand {
                 (terms.settings, name(path))
             }
         };
+        // What is wrong with an option is said of the option, and not of the document that it amends.
+        check_budget(self.generations, self.seconds)?;
         settings.seed = self.seed.unwrap_or(settings.seed);
         settings.learning.generations = self.generations.or(settings.learning.generations);
         settings.learning.seconds = self.seconds.or(settings.learning.seconds);
@@ -196,6 +198,7 @@ impl RunWatcher for Progress {
 
     fn prepared(&mut self, prepared: &PreparedRun) {
         self.budget = Some(prepared.setup.parameters.budget);
+        self.print(prepared.teaching().to_string());
     }
 
     fn generation(&mut self, figures: &Generation) {

@@ -364,9 +364,9 @@ fn budgets_that_make_no_sense_are_refused() {
     let out = folder.path().join("out");
     let out = out.to_str().unwrap();
     let demo = |option: &str, value: &str| refusal(&run(&["demo", "--exit", "--out", out, option, value]));
-    assert!(demo("--seconds", "nan").contains("/learning/seconds"));
-    assert!(demo("--seconds", "0").contains("/learning/seconds"));
-    assert!(demo("--generations", "0").contains("/learning/generations"));
+    assert!(demo("--seconds", "nan").contains("--seconds: NaN"));
+    assert!(demo("--seconds", "0").contains("--seconds: 0 does not"));
+    assert!(demo("--generations", "0").contains("--generations: 0 does not"));
     let output = run(&["train", PADDLER, "--out", out, "--threads", "100000"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8(output.stderr).unwrap().contains("--threads"));
@@ -388,7 +388,7 @@ fn negative_numbers_are_refused_by_the_option_that_they_are_given_to() {
     for (command, option, reason) in [
         (&train[..], "--seed", "--seed <SEED>': must be a whole number from 0"),
         (&train, "--generations", "-1 is not in 0..="),
-        (&train, "--seconds", "/learning/seconds: "),
+        (&train, "--seconds", "--seconds: -1 does not"),
         (&train, "--threads", "-1 is not in 1..=1024"),
         (&export, "--fps", "--fps: "),
         (&accuracy, "--tolerance", "must be a positive finite number"),

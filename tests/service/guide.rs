@@ -29,7 +29,7 @@ const OTHERS: [&str; 9] = ["cd", "cp", "curl", "git", "kill", "mkdir", "pip", "p
 const PROLOGUE: &str = r#"set -Eeuo pipefail
 trap 'echo "failed: $BASH_COMMAND" >&2' ERR
 trap 'kill $(jobs -p) 2>/dev/null || true' EXIT
-curl() { command curl --fail-with-body --retry 30 --retry-connrefused --retry-delay 1 --retry-max-time 60 "$@"; }
+curl() { command curl --fail "$@"; }
 "#;
 
 /// A block of shell commands.
