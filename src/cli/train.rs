@@ -198,7 +198,7 @@ impl RunWatcher for Progress {
 
     fn prepared(&mut self, prepared: &PreparedRun) {
         self.budget = Some(prepared.setup.parameters.budget);
-        self.print(prepared.teaching().to_string());
+        self.print(format!("the character {}", prepared.teaching()));
     }
 
     fn generation(&mut self, figures: &Generation) {

@@ -61,5 +61,5 @@ pub use store::{
     StoredCharacter, StoredJob,
 };
 pub use study::{StudyRequest, USUAL_TOLERANCES};
-pub use teaching::{LegFinding, Method, Teaching};
+pub use teaching::{LegFinding, Teaching, TeachingMethod};
 pub use work::{LearningRecord, MotionOutcome, StudyRecord, Work};

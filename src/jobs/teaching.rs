@@ -17,10 +17,10 @@ use gaitwright_physics::model::Model;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Teaching {
     /// The search.
-    pub method: Method,
+    pub method: TeachingMethod,
     /// Its legs, left ones before right ones, front to back; none unless the method is `leg_programs`.
     pub legs: Vec<LegFinding>,
-    /// The gaits that it is taught, as a task names them.
+    /// The gaits that it can be taught, as a task names them.
     pub gaits: Vec<String>,
     /// Height of the hips above the ground, or what stands in for it in a body without legs, m: the h of the Froude number
     /// v² / (g h). `null` where the method is `qdsega`.
@@ -32,7 +32,7 @@ pub struct Teaching {
 /// A search for motions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Method {
+pub enum TeachingMethod {
     /// Gait by gait, each a program of the legs.
     LegPrograms,
     /// Waves along a body without legs.
@@ -77,7 +77,7 @@ impl Teaching {
         // Whoever is a subject has some.
         let gaits = task_gaits(legs).unwrap_or_default();
         Self {
-            method: if legs.spine.is_some() { Method::Waves } else { Method::LegPrograms },
+            method: if legs.spine.is_some() { TeachingMethod::Waves } else { TeachingMethod::LegPrograms },
             legs: legs.legs.iter().map(|leg| leg_finding(model, leg, legs.rows())).collect(),
             gaits: gaits.into_iter().map(str::to_owned).collect(),
             hip_height: Some(legs.hip_height),
@@ -87,7 +87,7 @@ impl Teaching {
 
     fn by_qdsega(because: String) -> Self {
         let (legs, gaits) = (Vec::new(), Vec::new());
-        Self { method: Method::Qdsega, legs, gaits, hip_height: None, because: Some(because) }
+        Self { method: TeachingMethod::Qdsega, legs, gaits, hip_height: None, because: Some(because) }
     }
 }
 
@@ -96,10 +96,14 @@ impl fmt::Display for Teaching {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let gaits = self.gaits.join(", ");
         match (self.method, &self.because) {
-            (Method::LegPrograms, _) => write!(f, "taught gait by gait on {} legs: {gaits}", self.legs.len()),
-            (Method::Waves, _) => write!(f, "taught waves of the body: {gaits}"),
-            (Method::Qdsega, Some(because)) => write!(f, "taught one motion by QDSEGA, because {because}"),
-            (Method::Qdsega, None) => f.write_str("taught one motion by QDSEGA"),
+            (TeachingMethod::LegPrograms, _) => {
+                write!(f, "can be taught gait by gait on {} legs: {gaits}", self.legs.len())
+            }
+            (TeachingMethod::Waves, _) => write!(f, "can be taught waves of its body: {gaits}"),
+            (TeachingMethod::Qdsega, Some(because)) => {
+                write!(f, "is taught one motion by QDSEGA, because {because}")
+            }
+            (TeachingMethod::Qdsega, None) => f.write_str("is taught one motion by QDSEGA"),
         }
     }
 }

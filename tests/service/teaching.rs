@@ -1,6 +1,6 @@
 //! How a character is taught, as `check` tells it.
 
-use gaitwright::jobs::{Method, Teaching, check};
+use gaitwright::jobs::{Teaching, TeachingMethod, check};
 use gaitwright_physics::character::{Options, Source, read};
 use gaitwright_physics::scene::Scene;
 use serde_json::{Value, json};
@@ -84,7 +84,7 @@ fn many_legged(rows: usize) -> Value {
 #[test]
 fn legs_are_listed_by_side_and_row_with_the_gaits_that_they_have() {
     let Teaching { method, legs, gaits, hip_height, because } = taught_json(&hexapod());
-    assert_eq!((method, because), (Method::LegPrograms, None));
+    assert_eq!((method, because), (TeachingMethod::LegPrograms, None));
     assert_eq!(gaits, ["wave", "ripple", "tripod"]);
     let names: Vec<&str> = legs.iter().map(|leg| &*leg.name).collect();
     assert_eq!(names, ["LF", "LM", "LH", "RF", "RM", "RH"]);
@@ -102,7 +102,7 @@ fn a_task_can_name_the_gaits_of_four_legs_and_of_a_body_without_any() {
     assert_eq!(four.gaits, GAITS_OF_FOUR);
     assert!(four.legs.iter().all(|leg| !leg.sprawled));
     let snake = taught(&example("snake.json"), Source::Json);
-    assert_eq!((snake.method, snake.legs.len()), (Method::Waves, 0));
+    assert_eq!((snake.method, snake.legs.len()), (TeachingMethod::Waves, 0));
     assert_eq!(snake.gaits, ["undulation", "crawling"]);
 }
 
@@ -110,7 +110,7 @@ fn a_task_can_name_the_gaits_of_four_legs_and_of_a_body_without_any() {
 fn what_a_gait_lacks_is_told() {
     let because = |document: &Value| {
         let Teaching { method, legs, gaits, because, .. } = taught_json(document);
-        assert_eq!((method, legs.len(), gaits.len()), (Method::Qdsega, 0, 0));
+        assert_eq!((method, legs.len(), gaits.len()), (TeachingMethod::Qdsega, 0, 0));
         because.unwrap()
     };
     let five = because(&without_leg(hexapod(), "LM"));
@@ -120,15 +120,16 @@ fn what_a_gait_lacks_is_told() {
     let passive = because(&passive);
     assert!(passive.contains("RM_tibia") && passive.contains("without a motor, `RM_yaw`"), "{passive}");
     let mut stiff = hexapod();
-    for name in ["LF_yaw", "LF_knee"] {
-        let fixed = joint(&mut stiff, name);
+    let legs = ["LF", "LM", "LH", "RF", "RM", "RH"];
+    for name in legs.iter().flat_map(|leg| ["yaw", "knee"].map(|joint| format!("{leg}_{joint}"))) {
+        let fixed = joint(&mut stiff, &name);
         fixed["kind"] = json!("fixed");
         for field in ["axis", "limits", "actuation", "damping"] {
             fixed.as_object_mut().unwrap().remove(field);
         }
     }
     let stiff = because(&stiff);
-    assert!(stiff.contains("`LF_") && stiff.contains("has one joint"), "{stiff}");
+    assert!(stiff.contains("the leg that ends in `") && stiff.contains("has one joint"), "{stiff}");
     assert_eq!(because(&many_legged(5)), "no gaits are known for 10 legs");
     assert_eq!(taught_json(&many_legged(4)).gaits, ["wave", "ripple", "tetrapod"]);
 }
@@ -139,5 +140,5 @@ fn without_weight_there_are_no_gaits() {
     let scene = Scene { gravity: [0.0; 3], ..Scene::default() };
     let teaching = check(&reading, &scene).teaching.unwrap();
     assert_eq!(teaching.because.as_deref(), Some("nothing pulls it down"));
-    assert_eq!(teaching.to_string(), "taught one motion by QDSEGA, because nothing pulls it down");
+    assert_eq!(teaching.to_string(), "is taught one motion by QDSEGA, because nothing pulls it down");
 }

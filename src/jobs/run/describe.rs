@@ -15,7 +15,7 @@ pub(super) fn describe(order: &Order, prepared: &PreparedRun, report: Option<&Tr
     if let Some(report) = report {
         text += &outcome(report);
     }
-    text += &format!("{}.\n\n", prepared.teaching());
+    text += &format!("The character {}.\n\n", prepared.teaching());
     let time = 1000.0 * setup.parameters.transition_time;
     text += &format!(
         "{:.2} kg, {} joints, seed {}, transitions of {time:.0} ms\n\n| effect | | because |\n|---|---|---|\n",

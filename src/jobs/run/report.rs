@@ -38,7 +38,7 @@ pub struct TrainingReport {
     pub notes: Vec<Note>,
     /// How the character stands.
     pub standing: Standing,
-    /// How the character was taught; `null` in a report of an earlier version.
+    /// How a character that stands so is taught; `null` in a report of an earlier version.
     #[serde(default)]
     pub teaching: Option<Teaching>,
     /// What was asked for, with the values used in place of those left open.
