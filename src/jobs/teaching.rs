@@ -48,7 +48,7 @@ pub struct LegFinding {
     pub name: String,
     /// The link that is its foot.
     pub foot: String,
-    /// The joints that its gaits move, from the trunk outward.
+    /// The joints that its gaits move, from the trunk outward, and behind them those that closed loops move along.
     pub joints: Vec<String>,
     /// Whether the foot stands beside the hip rather than below it.
     pub sprawled: bool,
@@ -74,12 +74,10 @@ impl Teaching {
     }
 
     fn gait_by_gait(model: &Model, legs: &Legs) -> Self {
-        // Whoever is a subject has some.
-        let gaits = task_gaits(legs).unwrap_or_default();
         Self {
             method: if legs.spine.is_some() { TeachingMethod::Waves } else { TeachingMethod::LegPrograms },
             legs: legs.legs.iter().map(|leg| leg_finding(model, leg, legs.rows())).collect(),
-            gaits: gaits.into_iter().map(str::to_owned).collect(),
+            gaits: task_gaits(legs).into_iter().map(str::to_owned).collect(),
             hip_height: Some(legs.hip_height),
             because: None,
         }

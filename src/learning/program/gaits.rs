@@ -1,5 +1,8 @@
 //! Named gaits: when each leg touches down, for how much of the stride it stands, and at which speeds it is used.
 
+use gaitwright_physics::model::Model;
+use gaitwright_physics::stance::Stance;
+
 use super::legs::Legs;
 use super::no_gaits::NoGaits;
 use crate::gait::limits::{GaitLimits, leaps};
@@ -152,18 +155,33 @@ pub fn ways(legs: &Legs) -> Vec<NamedGait> {
         .collect()
 }
 
-/// What a task can ask for as the gait of a character: its gaits, and of gaits that are used in several ways each by its own name.
+/// The legs, or the body without legs, of a character that has gaits under `gravity`, m/s², for travel along `direction`.
 ///
 /// # Errors
-/// [`NoGaits::LegCount`] where none are known for as many legs.
-pub fn task_gaits(legs: &Legs) -> Result<Vec<&'static str>, NoGaits> {
+/// Why it has none.
+pub fn with_gaits(
+    model: &Model,
+    stance: &Stance,
+    gravity: f64,
+    direction: [f64; 3],
+) -> Result<Legs, NoGaits> {
+    // Without weight there is no stride.
+    if gravity == 0.0 {
+        return Err(NoGaits::Weightless);
+    }
+    let legs = Legs::any(model, stance, direction)?;
+    if ways(&legs).is_empty() { Err(NoGaits::LegCount { legs: legs.legs.len() }) } else { Ok(legs) }
+}
+
+/// What a task can ask for as the gait of a character: its gaits, and of gaits that are used in several ways each by its own name.
+pub fn task_gaits(legs: &Legs) -> Vec<&'static str> {
     let mut names: Vec<&str> = Vec::new();
     for name in ways(legs).iter().flat_map(|way| [way.gait, way.name]) {
         if !names.contains(&name) {
             names.push(name);
         }
     }
-    if names.is_empty() { Err(NoGaits::LegCount { legs: legs.legs.len() }) } else { Ok(names) }
+    names
 }
 
 /// The gait of which `asked`, as a task names it, is a kind.

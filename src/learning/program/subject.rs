@@ -9,7 +9,7 @@ use gaitwright_physics::scene::{Accuracy, Gains, Scene};
 use gaitwright_physics::stance::Stance;
 
 use super::gains::gains;
-use super::gaits::{NamedGait, task_gaits};
+use super::gaits::{NamedGait, with_gaits};
 use super::legs::Legs;
 use super::no_gaits::NoGaits;
 use super::ring::{PARAMETERS, Ring, SIDEWAYS, TURN, Wanted, program, ring};
@@ -50,11 +50,7 @@ impl Subject {
         direction: [f64; 3],
     ) -> Result<Self, NoGaits> {
         let gravity = scene.acting_gravity().norm();
-        if gravity == 0.0 {
-            return Err(NoGaits::Weightless);
-        }
-        let legs = Arc::new(Legs::any(model, stance, direction)?);
-        task_gaits(&legs)?;
+        let legs = Arc::new(with_gaits(model, stance, gravity, direction)?);
         let gains = gains(model, stance, &legs, gravity);
         let (model, stance) = (model.clone(), stance.clone());
         Ok(Self { model, stance, legs, gains, scene: scene.clone(), accuracy: *accuracy, direction })

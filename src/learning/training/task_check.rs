@@ -6,9 +6,8 @@ use gaitwright_physics::scene::Scene;
 use gaitwright_physics::stance::Stance;
 
 use crate::learn::{AskedSpeed, GREATEST_FROUDE, LEAST_FROUDE, Task};
-use crate::program::gaits::task_gaits;
+use crate::program::gaits::{task_gaits, with_gaits};
 use crate::program::legs::Legs;
-use crate::program::no_gaits::NoGaits;
 
 /// Whether a character that stands so has the task's gait, and is not asked for a speed beyond the least or the greatest Froude number.
 ///
@@ -42,7 +41,9 @@ fn gait_fault(task: &Task, model: &Model, stance: &Stance, scene: &Scene) -> Opt
     if task.any_gait() {
         return None;
     }
-    let reason = match known_gaits(task, model, stance, scene) {
+    let gravity = scene.acting_gravity().norm();
+    let legs = with_gaits(model, stance, gravity, task.direction);
+    let reason = match legs.map(|legs| task_gaits(&legs)) {
         Ok(known) if known.contains(&task.gait.as_str()) => return None,
         Ok(known) => {
             let known = known.join(", ");
@@ -51,18 +52,4 @@ fn gait_fault(task: &Task, model: &Model, stance: &Stance, scene: &Scene) -> Opt
         Err(none) => format!("the character has no gait `{}`, and only `any` suits it: {none}", task.gait),
     };
     Some(Fault::new("/task/gait", reason))
-}
-
-/// The gaits that a task can name.
-fn known_gaits(
-    task: &Task,
-    model: &Model,
-    stance: &Stance,
-    scene: &Scene,
-) -> Result<Vec<&'static str>, NoGaits> {
-    // Without weight there is no stride.
-    if scene.acting_gravity().norm() == 0.0 {
-        return Err(NoGaits::Weightless);
-    }
-    task_gaits(&Legs::any(model, stance, task.direction)?)
 }

@@ -7,12 +7,12 @@ use nalgebra::Matrix3;
 use super::draft::{At, Diagnostics, DraftJoint};
 use super::{About, Inertial, JointKind, Link, NoteKind, Placed, Shape};
 
-/// A range with an end beyond this is hardly one of radians, two turns: it would be of a winch.
+/// A range with an end beyond this, two turns, is hardly one of radians.
 const MOST_RADIANS: f64 = 4.0 * PI;
 /// Nor is a range with an end beyond this one of degrees: it stands for no limit.
 const MOST_DEGREES: f64 = 360.0;
-/// A shape that reaches so many times as far as the radius of gyration of its link. A slender tail with nearly all of its mass at
-/// one end reaches some ten times as far; millimetres in place of metres are a factor of a thousand.
+/// A shape that reaches so many times as far as the radius of gyration of its link is told. A solid ball reaches 1.6 times as far, a rod
+/// 1.7 times, a light arm with a heavy motor farther; millimetres in place of metres are a factor of a thousand.
 const TOO_FAR: f64 = 60.0;
 
 /// Tells a revolute joint whose range looks like degrees.

@@ -32,8 +32,9 @@ const TRIALS: f64 = 30.0;
 pub(super) const LONG: usize = 40;
 /// A stage at another speed has this part of the generations of a gait.
 pub(super) const STAGE: u32 = 6;
-/// How many times the speed is usually raised where the greatest is looked for.
-const USUAL_RISES: u32 = 4;
+/// With so many rises of the speed is reckoned where the greatest is looked for: those of a running trot from its usual Froude number,
+/// 1, to its greatest, 3, in steps of a quarter.
+const RISES: u32 = 5;
 /// How many times the generations of a gait it takes to balance it by feedback.
 const STEERED_TIMES: u32 = 4;
 /// Numbers of random streams kept for one niche: more than it has stages.
@@ -339,11 +340,11 @@ impl<'a> NicheSearch<'a> {
     }
 }
 
-/// `generations` of a niche, and those that stages at other speeds take: of the greatest speed as many as are usual.
+/// `generations` of a niche, and those that stages at other speeds take.
 fn with_stages(niche: &Niche, generations: u32) -> u32 {
     let stages = match &niche.pace {
         NichePace::Cheapest { others, .. } => others.len() as u32,
-        NichePace::Fastest { .. } => USUAL_RISES,
+        NichePace::Fastest { .. } => RISES,
     };
     generations.saturating_add(stages.saturating_mul(generations / STAGE))
 }
