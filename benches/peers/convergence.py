@@ -3,8 +3,8 @@
     python benches/peers/convergence.py examples/quadruped-walk.motion.json learned/motions/*.json \\
         --character examples/quadruped.urdf --gaitwright target/release/gaitwright --svg static/convergence.svg
 
-Each motion is tracked on level ground by a character that cannot touch itself. The last column is how far the distance
-changes at one of the steps if the weight changes by a part in 10⁵: below that the steps cannot agree.
+Each motion is tracked on level ground. The last column is how far the distance changes at one of the steps if the weight
+changes by a part in 10⁵: below that the steps cannot agree.
 """
 
 import argparse
@@ -29,7 +29,7 @@ def distance(motion, character, feedforward, step, seconds, program, weight=1.0)
     document = {
         "format": "gaitwright/scenario@1",
         "character": str(character.resolve()),
-        "scene": {"gravity": [0, 0, -GRAVITY * weight], "effects": {"self_collision": "off"}},
+        "scene": {"gravity": [0, 0, -GRAVITY * weight]},
         "drive": {"kind": "track", "motion": str(motion.resolve()), "feedforward": feedforward},
         "duration": seconds,
         "sample_every": seconds,

@@ -91,7 +91,8 @@ class Scene:
         ground = world.get("ground", {"kind": "plane", "height": 0.0})
         if ground and (ground["kind"], ground["height"]) != ("plane", 0.0):
             sys.exit("the ground must be the plane at 0, or null")
-        self.model = robot.load(path.parent / scenario["character"], gains, bool(ground), world.get("friction", 0.8))
+        itself = self.effects.get("self_collision") != "off"
+        self.model = robot.load(path.parent / scenario["character"], gains, bool(ground), world.get("friction", 0.8), itself)
         self.data = mujoco.MjData(self.model)
         for effect, flag in (
             ("joint_limits", mujoco.mjtDisableBit.mjDSBL_LIMIT),

@@ -485,7 +485,7 @@ fn the_gait_of_a_motion_that_breaks_off_is_not_told() {
 #[test]
 fn the_gait_of_a_motion_that_ends_in_a_fall_says_so() {
     // The ground tilted against gravity: by little, and by more than it can stand on.
-    let fallen = gait_of_changed_walk(|motion| motion["scene"]["gravity"] = json!([0, 3, -9]));
+    let fallen = gait_of_changed_walk(|motion| motion["scene"]["gravity"] = json!([0, 2, -9]));
     let report: Value = serde_json::from_str(&stdout(&fallen)).unwrap();
     let (fell, seen) = (report["fell_at"].as_f64().unwrap(), report["span"][1].as_f64().unwrap());
     assert!(seen <= fell && fell < seen + 0.01 && fell < 20.0, "{fell} {seen}");
