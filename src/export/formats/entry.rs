@@ -4,7 +4,7 @@
 use nalgebra::Isometry3;
 
 use super::closing::{Samples, flattened};
-use super::feet::sole;
+use super::feet::{LIFTED, sole};
 use super::skeleton::Skeleton;
 use crate::export::Replay;
 use gaitwright_learning::gait::Footing;
@@ -14,9 +14,6 @@ use gaitwright_physics::playback::Sample;
 
 /// Time between two samples, s, or as near to it as whole steps are.
 const SAMPLED: f64 = 0.005;
-
-/// Height over level ground from which on a foot that carries nothing has left it, m.
-const LIFTED: f64 = 1e-3;
 
 /// Plays a motion as far as its loop: the poses, the last at the start of the loop, and when feet stand: those that carry
 /// something, and from then on until they are lifted off the `ground` where that is level (m). `None` where the character falls on the way, or the simulation cannot go on.

@@ -27,6 +27,9 @@ const ROUNDS: usize = 20;
 /// Distance below which no foot has to be led back, m.
 const NEAR: f64 = 1e-5;
 
+/// Height over level ground from which on a foot that carries nothing has left it, m.
+pub(super) const LIFTED: f64 = 1e-3;
+
 /// A link that slides by more than this share of the way that the character travels meanwhile does not stand on the
 /// ground but is dragged over it.
 const DRAGGED: f64 = 0.25;
@@ -100,9 +103,12 @@ impl Stretch<'_> {
         let mut feet: Vec<(usize, Runs, StandingFoot)> = Vec::new();
         for (index, link) in links.iter().enumerate() {
             let own: Vec<&StanceTime> = stances.iter().filter(|stance| stance.link == link.name).collect();
-            let runs = self.runs(&own);
+            let mut runs = self.runs(&own);
             if own.is_empty() || link.collisions.is_empty() {
                 continue;
+            }
+            if let (Course::Once, Some(ground)) = (&self.course, ground) {
+                self.stand_to_the_end(&poses, index, &mut runs, ground);
             }
             let [slide, gap] = self.figures(&poses, index, &runs, ground);
             let stands = match self.course {
@@ -172,6 +178,18 @@ impl Stretch<'_> {
         }
         runs.retain(|[first, last]| last > first);
         runs
+    }
+
+    /// Has the last stance of a link in an entry last to the end if the link has hardly left the `ground` (m) by then: the loop, which
+    /// is held by itself, goes on from a foot that is still down.
+    fn stand_to_the_end(&self, poses: &LinkPoses, link: usize, runs: &mut Runs, ground: f64) {
+        let end = self.times.len() - 1;
+        let down = |index: usize| self.gap(poses, (link, index), Some(ground)) < LIFTED;
+        if let Some([_, last]) = runs.last_mut()
+            && (*last..=end).all(down)
+        {
+            *last = end;
+        }
     }
 
     /// The greatest slide at which a link still stands, where the character travels at `speed` (m/s), rather than being

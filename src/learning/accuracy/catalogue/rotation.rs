@@ -43,8 +43,8 @@ fn spinning(name: &str, offset: f64) -> Case {
     scenario.start.root = Some(turning([0.0; 3], [0.0, 0.1, 0.0]));
     scenario.start.joints = moving([("axle", 0.0, speed)]);
     let inertia = across + mass * offset * offset;
-    let about = if offset > 0.0 { "unbalanced" } else { "balanced" };
-    Case::new(name, format!("a free body with an {about} flywheel at 1000 rad/s"), scenario)
+    let about = if offset > 0.0 { "an unbalanced" } else { "a balanced" };
+    Case::new(name, format!("a free body with {about} flywheel at 1000 rad/s"), scenario)
         .at_most(0.05 * 0.5 * inertia * speed * speed, Quantity::EnergyGain)
         .at_most(KEPT * inertia * speed, Quantity::AngularMomentumChange)
         .at_most(1.5 * speed, Quantity::JointSpeed { after: 0.0 })
