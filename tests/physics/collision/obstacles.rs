@@ -148,6 +148,32 @@ fn a_ball_in_a_valley_rests_on_both_sides() {
     assert!(forces.iter().all(|force| (force - each).abs() < 1e-6), "{forces:?}");
 }
 
+/// A ball flies along one side of a steep valley into the other, which sends it back into the first within the same step.
+#[test]
+fn a_ball_that_is_thrown_into_a_valley_goes_into_neither_side() {
+    let model = body(r#"<sphere radius="0.1"/>"#);
+    let height = 3.0_f64.sqrt();
+    let valley = Ground::HeightField {
+        heights: vec![vec![height, 0.0, height]; 2],
+        size: [2.0, 2.0],
+        center: [0.0, 0.0],
+    };
+    let scene = Scene { ground: Some(valley), friction: 0.0, ..Scene::default() };
+    let [left, right] = [1.0, -1.0].map(|side: f64| Vector3::new(side * height / 2.0, 0.0, 0.5));
+    let gaps = |at: &Point3<f64>| [left, right].map(|normal| normal.dot(&at.coords) - 0.1);
+    let mut state = State::new(&model);
+    state.root.position = Point3::new(-0.0029 / (2.0 * left.x), 0.0, 0.2031);
+    assert!((gaps(&state.root.position)[0] - 1e-4).abs() < 1e-9);
+    assert!((gaps(&state.root.position)[1] - 3e-3).abs() < 1e-9);
+    state.root.linear_velocity = Vector3::new(-0.5, 0.0, -height / 2.0) * 5.0;
+    let mut simulator = simulator(&model, &scene, 0.002, state);
+    for _ in 0..3 {
+        simulator.step(Command::Passive).unwrap();
+        let gaps = gaps(&simulator.state().root.position);
+        assert!(gaps.iter().all(|gap| *gap > -1e-6), "{gaps:?}");
+    }
+}
+
 /// A ball's centre keeps its radius from every point of a ridge that it rolls over, and rolls at all.
 #[test]
 fn a_ball_keeps_its_radius_from_a_ridge() {

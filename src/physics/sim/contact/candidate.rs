@@ -5,6 +5,9 @@ use nalgebra::Vector3;
 use crate::scene::{PairMaterial, Surfaces};
 use crate::sim::spatial::SpatialMotion;
 
+/// Normals with a greater cosine between them, 0.1° apart, are those of one face.
+const ONE_FACE: f64 = 1.0 - 1.5e-6;
+
 /// A point considered before the solve: a contact, or a point that may become one within the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactCandidate {
@@ -68,6 +71,15 @@ impl Against {
 impl ContactCandidate {
     /// Coefficients of a contact that has none yet.
     pub(in crate::sim) const SMOOTH: PairMaterial = PairMaterial { friction: 0.0, restitution: 0.0 };
+
+    /// Whether `other`, detected from the same positions, is the same contact: points of a pair of shapes are numbered as they are found, and
+    /// all faces of a height field below a point share its slot, so that the slot does not tell. Points within `near` m are one.
+    pub fn is_at(&self, other: &Self, near: f64) -> bool {
+        let sides = |candidate: &Self| (candidate.link, candidate.body, candidate.against);
+        sides(self) == sides(other)
+            && (self.at - other.at).norm() <= near
+            && self.frame[0].dot(&other.frame[0]) > ONE_FACE
+    }
 
     /// Velocity of the body at the point of contact relative to the other side, m/s, where `bodies` are
     /// the velocities of all bodies.

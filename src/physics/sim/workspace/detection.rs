@@ -15,6 +15,9 @@ use crate::sim::per_body::Motions;
 use crate::sim::rows::contact;
 use crate::sim::spatial::WideMotion;
 
+/// Points of two detections from the same positions that are nearer than this share of the character's reach are one.
+const SAME_POINT: f64 = 1e-6;
+
 /// Contact candidates. (detection, impact_contacts)
 ///
 /// C is the number of candidates.
@@ -124,10 +127,10 @@ impl ContactDetection {
         self.known.clone_from(&self.candidates);
         self.detect(model, plan, placed, angles, period, step);
         placed.exchange_velocities(new);
-        let Self { known, candidates, .. } = self;
-        let count = known.len();
+        let Self { known, candidates, reach, .. } = self;
+        let (count, near) = (known.len(), SAME_POINT * *reach);
         for candidate in candidates.iter() {
-            if known[..count].iter().all(|other| other.slot != candidate.slot) {
+            if !known[..count].iter().any(|other| other.is_at(candidate, near)) {
                 known.push(ContactCandidate { rebound: 0.0, ..*candidate });
             }
         }
