@@ -67,8 +67,6 @@ impl ContactForces {
 pub(super) struct StepMemory {
     /// Forces of the contacts, N.
     pub contacts: ContactForces,
-    /// Forces of the contacts in the pass of contact-aware feedforward, N.
-    pub feedforward_contacts: ContactForces,
     /// J forces of the limits, N m or N, positive at the lower end and negative at the upper.
     pub limit: Vec<f64>,
     /// J forces of dry friction, N m or N.
@@ -94,7 +92,6 @@ impl StepMemory {
     pub fn new(joints: usize) -> Self {
         Self {
             contacts: ContactForces::default(),
-            feedforward_contacts: ContactForces::default(),
             limit: vec![0.0; joints],
             dry_friction: vec![0.0; joints],
             saturated: vec![0.0; joints],
@@ -110,7 +107,6 @@ impl StepMemory {
     /// Forgets everything, without allocating.
     pub fn forget(&mut self) {
         self.contacts.slots.clear();
-        self.feedforward_contacts.slots.clear();
         self.limit.fill(0.0);
         self.dry_friction.fill(0.0);
         self.saturated.fill(0.0);
@@ -162,7 +158,6 @@ impl Clone for StepMemory {
     fn clone(&self) -> Self {
         Self {
             contacts: self.contacts.clone(),
-            feedforward_contacts: self.feedforward_contacts.clone(),
             limit: self.limit.clone(),
             dry_friction: self.dry_friction.clone(),
             saturated: self.saturated.clone(),
@@ -177,7 +172,6 @@ impl Clone for StepMemory {
 
     fn clone_from(&mut self, source: &Self) {
         self.contacts.clone_from(&source.contacts);
-        self.feedforward_contacts.clone_from(&source.feedforward_contacts);
         self.limit.clone_from(&source.limit);
         self.dry_friction.clone_from(&source.dry_friction);
         self.saturated.clone_from(&source.saturated);

@@ -141,7 +141,8 @@ impl Simulator {
         diagnostics::joint_separation(&self.model, &self.state)
     }
 
-    /// Contacts of the last step that carried force or penetrate, in the order of the model's slots.
+    /// Contacts of the last step that carried force or penetrate, in the order of the model's slots; after a step that was not divided,
+    /// those that came with an impact are the last.
     pub fn contacts(&self) -> impl Iterator<Item = Contact> + '_ {
         let totals = self.step_control.totals.of_substeps();
         let whole = totals.is_none().then(|| self.work.contacts(&self.plan));

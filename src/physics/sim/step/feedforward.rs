@@ -21,6 +21,7 @@
 
 use super::Stages;
 use crate::scene::{DrivePlan, Feedforward};
+use crate::sim::contact::ContactCandidate;
 use crate::sim::coordinates::CoordinateSystem;
 use crate::sim::failure::{Failure, fail_unless_usable};
 use crate::sim::lcp::{SolveStatus, Solver};
@@ -77,7 +78,9 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         if drive.feedforward == Feedforward::ContactAware {
             let candidates = &work.detection.candidates[..work.detection.first];
             let law = contact::of_feedforward(plan, model.mass, self.data.step);
-            self.contacts(rows, candidates, law, &state.memory.feedforward_contacts);
+            let guess =
+                |candidate: &ContactCandidate| contact::feedforward_guess(candidate, &state.memory.contacts);
+            self.contacts(rows, candidates, law, guess);
         }
         self.loops(rows);
         let extent = self.data.step / step;

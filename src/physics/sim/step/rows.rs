@@ -7,7 +7,6 @@ use crate::sim::coordinates::CoordinateSystem;
 use crate::sim::failure::{Failure, fail_unless_usable};
 use crate::sim::joint_friction::FrictionMode;
 use crate::sim::lcp::SolveStatus;
-use crate::sim::memory::ContactForces;
 use crate::sim::rows::contact::ContactLaw;
 use crate::sim::rows::{Recovery, Rows, contact, drive, dry_friction, limit, loops, torque};
 use crate::sim::step_data::StepData;
@@ -32,7 +31,9 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         let law = plan
             .contact_time_constant
             .map_or_else(rigid, |time_constant| ContactLaw::Soft { time_constant, old: &work.placed.old });
-        self.contacts(&mut rows, &work.detection.candidates, law, &memory.contacts);
+        self.contacts(&mut rows, &work.detection.candidates, law, |candidate| {
+            memory.contacts.at(candidate.slot)
+        });
         if let Some(limits) = &plan.limits {
             limit::add(
                 &mut rows,
@@ -80,7 +81,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         }
     }
 
-    /// Adds the rows of the contacts `candidates`, which give way by `law` and whose solve starts from `warm_start`; for all see
+    /// Adds the rows of the contacts `candidates`, which give way by `law` and whose solve starts from the forces that `warm_start` gives; for all see
     /// [`contact::add`].
     #[inline(always)] // compiled for the processor of `step`
     pub(super) fn contacts(
@@ -88,7 +89,7 @@ impl<C: CoordinateSystem> Stages<'_, C> {
         rows: &mut Rows,
         candidates: &[ContactCandidate],
         law: ContactLaw<'_>,
-        warm_start: &ContactForces,
+        warm_start: impl Fn(&ContactCandidate) -> [f64; 3],
     ) {
         let StepData { model, plan, work, step, .. } = &self.data;
         contact::add(

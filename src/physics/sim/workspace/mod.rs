@@ -154,24 +154,10 @@ impl Workspace {
 
     /// Keeps in `memory` the forces that warm-start the next step.
     pub(in crate::sim) fn remember(&self, plan: &StepPlan, memory: &mut StepMemory) {
-        let Self { detection, problem, feedforward, drives, .. } = self;
+        let Self { detection, problem, drives, .. } = self;
         let per_contact = contact::rows_per_contact(plan.friction);
         let greatest = plan.drive.as_ref().and_then(|drive| drive.max_torque.as_deref());
         memory.remember(&problem.rows, &detection.candidates, per_contact, greatest, &drives.actuators);
-        let aware = plan.drive.as_ref().is_some_and(|drive| drive.feedforward == Feedforward::ContactAware);
-        let candidates = if aware { &detection.candidates[..detection.first] } else { &[] };
-        let rows = feedforward
-            .rows
-            .force
-            .chunks_exact(per_contact)
-            .zip(problem.rows.force.chunks_exact(per_contact));
-        // Where the character is one rigid whole, the feedforward pass does not solve for forces between links: its estimate is those of the step.
-        let forces =
-            candidates.iter().zip(rows).map(|(candidate, (control, step))| match candidate.against.body() {
-                Some(_) => step,
-                None => control,
-            });
-        memory.feedforward_contacts.remember(candidates, forces);
         self.friction.remember(memory);
     }
 

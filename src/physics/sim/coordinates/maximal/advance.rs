@@ -24,9 +24,6 @@ impl MaximalCoordinates {
     /// Moves the bodies, and gives the joints their angles.
     pub(super) fn move_bodies(&mut self, data: &mut StepData<'_>) {
         let StepData { model, state, work, step, .. } = data;
-        if !model.joints_are_independent() {
-            state.memory.feedforward_contacts.clone_from(&self.forecast.state.memory.feedforward_contacts);
-        }
         for (index, body_state) in state.body_states.iter_mut().enumerate() {
             if self.factors[index].is_fixed() {
                 continue;

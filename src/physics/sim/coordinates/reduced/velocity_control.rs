@@ -57,7 +57,7 @@ impl ReducedCoordinates {
                 plan.friction,
                 horizon,
                 contact::of_feedforward(plan, model.mass, horizon),
-                &state.memory.feedforward_contacts,
+                |candidate| contact::feedforward_guess(candidate, &state.memory.contacts),
                 |candidate, forces, numbers| {
                     // Contact forces between two bodies of the rigid whole cancel.
                     let forces = if candidate.against.body().is_none() { forces } else { &[] };
