@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::model::Model;
+use crate::model::{DofKind, Model};
 use crate::scene::Terrain;
 use crate::sim::State;
 use crate::sim::bodies::Bodies;
@@ -100,6 +100,18 @@ fn span_a_plane(points: &[Vector3<f64>]) -> bool {
     area > WIDE * longest.norm_squared()
 }
 
+/// Greatest distance of the origin of `body` from that of its parent, m: a slide is drawn out as far as its range of motion lets it.
+fn segment(model: &Model, body: usize) -> f64 {
+    let joint = &model.bodies[body];
+    match (joint.dof, model.limits[body - 1]) {
+        (DofKind::Prismatic, Some(ends)) => {
+            let axis = joint.joint_rotation * joint.axis;
+            ends.into_iter().map(|end| (joint.offset + axis * end).norm()).fold(0.0, f64::max)
+        }
+        _ => joint.offset.norm(),
+    }
+}
+
 /// Limbs that reach the ground: chains of bodies from a branching of the tree (or the root) to its
 /// end, of those nearly as low as the lowest when all hang down. Where some are alike, those that are like no other are none: a tail
 /// may be longer than the legs.
@@ -122,8 +134,7 @@ pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
         bodies.reverse();
         let origin = posed.bodies.at(leaf).origin;
         let end = touching.iter().map(|point| (point.at - origin).norm()).fold(0.0, f64::max);
-        let mut segments: Vec<f64> =
-            bodies.windows(2).map(|pair| model.bodies[pair[1]].offset.norm()).collect();
+        let mut segments: Vec<f64> = bodies.windows(2).map(|pair| segment(model, pair[1])).collect();
         segments.push(end);
         let longest = segments.iter().copied().fold(0.0, f64::max);
         let long = |segment: &f64| *segment > SHORT * longest;
