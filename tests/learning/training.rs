@@ -403,7 +403,8 @@ fn what_was_shown_before_qdsega_took_over_is_not_lost_when_it_is_resumed() {
     let mut witness = Witness::default();
     train(&qdsega, &mut witness, &Cancel::default(), None).unwrap();
     let Some(TrainingCheckpoint::Qdsega { learner, .. }) = witness.checkpoints.pop() else { panic!() };
-    let resumed = TrainingCheckpoint::Qdsega { learner, before: trot.curve.clone(), shown: shown.clone() };
+    let before = trot.curve.clone();
+    let resumed = TrainingCheckpoint::Qdsega { learner, before, shown: shown.clone(), spent: 0.0 };
 
     let more = setup("quadruped.urdf", Task::default(), brief_qdsega(2 + trot.curve.len() as u32), 2);
     let mut witness = Witness::default();

@@ -51,6 +51,11 @@ impl Candidate {
         undisturbed(wanted, ring.period, &subject.legs, figures) + far + missed
     }
 
+    /// What it costs where that is what is wanted, by what it did.
+    pub fn cost_as(&self, subject: &Subject, wanted: &Wanted) -> f64 {
+        self.least_cost(subject, wanted) + when_disturbed(&self.figures, &self.disturbed)
+    }
+
     /// The same after it was disturbed, too.
     pub fn disturbed(mut self, arena: &Arena, strides: usize) -> Self {
         self.disturbed = arena.run_disturbed(&self.figures, &self.ring, &self.gains, strides);

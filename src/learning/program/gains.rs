@@ -20,7 +20,7 @@ pub fn gains(model: &Model, stance: &Stance, legs: &Legs, gravity: f64) -> Gains
         for (joint, origin) in leg.moved().zip(&leg.origins).filter(|(joint, _)| model.driven[*joint]) {
             let revolute = model.bodies[joint + 1].dof == DofKind::Revolute;
             // An ankle has little below it but the whole character above.
-            let arm = (leg.foot - origin).norm().max(if leg.level > 0 { 0.5 * leg.length } else { 0.0 });
+            let arm = (leg.foot - origin).norm().max(if leg.keeps_level() { 0.5 * leg.length } else { 0.0 });
             let (stiffness, inertia) = if revolute {
                 (share * gravity * arm / GIVE, share * arm * arm)
             } else {

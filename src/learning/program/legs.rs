@@ -51,9 +51,8 @@ pub struct LegChain {
     pub radius: f64,
     /// Greatest height of the hip above the foot point that the leg can reach with its foot below, m.
     pub length: f64,
-    /// How many of its tilts (pitch, then roll) the foot has to keep level: those of a sole that are left to the joints
-    /// besides the foot's place.
-    pub level: usize,
+    /// Which of its tilts, roll and pitch, the foot has to keep level: those of a sole that are left to the joints besides the foot's place.
+    pub level: [bool; 2],
     /// Whether its foot stands beside its hip rather than below it.
     pub sprawled: bool,
     /// Sum of its segments, m: the unit of its lengths in inverse kinematics.
@@ -143,6 +142,11 @@ impl LegChain {
         PlacedLeg { foot: origin + rotation * self.point, up: rotation * self.up, rotation, axes }
     }
 
+    /// Whether its foot is a sole that it keeps level in any way.
+    pub fn keeps_level(&self) -> bool {
+        self.level.contains(&true)
+    }
+
     /// Moves `angles` to where the foot point is at `target` (and a sole is level but for `tilt`, its wanted
     /// vertical): damped least squares (Wampler 1986) from where they are, within the ranges of motion. Gives the
     /// distance left, m.
@@ -152,7 +156,7 @@ impl LegChain {
             let placed = self.place(angles);
             let error = target - placed.foot;
             let twist = placed.up.cross(&tilt) * self.size;
-            let kept = [self.level > 1, self.level > 0].map(|kept| f64::from(u8::from(kept)));
+            let kept = self.level.map(|kept| f64::from(u8::from(kept)));
             let twist = Vector2::new(kept[0] * twist.x, kept[1] * twist.y);
             left = error.norm();
             if left + twist.norm() < CLOSE * self.size {
@@ -466,7 +470,7 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> R
         foot,
         radius,
         length: 0.0,
-        level: 0,
+        level: [false; 2],
         sprawled: sprawled(&(foot - hip)),
         size: reach,
         base: frames[parent],
@@ -485,9 +489,9 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> R
     Ok(leg)
 }
 
-/// How many tilts of its foot (pitch, then roll) the leg can change in the standing pose while the foot stays where it is: what the rows
-/// of those add to the rank of the Jacobian. A leg whose joints all turn about one axis has one joint left for the pitch of three.
-fn tilts(leg: &LegChain) -> usize {
+/// Which tilts of its foot, roll and pitch, the leg can change in the standing pose while the foot stays where it is: those whose rows
+/// add to the rank of the Jacobian. A leg whose joints all turn about one axis has one joint left for the pitch of three.
+fn tilts(leg: &LegChain) -> [bool; 2] {
     let placed = leg.place(&leg.standing);
     let columns: Vec<Vector5<f64>> = (0..leg.joints.len())
         .map(|joint| {
@@ -498,7 +502,7 @@ fn tilts(leg: &LegChain) -> usize {
     let jacobian = Matrix5xX::from_columns(&columns);
     let rank = |rows: usize| jacobian.rows(0, rows).into_owned().rank(DEPENDENT * jacobian.amax());
     let [place, pitched, rolled] = [3, 4, 5].map(rank);
-    if pitched > place { 1 + rolled - pitched } else { 0 }
+    [rolled > pitched, pitched > place]
 }
 
 /// How much higher than in the standing pose the leg can carry its hip with the foot straight below where it stands, m, and below

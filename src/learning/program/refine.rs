@@ -121,7 +121,7 @@ impl Refinement {
     /// Goes on with another idea of what is wanted: the best so far is the best by that.
     pub fn revalue(&mut self, subject: &Subject, wanted: &Wanted) {
         for kept in &mut self.kept {
-            kept.cost = kept.least_cost(subject, wanted) + when_disturbed(&kept.figures, &kept.disturbed);
+            kept.cost = kept.cost_as(subject, wanted);
         }
         self.kept.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     }

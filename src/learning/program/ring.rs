@@ -310,7 +310,7 @@ fn foot_paths(legs: &Legs, moments: &[StrideSample]) -> (Vec<Vec<Vec<f64>>>, f64
                 if pass == 1 {
                     missed = missed.max(left);
                 }
-                if leg.level == 0 {
+                if !leg.keeps_level() {
                     let up = leg.place(&angles).up;
                     rolled[sample] = leg.radius * (up.x.atan2(up.z) + moment.pitch);
                 }

@@ -2,8 +2,8 @@
 //!
 //! In its stance a leg pushes with half a sine wave of vertical force (Alexander 1984: the first harmonics of
 //! measured forces), its mean such that all legs carry the weight and balance about the centre of mass.
-//! Along the way the force leans back to the hip (with `lean` 1 exactly), which spares the hip torque and
-//! keeps the trunk from pitching (Maus et al. 2010). Height, pitch and way of the trunk follow by integrating
+//! Along the way the force leans back (with `lean` 1 exactly) to a point above where the foot stands on average, as high as the
+//! centre of mass: to the hip, about, which spares it torque and keeps the trunk from pitching (Maus et al. 2010). Height, pitch and way of the trunk follow by integrating
 //! Newton's and Euler's equations over the periodic stride. From side to side the trunk sways over the feet that
 //! carry it, as a linear inverted pendulum does whose forces do not roll it (Kajita et al. 2001). Foot paths in the trunk's
 //! frame follow from all that.

@@ -21,6 +21,9 @@ pub enum TrainingCheckpoint {
         /// The motions that were shown of them.
         #[serde(default)]
         shown: Vec<Milestone>,
+        /// s of the wall clock that they took.
+        #[serde(default)]
+        spent: f64,
     },
     /// Of the search gait by gait; handed out when one is done.
     Gaits {
@@ -63,6 +66,8 @@ pub(super) struct Earlier {
     pub(super) curve: Vec<Generation>,
     /// The motions that it showed, in order.
     pub(super) milestones: Vec<Milestone>,
+    /// s of the wall clock that it took: more than the curve says, which ends with the last generation.
+    pub(super) spent: f64,
 }
 
 impl TrainingCheckpoint {
@@ -80,7 +85,7 @@ impl TrainingCheckpoint {
     /// Every motion shown so far of the training of `setup`, in order.
     pub fn milestones(&self, setup: &LearningSetup) -> Vec<Milestone> {
         match self {
-            Self::Qdsega { learner, before, shown } => {
+            Self::Qdsega { learner, before, shown, .. } => {
                 let unnamed = UnnamedMotions::of(setup);
                 let improved = |best: &Behaviour| Milestone {
                     motion: unnamed.motion(best.clone(), before.len() as u32),

@@ -53,12 +53,12 @@ pub fn train(
         && !matches!(resume, Some(TrainingCheckpoint::Qdsega { .. }))
     {
         let niches = niche::niches(&setup.task, &subject);
-        let (trained, milestones) = repertoire::run(setup, &subject, &niches, observer, cancel, resume)?;
+        let (trained, earlier) = repertoire::run(setup, &subject, &niches, observer, cancel, resume)?;
         if !trained.motions.is_empty() || trained.ended != StopReason::Complete {
             return Ok(trained);
         }
         // None of its gaits keeps this character up: it is taught as one without legs, with what is left of the budget.
-        return qdsega::run(setup, observer, cancel, None, Earlier { curve: trained.curve, milestones });
+        return qdsega::run(setup, observer, cancel, None, earlier);
     }
     qdsega::run(setup, observer, cancel, resume, Earlier::default())
 }

@@ -24,8 +24,8 @@ pub(super) fn run(
 ) -> Result<Trained, LearnError> {
     let (learner, earlier) = match resume {
         None => (None, earlier),
-        Some(TrainingCheckpoint::Qdsega { learner, before, shown }) => {
-            (Some(*learner), Earlier { curve: before, milestones: shown })
+        Some(TrainingCheckpoint::Qdsega { learner, before, shown, spent }) => {
+            (Some(*learner), Earlier { curve: before, milestones: shown, spent })
         }
         Some(TrainingCheckpoint::Gaits { .. }) => {
             let reason = "the checkpoint was made by another search";
@@ -33,8 +33,7 @@ pub(super) fn run(
         }
     };
     let unnamed = UnnamedMotions::of(setup);
-    let spent = earlier.curve.last().map_or(0.0, |figures| figures.elapsed);
-    let budget = setup.parameters.budget.after(earlier.curve.len() as u32, spent);
+    let budget = setup.parameters.budget.after(earlier.curve.len() as u32, earlier.spent);
     let parameters = Parameters { budget, ..setup.parameters.clone() };
     let left = LearningSetup { parameters, task: in_speed(setup), ..setup.clone() };
     let mut adapter = Adapter { observer, unnamed: unnamed.clone(), earlier };
@@ -66,8 +65,8 @@ impl Observer for Adapter<'_> {
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) {
-        let Earlier { curve, milestones } = self.earlier.clone();
+        let Earlier { curve: before, milestones: shown, spent } = self.earlier.clone();
         let learner = Box::new(checkpoint.clone());
-        self.observer.checkpoint(&TrainingCheckpoint::Qdsega { learner, before: curve, shown: milestones });
+        self.observer.checkpoint(&TrainingCheckpoint::Qdsega { learner, before, shown, spent });
     }
 }

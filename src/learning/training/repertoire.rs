@@ -2,7 +2,7 @@
 
 use rayon::ThreadPoolBuilder;
 
-use super::checkpoint::{Milestone, TrainingCheckpoint};
+use super::checkpoint::{Earlier, TrainingCheckpoint};
 use super::motion::Trained;
 use super::niche::Niche;
 use super::niche_search::NicheSearch;
@@ -23,7 +23,7 @@ const SWEEPS: u32 = 100;
 /// Residual at which the solver then ends, in √(g h): a hundredth of a per cent of usual speeds.
 const ROUGH: f64 = 5e-5;
 
-/// Searches for the motion of each of `niches`; with what was learned comes every motion that was shown.
+/// Searches for the motion of each of `niches`; with what was learned comes what another search after it has to know.
 ///
 /// # Errors
 /// [`LearnError`], before anything is simulated.
@@ -34,7 +34,7 @@ pub(super) fn run(
     observer: &mut dyn TrainingObserver,
     cancel: &Cancel,
     resume: Option<TrainingCheckpoint>,
-) -> Result<(Trained, Vec<Milestone>), LearnError> {
+) -> Result<(Trained, Earlier), LearnError> {
     let mut progress = Progress::new(cancel.clock());
     let mut next = 0;
     if let Some(checkpoint) = resume {
@@ -84,10 +84,12 @@ pub(super) fn run(
     if ended == StopReason::Complete && progress.by_the_clock {
         ended = StopReason::Seconds;
     }
+    let spent = progress.elapsed();
     let Progress { milestones, curve, .. } = progress;
     let finished = milestones.iter().filter(|milestone| milestone.finished);
     let motions = finished.map(|milestone| milestone.motion.clone()).collect();
-    Ok((Trained { ended, motions, curve }, milestones))
+    let earlier = Earlier { curve: curve.clone(), milestones, spent };
+    Ok((Trained { ended, motions, curve }, earlier))
 }
 
 /// Where `subject` is tried with another accuracy.
@@ -104,7 +106,7 @@ fn searched(accuracy: Accuracy, subject: &Subject) -> Accuracy {
     let roughly = SolverChoice { tolerance: accuracy.solver.tolerance.max(rough), ..accuracy.solver };
     let solver = if spine.is_some() {
         SolverChoice { kind: SolverKind::Pgs, iterations: SWEEPS, ..roughly }
-    } else if legs.iter().any(|leg| leg.level > 0) {
+    } else if legs.iter().any(|leg| leg.keeps_level()) {
         roughly
     } else {
         accuracy.solver

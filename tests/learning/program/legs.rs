@@ -81,9 +81,8 @@ fn left_and_fore_follow_the_direction_of_travel() {
     assert!((ahead.inertia[(1, 1)] - back.inertia[(1, 1)]).abs() < 1e-12);
 }
 
-/// A leg of three joints that all turn about one axis keeps its sole level with the joint that its foot's place leaves.
-#[test]
-fn soles_of_planar_legs_are_kept_level() {
+/// Two legs of three joints that all turn about the axis y, with soles.
+fn planar() -> Character {
     let mut links = vec![
         json!({ "name": "trunk", "density": 300, "shapes": [{ "kind": "box", "size": [0.2, 0.3, 0.2] }] }),
     ];
@@ -111,11 +110,19 @@ fn soles_of_planar_legs_are_kept_level() {
     }
     let document =
         json!({ "format": "gaitwright/character@1", "name": "planar", "links": links, "joints": joints });
-    let reading = read(document.to_string().as_bytes(), Source::Json, Default::default()).unwrap();
-    let subject = subject_of(reading.character, [1.0, 0.0, 0.0]);
+    read(document.to_string().as_bytes(), Source::Json, Default::default()).unwrap().character
+}
+
+/// A leg of three joints that all turn about one axis keeps its sole level with the joint that its foot's place leaves: in pitch when it
+/// goes ahead, in roll when it goes aside.
+#[test]
+fn soles_of_planar_legs_are_kept_level() {
+    let aside = subject_of(planar(), [0.0, 1.0, 0.0]);
+    assert!(!aside.legs.legs.is_empty() && aside.legs.legs.iter().all(|leg| leg.level == [true, false]));
+    let subject = subject_of(planar(), [1.0, 0.0, 0.0]);
     assert_eq!(subject.legs.legs.len(), 2);
     for leg in &subject.legs.legs {
-        assert_eq!(leg.level, 1);
+        assert_eq!(leg.level, [false, true]);
         for [ahead, up] in [[0.1, 0.03], [-0.1, 0.05], [0.0, 0.1]] {
             let mut angles = leg.standing.clone();
             let target = leg.foot + Vector3::new(ahead, 0.0, up);
@@ -125,7 +132,7 @@ fn soles_of_planar_legs_are_kept_level() {
     }
     // The bundled biped has a joint more, which moves its feet to the side.
     let biped = self::subject("biped.urdf", [1.0, 0.0, 0.0]);
-    assert!(biped.legs.legs.iter().all(|leg| leg.joints.len() == 4 && leg.level == 1));
+    assert!(biped.legs.legs.iter().all(|leg| leg.joints.len() == 4 && leg.level == [false, true]));
 }
 
 /// The bundled biped with the front third of each sole on a joint of its own.

@@ -6,6 +6,7 @@ use gaitwright_physics::motion::Trial;
 
 use crate::program::candidate::Candidate;
 use crate::program::ring::Wanted;
+use crate::program::subject::Subject;
 
 /// A candidate and what it is to be.
 #[derive(Clone)]
@@ -49,9 +50,11 @@ impl Found {
         self.trials.as_ref().is_some_and(|trials| trials.iter().any(|trial| !trial.stood()))
     }
 
-    /// Whether it is worth more than `other`, which was found in the same way.
-    pub(super) fn beats(&self, other: &Self) -> bool {
+    /// Whether it is worth more than `other`.
+    pub(super) fn beats(&self, other: &Self, subject: &Subject) -> bool {
+        // Searches differ in how strict they are and in whether a drift is still to be mended.
+        let cost = |found: &Self| found.candidate.cost_as(subject, &found.wanted.as_it_goes().strictly());
         let (own, others) = (self.proof(), other.proof());
-        own > others || (own == others && self.candidate.cost < other.candidate.cost)
+        own > others || (own == others && cost(self) < cost(other))
     }
 }

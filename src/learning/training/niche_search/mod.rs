@@ -107,7 +107,9 @@ impl NicheSearch<'_> {
             }
             let outcome = self.attempt();
             // What was broken off is not known to be better.
-            if outcome.is_err() || !self.found.as_ref().is_some_and(|next| next.beats(&before)) {
+            if outcome.is_err()
+                || !self.found.as_ref().is_some_and(|next| next.beats(&before, self.shared.subject))
+            {
                 self.found = Some(before);
             }
             outcome?;
@@ -279,6 +281,7 @@ impl NicheSearch<'_> {
             let tried = comparison.disturbed(&seen.candidate.parameters)?;
             self.progress.simulated += tried.seconds();
             finalists.push(tried);
+            finalists.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         }
         let Some(found) = self.first_proven(&wanted, finalists) else { return Ok(()) };
         // Kept before the clock is looked at: what was straightened and proven is not lost where time ends in the proof.
