@@ -207,7 +207,7 @@ impl Job {
             simulated_seconds: figures.simulated_seconds,
             saved_seconds: figures.saved_seconds,
         };
-        learned.best_fitness = Some(figures.best);
+        learned.best_fitness = Some(learned.best_fitness.map_or(figures.best, |best| best.max(figures.best)));
         learned.cache_hit_rate = Some(figures.cache_hit_rate);
     }
 
