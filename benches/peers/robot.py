@@ -1,5 +1,6 @@
 """A robot in MuJoCo as gaitwright simulates it: free root, servos, contact with the ground, and with itself if so asked."""
 
+import pathlib
 import re
 import xml.etree.ElementTree as ElementTree
 
@@ -14,7 +15,7 @@ def load(path, gains, ground=True, friction=0.8, itself=False):
     or with `None` where the torque is not bounded; `gains` of `None` leave the joints passive. With `itself` the robot can
     touch itself, in all pairs but those that MuJoCo leaves out by itself.
     """
-    spec = exported(path) if path.endswith(".xml") else from_urdf(path)
+    spec = exported(str(path)) if pathlib.Path(path).suffix == ".xml" else from_urdf(str(path))
     # Bits keep the robot's shapes from touching each other: they meet the ground alone.
     for geom in spec.geoms:
         geom.contype, geom.conaffinity = (1, 3 if itself else 2) if ground else (0, 0)
