@@ -83,6 +83,8 @@ pub(super) struct StepControl {
     /// Under error control: whether every substep since the beginning of a trial was of second order and had no
     /// rows. (step_within, substep)
     pub smooth: bool,
+    /// Under error control: whether every substep since then was of second order and in flight. (step_within, substep)
+    pub in_flight: bool,
     /// Under error control: the state before a trial, and the state after it was computed in one. (step_within)
     pub trial: Option<[State; 2]>,
     /// Sums over the substeps that were kept. (add_to_totals)
@@ -104,6 +106,7 @@ impl StepControl {
             next: vec![0.0; joints],
             substeps: 0,
             smooth: false,
+            in_flight: false,
             trial: plan.accuracy.step_tolerance.map(|_| [state(), state()]),
             totals: StepTotals::default(),
             totals_before: StepTotals::default(),

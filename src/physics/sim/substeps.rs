@@ -185,6 +185,7 @@ impl Simulator {
             }
         };
         step_control.smooth &= work.problem.rows.is_empty();
+        step_control.in_flight &= work.is_in_flight(plan);
         outcome
     }
 
@@ -213,7 +214,7 @@ impl Simulator {
             let trial = until - done;
             before.clone_from(&self.state);
             self.step_control.keep_totals();
-            self.step_control.smooth = order == 2;
+            (self.step_control.smooth, self.step_control.in_flight) = (order == 2, order == 2);
             let middle = done + 0.5 * trial;
             let failed = self.advance_in_substeps(command, done, until).is_err();
             coarse.clone_from(&self.state);
@@ -230,9 +231,12 @@ impl Simulator {
             if error <= tolerance && self.step_control.smooth {
                 // To leading order the error of the halves is a third of their distance from the whole.
                 self.state.extrapolate(&coarse, 1.0 / 3.0);
-                self.keep_momentum_since(&before, trial);
             }
             if error <= tolerance || (least && outcome.is_ok()) {
+                // Each step of the first order keeps it by itself.
+                if self.step_control.in_flight {
+                    self.keep_momentum_since(&before, trial);
+                }
                 // A trial that was cut short by the end of the step gives no reason for shorter ones.
                 length = if trial < length { next.max(length) } else { next };
                 done = until;
