@@ -73,7 +73,7 @@ fn the_search_measures_the_hips_of_telescopic_legs_where_the_judge_does() {
         let links = [link("thigh", 0.03, 0.0), link("shank", 0.025, 0.0)];
         let hip = joint("thigh", "trunk".into(), "revolute", [x, y, 0.0], [0.0, 1.0, 0.0], [-1.0, 1.0]);
         let slide =
-            joint("shank", format!("{name}_thigh"), "prismatic", [0.0; 3], [0.0, 0.0, -1.0], [0.2, 0.35]);
+            joint("shank", format!("{name}_thigh"), "prismatic", [0.0; 3], [0.0, 0.0, -1.0], [0.05, 0.35]);
         (links, [hip, slide])
     };
     let legs = [("lf", 0.2, 0.1), ("rf", 0.2, -0.1), ("lh", -0.2, 0.1), ("rh", -0.2, -0.1)]
@@ -87,9 +87,8 @@ fn the_search_measures_the_hips_of_telescopic_legs_where_the_judge_does() {
         json!({ "format": "gaitwright/character@1", "name": "telescopic", "links": links, "joints": joints });
     let reading = read(document.to_string().as_bytes(), Source::Json, Default::default()).unwrap();
     let subject = subject_of(reading.character, [1.0, 0.0, 0.0]);
-    // Legs of 0.375 m when drawn out stand at 0.7 of that, as others do.
-    let extension = subject.legs.hip_height / 0.375;
-    assert!((extension - 0.7).abs() < 0.05, "{extension}");
+    // Legs of 0.375 m when drawn out stand on more than half of that, though they are drawn at a seventh.
+    assert!(subject.legs.hip_height > 0.2, "{} m", subject.legs.hip_height);
     measures_the_hips_as_the_judge_does(&subject, "trot");
 }
 
