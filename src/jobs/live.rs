@@ -18,6 +18,9 @@ pub struct Moment {
     pub over: bool,
 }
 
+/// Files of the best motion that a running job has before one is finished, by their names.
+pub type OnTheWay = BTreeMap<&'static str, Vec<u8>>;
+
 /// A running job, shared by its worker and whoever watches it.
 #[derive(Debug)]
 pub struct Live {
@@ -34,6 +37,7 @@ pub struct Live {
     /// Set by the first of two: its worker, which has left the job, or its keeper, which has given up the worker.
     parted: AtomicBool,
     curve: Mutex<Vec<Generation>>,
+    on_the_way: Mutex<OnTheWay>,
     moment: watch::Sender<Moment>,
 }
 
@@ -50,6 +54,7 @@ impl Live {
             lost: AtomicBool::new(false),
             parted: AtomicBool::new(false),
             curve: Mutex::default(),
+            on_the_way: Mutex::default(),
             moment: watch::Sender::default(),
         }
     }
@@ -122,6 +127,16 @@ impl Live {
     pub fn push(&self, figures: Generation) {
         self.curve().push(figures);
         self.moment.send_modify(|_| {});
+    }
+
+    /// Shows these files in place of those before; they are kept in memory alone.
+    pub fn show(&self, files: OnTheWay) {
+        *self.on_the_way.lock().unwrap_or_else(PoisonError::into_inner) = files;
+    }
+
+    /// The file called `name` of what is shown.
+    pub fn shown(&self, name: &str) -> Option<Vec<u8>> {
+        self.on_the_way.lock().unwrap_or_else(PoisonError::into_inner).get(name).cloned()
     }
 
     /// Marks the job as over.

@@ -10,7 +10,7 @@ use tokio::runtime::Handle;
 use super::figures::GenerationMeter;
 use super::files::{Artefact, Upload};
 use super::job::{Job, Stage};
-use super::live::Live;
+use super::live::{Live, OnTheWay};
 use super::repertoire::{MotionSummary, RepertoireEntry};
 use super::run::{PreparedRun, RunTimes, RunWatcher};
 use super::store::Store;
@@ -156,7 +156,13 @@ impl RunWatcher for Reporter<'_> {
         }
     }
 
+    fn on_the_way(&mut self, files: OnTheWay) {
+        self.live.show(files);
+    }
+
     fn learned(&mut self, entry: &RepertoireEntry) {
+        // From now on there are files.
+        self.live.show(OnTheWay::new());
         if let Work::Learning(learned) = &mut self.job.work {
             learned.motions.retain(|known| known.number < entry.number);
             learned.motions.push(MotionSummary::from(entry));

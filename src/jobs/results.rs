@@ -62,13 +62,14 @@ impl Jobs {
         self.shared().running.get(id)
     }
 
-    /// A file of a job; `None` when there is none (yet).
+    /// A file of a job; of one that runs here and has finished no motion, of its best motion on the way. `None` when there is none (yet).
     ///
     /// # Errors
     ///
     /// When it cannot be read.
     pub async fn read(&self, file: &JobFile) -> Result<Option<Vec<u8>>, ServiceError> {
-        Ok(self.shared().files.read(self.run(file.id).await?, &file.name).await?)
+        let kept = self.shared().files.read(self.run(file.id).await?, &file.name).await?;
+        Ok(kept.or_else(|| self.live(file.id)?.shown(&file.name)))
     }
 
     /// The recording of a run, as far as it is there; `None` when there is none (yet).

@@ -19,7 +19,7 @@ use super::figures::{self, FailureCause};
 use super::files::{self, Run, Upload};
 use super::job::{Job, JobState, Stage};
 use super::lease;
-use super::live::Live;
+use super::live::{Live, OnTheWay};
 use super::order::Order;
 use super::reporter::Reporter;
 use super::request::Settings;
@@ -352,6 +352,7 @@ impl Worker {
         let place = (folder.clone(), upload);
         let mut reporter = Reporter::new((&self.shared.store, &self.runtime), job, live, place);
         let outcome = run(&order, threads, &folder, (&cancel, CANCELLED_CHECK), checkpoint, &mut reporter);
+        live.show(OnTheWay::new());
         // The end of a job is recorded when its whole curve is. A service that ends before goes on from the checkpoint.
         while !reporter.flush() && !live.is_lost() {
             if !self.runtime.block_on(self.pause()) {

@@ -124,6 +124,9 @@ impl<'a> Recorder<'a> {
         let check = motion.check(&self.prepared.setup, &player);
         let checked = check.run(&|| self.limit.is_cancelled())?;
         self.watcher.improved(motion, &checked.gait);
+        if let Some(files) = self.shelved.on_the_way((self.order, self.prepared), motion, &checked)? {
+            self.watcher.on_the_way(files);
+        }
         let text = describe_on_the_way(motion, &checked.gait);
         let thinned = thinned(&checked.trace, recorded_time(&player, SHOWN), recorded_interval(&player));
         let shown = (&thinned, check.detection()?);

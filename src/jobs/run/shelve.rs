@@ -9,6 +9,7 @@ use super::outcome::Unsuccessful;
 use super::prepared::PreparedRun;
 use crate::export::{Performance, gait_diagram, motion};
 use crate::jobs::files::{Artefact, Shelf};
+use crate::jobs::live::OnTheWay;
 use crate::jobs::order::Order;
 use crate::jobs::repertoire::{Repertoire, RepertoireEntry};
 use gaitwright_learning::check::CheckedMotion;
@@ -57,6 +58,28 @@ impl Shelved {
     /// Takes note that a motion was not kept.
     pub(super) fn refuse(&mut self, reason: Unsuccessful) {
         self.refused = Some(reason);
+    }
+
+    /// The files of a motion on the way, as those of the job's motion are once it has one; none once it has, or where it fell.
+    ///
+    /// # Errors
+    ///
+    /// When its gait cannot be drawn.
+    pub(super) fn on_the_way(
+        &self,
+        (order, prepared): (&Order, &PreparedRun),
+        learned: &LearnedMotion,
+        checked: &CheckedMotion,
+    ) -> Result<Option<OnTheWay>, RunError> {
+        let document = self.best.is_none().then(|| document(order, prepared, learned, checked)).flatten();
+        let Some(document) = document else { return Ok(None) };
+        let [motion, gait, diagram] = [
+            (Artefact::Motion, document.to_json()?.into_bytes()),
+            (Artefact::Gait, json(&checked.gait)?),
+            (Artefact::Diagram, gait_diagram(&checked.gait)?.into_bytes()),
+        ]
+        .map(|(artefact, contents)| (artefact.file_name(), contents));
+        Ok(Some(OnTheWay::from([motion, gait, diagram])))
     }
 
     /// Writes a motion and its gait into `folder`, and what the job shows as its own if it is the best so far. Gives

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use super::prepared::PreparedRun;
 use crate::jobs::job::Stage;
+use crate::jobs::live::OnTheWay;
 use crate::jobs::repertoire::RepertoireEntry;
 use gaitwright_learning::gait::GaitReport;
 use gaitwright_learning::learn::Generation;
@@ -28,6 +29,8 @@ pub trait RunWatcher {
     fn generation(&mut self, figures: &Generation);
     /// There is a motion better than those before it, with this gait, on the way to the one that is wanted; the recording shows it.
     fn improved(&mut self, _motion: &LearnedMotion, _gait: &GaitReport) {}
+    /// The files of that motion, as long as none is finished.
+    fn on_the_way(&mut self, _files: OnTheWay) {}
     /// A motion has been finished and checked.
     fn learned(&mut self, entry: &RepertoireEntry);
     /// The run can be resumed from here.

@@ -120,9 +120,24 @@ fn results_are_whole_or_marked() {
     service.wait(&first, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 3);
     for result in ["motion", "motion.glb", "motions.glb", "gait", "gait.svg", "report"] {
         service.curl(&format!("{first}/{result}"), &[]).problem(409);
+    }
+    for result in ["motions", "motions.glb", "report"] {
         service.curl(&format!("{first}/{result}?preliminary=true"), &[]).problem(409);
     }
     service.curl(&format!("{first}/motion?preliminary=perhaps"), &[]).problem(400);
+
+    // Before a motion is finished there is the best on the way, which leaves no file.
+    service.wait(&first, "a motion on the way", |_| {
+        service.curl(&format!("{first}/motion?preliminary=true"), &[]).status == 200
+    });
+    for result in ["motion", "gait"] {
+        let shown = service.json(&format!("{first}/{result}?preliminary=true"));
+        assert_eq!(shown["preliminary"], true, "{result}");
+    }
+    for result in ["motion.glb", "gait.svg"] {
+        assert_eq!(service.curl(&format!("{first}/{result}?preliminary=true"), &[]).status, 200, "{result}");
+    }
+    assert!(!service.folder(&first).join("motion.json").exists());
 
     // A job that waits to be tried again has what its earlier run has left, and shows it to those who ask.
     let again = service.post_gaits(&json!({ "gait": "trot", "froude": 0.4 }), &json!({ "generations": 2 }));
