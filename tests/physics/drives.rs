@@ -284,16 +284,23 @@ fn walked(feedforward: Feedforward, step: f64) -> f64 {
     let stance = Stance::find(&model, &scene);
     let start = stance.state.root.position;
     let mut simulator = Simulator::new(plan, stance.state);
-    let (mut now, mut next) = (stance.angles.clone(), stance.angles);
-    player.targets(0.0, &mut next);
-    for index in 0..(5.0 / step).round() as usize {
+    play(&player, &mut simulator, step, 5.0);
+    (simulator.state().root.position - start).x
+}
+
+/// Plays so many seconds of the player's targets, from the simulator's time on, in steps of `step` seconds.
+fn play(player: &Player, simulator: &mut Simulator, step: f64, seconds: f64) {
+    let start = simulator.state().time;
+    let joints = simulator.state().angles.len();
+    let (mut now, mut next) = (vec![0.0; joints], vec![0.0; joints]);
+    player.targets(start, &mut next);
+    for index in 1..=(seconds / step).round() as usize {
         std::mem::swap(&mut now, &mut next);
-        player.targets((index + 1) as f64 * step, &mut next);
+        player.targets(start + index as f64 * step, &mut next);
         simulator
             .step(Command::Track { now: &now, next: &next })
             .unwrap_or_else(|failure| panic!("{failure}"));
     }
-    (simulator.state().root.position - start).x
 }
 
 /// Short pieces of the walk with contact-aware feedforward, each from the same state at every step, end at places that converge: what
@@ -306,20 +313,10 @@ fn pieces_of_a_walk_with_contact_aware_feedforward_converge() {
     let gains = Gains { feedforward: Feedforward::ContactAware, ..motion.gains_for(&model.joint_names) };
     let plan =
         |step: f64| common::plan(&model, &scene, &Accuracy { step, ..Accuracy::default() }, Some(&gains));
-    let advance = |simulator: &mut Simulator, step: f64, seconds: f64| {
-        let start = simulator.state().time;
-        let (mut now, mut next) = (vec![0.0; model.joint_count()], vec![0.0; model.joint_count()]);
-        player.targets(start, &mut next);
-        for index in 1..=(seconds / step).round() as usize {
-            std::mem::swap(&mut now, &mut next);
-            player.targets(start + index as f64 * step, &mut next);
-            simulator.step(Command::Track { now: &now, next: &next }).unwrap();
-        }
-    };
     let mut path = Simulator::new(plan(1.25e-4), Stance::find(&model, &scene).state);
     let starts: Vec<State> = (0..12)
         .map(|_| {
-            advance(&mut path, 1.25e-4, 0.25);
+            play(&player, &mut path, 1.25e-4, 0.25);
             path.state().clone()
         })
         .collect();
@@ -327,7 +324,7 @@ fn pieces_of_a_walk_with_contact_aware_feedforward_converge() {
     let checked = common::in_parallel(&starts, |start| {
         let ends = [5e-4, 1.25e-4, 1.25e-5].map(|step| {
             let mut simulator = Simulator::new(plan(step), start.clone());
-            advance(&mut simulator, step, 0.064);
+            play(&player, &mut simulator, step, 0.064);
             simulator.state().root.position
         });
         [5e-4, 1.25e-4].map(|step| 6.0 * step * speed).into_iter().zip(ends).all(|(bound, end)| {

@@ -74,7 +74,7 @@ impl ContactCandidate {
 
     /// Whether `other`, detected from the same positions, is the same contact: points of a pair of shapes are numbered as they are found, and
     /// all faces of a height field below a point share its slot, so that the slot does not tell. Points within `near` m are one.
-    pub fn is_at(&self, other: &Self, near: f64) -> bool {
+    pub fn is_same_as(&self, other: &Self, near: f64) -> bool {
         let sides = |candidate: &Self| (candidate.link, candidate.body, candidate.against);
         sides(self) == sides(other)
             && (self.at - other.at).norm() <= near

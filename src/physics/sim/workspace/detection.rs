@@ -130,7 +130,7 @@ impl ContactDetection {
         let Self { known, candidates, reach, .. } = self;
         let (count, near) = (known.len(), SAME_POINT * *reach);
         for candidate in candidates.iter() {
-            if !known[..count].iter().any(|other| other.is_at(candidate, near)) {
+            if !known[..count].iter().any(|other| other.is_same_as(candidate, near)) {
                 known.push(ContactCandidate { rebound: 0.0, ..*candidate });
             }
         }
