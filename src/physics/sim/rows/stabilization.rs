@@ -3,7 +3,8 @@
 use crate::model::DofKind;
 use crate::scene::StepPlan;
 
-/// How much of a violation is corrected in a step.
+/// How much of a violation is corrected in a step; in one of Moreau and Jean's half of that, because its positions move along these
+/// velocities for half of it.
 pub(in crate::sim) const SHARE_PER_STEP: f64 = 0.2;
 
 /// Greatest speeds at which penetrating contacts are pushed apart and violated limits are corrected, and those at which open
