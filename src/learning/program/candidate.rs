@@ -44,7 +44,18 @@ impl Candidate {
 
     /// What it costs without what a disturbance takes from it.
     pub fn least_cost(&self, subject: &Subject, wanted: &Wanted) -> f64 {
-        let Self { parameters, ring, figures, .. } = self;
+        self.least_cost_with(&self.figures, subject, wanted)
+    }
+
+    /// What it costs by what it did, disturbances included, but for the drift and the turn of its way: they are still to be mended.
+    pub fn cost_if_straight(&self, subject: &Subject, wanted: &Wanted) -> f64 {
+        let least = self.least_cost_with(&self.figures.if_straight(), subject, wanted);
+        least + when_disturbed(&self.figures, &self.disturbed)
+    }
+
+    /// What it costs without what a disturbance takes from it, had it done what `figures` tell.
+    fn least_cost_with(&self, figures: &RolloutFigures, subject: &Subject, wanted: &Wanted) -> f64 {
+        let Self { parameters, ring, .. } = self;
         // A weak penalty keeps parameters within ±3 unless more gains something.
         let far = 0.01 * parameters.iter().map(|p| (p.abs() - 3.0).max(0.0).powi(2)).sum::<f64>();
         let missed = 5.0 * ring.missed / subject.legs.length;

@@ -5,7 +5,6 @@ use rayon::prelude::*;
 
 use super::candidate::{Candidate, evaluate};
 use super::cma::Cma;
-use super::cost::{undisturbed, when_disturbed};
 use super::ring::{Ring, Wanted};
 use super::rollout::Arena;
 use super::searched::searched;
@@ -175,11 +174,7 @@ impl Refinement {
             self.kept.par_iter().with_max_len(1).map(try_long).collect::<Result<_, Interrupted>>()
         })?;
         self.count(&tried);
-        // Their drift will be mended, so it does not count yet.
-        let straight = |candidate: &Candidate| {
-            undisturbed(wanted, candidate.ring.period, &subject.legs, &candidate.figures.if_straight())
-                + when_disturbed(&candidate.figures, &candidate.disturbed)
-        };
+        let straight = |candidate: &Candidate| candidate.cost_if_straight(subject, wanted);
         tried.sort_by(|a, b| straight(a).total_cmp(&straight(b)));
         tried.truncate(STRAIGHTENED);
         let straightened: Vec<Straightened> = pool.install(|| {

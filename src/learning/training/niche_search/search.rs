@@ -311,10 +311,10 @@ impl<'a> NicheSearch<'a> {
         let natural = self.natural(wanted, std::slice::from_ref(&straight)).iter().any(Option::is_some);
         let checked = self.progress.simulated - before;
         self.check_time = (checked > 0.0).then(|| stop.clock().since(begun) / checked);
-        let cheaper = |seen: &Found| seen.wanted.speed != wanted.speed || straight.cost < seen.candidate.cost;
-        if natural && self.seen_natural.as_ref().is_none_or(cheaper) {
-            let (wanted, candidate) = (wanted.clone(), straight.clone());
-            self.seen_natural = Some(Found { wanted, candidate, natural, trials: None });
+        let found = Found { wanted: wanted.clone(), candidate: straight.clone(), natural, trials: None };
+        let better = |seen: &Found| seen.wanted.speed != wanted.speed || found.beats(seen, subject);
+        if natural && self.seen_natural.as_ref().is_none_or(better) {
+            self.seen_natural = Some(found);
         }
         if natural && !self.shown_natural {
             let motion = self.motion(wanted, &straight);
