@@ -5,9 +5,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
+use super::repertoire::Repertoire;
 use super::request::{FORMAT, Priority};
 use super::retention::Expiry;
-use super::work::Work;
+use super::work::{MotionOutcome, Work};
 use gaitwright_learning::learn::Generation;
 
 /// How often a job is taken up without getting further before it fails: once, and three times again.
@@ -249,19 +250,42 @@ impl Job {
         self.stage = None;
     }
 
+    /// Whether what an earlier run has left is still the job's.
+    pub fn has_earlier_results(&self) -> bool {
+        matches!(&self.work, Work::Learning(learned) if learned.earlier.is_some())
+    }
+
+    /// Whether it has ended with motions and without the figures of the one that is the job's.
+    pub fn lacks_figures(&self) -> bool {
+        let Work::Learning(learned) = &self.work else { return false };
+        self.state.is_final() && learned.metrics.is_none() && !learned.motions.is_empty()
+    }
+
+    /// Takes these figures from the repertoire that an earlier run has left.
+    pub fn recall(&mut self, repertoire: &Repertoire) {
+        let Work::Learning(learned) = &mut self.work else { return };
+        learned.metrics = repertoire.chosen().map(|entry| entry.metrics.clone());
+        learned.outcome = Some(MotionOutcome::of(learned.metrics.as_ref()));
+    }
+
+    /// Has the results of the present run be the job's from now on.
+    pub fn begin_anew(&mut self) {
+        self.storage = JobStorage::default();
+        if let Work::Learning(learned) = &mut self.work {
+            learned.earlier = None;
+        }
+    }
+
     /// Puts a job that has ended back into the queue.
     pub fn reopen(&mut self) {
         self.wait();
         self.attempts = 0;
         self.error = None;
-        self.storage = JobStorage::default();
+        self.storage =
+            JobStorage { recording_removed: self.storage.recording_removed, ..JobStorage::default() };
         self.timings.ended = None;
         if let Work::Learning(learned) = &mut self.work {
-            learned.ended_by = None;
-            learned.outcome = None;
-            learned.metrics = None;
-            learned.accuracy_check = None;
-            learned.motions.clear();
+            learned.set_aside();
         }
     }
 
@@ -277,8 +301,11 @@ impl Job {
         self.end(JobState::Failed);
     }
 
-    /// Ends the job.
+    /// Ends the job. One that has not begun to learn since it was taken up or tried again has what came of it before.
     pub fn end(&mut self, state: JobState) {
+        if let Work::Learning(learned) = &mut self.work {
+            learned.take_back();
+        }
         self.state = state;
         self.stage = None;
         self.timings.ended = Some(Timestamp::now());

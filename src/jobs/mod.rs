@@ -62,4 +62,4 @@ pub use store::{
 };
 pub use study::{StudyRequest, USUAL_TOLERANCES};
 pub use teaching::{LegFinding, Teaching, TeachingMethod};
-pub use work::{LearningRecord, MotionOutcome, StudyRecord, Work};
+pub use work::{EarlierResults, LearningRecord, MotionOutcome, StudyRecord, Work};

@@ -86,8 +86,9 @@ impl<'a> Reporter<'a> {
         self.recorded = Instant::now();
     }
 
-    /// Has the files of this run be the job's from now on.
+    /// Has what comes of this run be the job's from now on, with its files.
     fn begin(&mut self) {
+        self.job.begin_anew();
         let Some(upload) = &self.upload else { return };
         upload.hurry();
         match self.runtime.block_on(self.store.record_run(self.live.claim(), self.job)) {

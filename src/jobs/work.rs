@@ -51,6 +51,24 @@ pub struct LearningRecord {
     pub outcome: Option<MotionOutcome>,
     /// Figures of the motion found, from the continuous check.
     pub metrics: Option<Metrics>,
+    /// What came of the run before, while the present one has not begun to learn: its results are still the job's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub earlier: Option<Box<EarlierResults>>,
+}
+
+/// What came of an earlier run of a job; each field is that of the job.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct EarlierResults {
+    /// What became of the tolerance that was asked for.
+    pub accuracy_check: Option<AccuracyCheck>,
+    /// Every motion that was finished.
+    pub motions: Vec<MotionSummary>,
+    /// Why the learning stopped.
+    pub ended_by: Option<StopReason>,
+    /// What the motion found is worth.
+    pub outcome: Option<MotionOutcome>,
+    /// Figures of the motion found.
+    pub metrics: Option<Metrics>,
 }
 
 /// What the motion of a job is worth.
@@ -101,6 +119,30 @@ impl LearningRecord {
         }
         settings
     }
+
+    /// Sets aside what came of an earlier run, until the next one begins to learn.
+    pub(super) fn set_aside(&mut self) {
+        let results = EarlierResults {
+            accuracy_check: self.accuracy_check.take(),
+            motions: std::mem::take(&mut self.motions),
+            ended_by: self.ended_by.take(),
+            outcome: self.outcome.take(),
+            metrics: self.metrics.take(),
+        };
+        // What was set aside before is still what came last.
+        if !results.motions.is_empty() || results.ended_by.is_some() {
+            self.earlier = Some(Box::new(results));
+        }
+    }
+
+    /// Takes back what was set aside, if anything was and no run has begun to learn since.
+    pub(super) fn take_back(&mut self) {
+        let Some(earlier) = self.earlier.take() else { return };
+        let EarlierResults { accuracy_check, motions, ended_by, outcome, metrics } = *earlier;
+        (self.accuracy_check, self.motions, self.metrics) = (accuracy_check, motions, metrics);
+        self.ended_by = ended_by.or(self.ended_by);
+        self.outcome = outcome.or_else(|| Some(MotionOutcome::of(self.metrics.as_ref())));
+    }
 }
 
 impl From<Settings> for Work {
@@ -116,6 +158,7 @@ impl From<Settings> for Work {
             ended_by: None,
             outcome: None,
             metrics: None,
+            earlier: None,
         }))
     }
 }

@@ -16,14 +16,14 @@ use uuid::Uuid;
 
 use super::error::ServiceError;
 use super::figures::{self, FailureCause};
-use super::files::{self, Run, Upload};
+use super::files::{self, Artefact, Run, Upload};
 use super::job::{Job, JobState, Stage};
 use super::lease;
 use super::live::{Live, OnTheWay};
 use super::order::Order;
 use super::reporter::Reporter;
 use super::request::Settings;
-use super::run::{RunError, RunOutcome, RunWatcher, Unsuccessful, run};
+use super::run::{RunError, RunOutcome, RunWatcher, run};
 use super::service::Shared;
 use super::store::{Claimed, StoreError};
 use super::study;
@@ -201,6 +201,7 @@ impl Worker {
         stopper.abort();
         let place = place.ok();
         let whole = matches!(result, Ok(Ok(())));
+        let had_earlier = job.has_earlier_results();
         // Why it has failed, if it has.
         let cause = match result {
             Ok(Ok(())) => FailureCause::NoMotion,
@@ -219,6 +220,7 @@ impl Worker {
         };
         if let Some((folder, _)) = &place
             && !whole
+            && !had_earlier
             && job.state == JobState::Failed
             && !live.is_lost()
         {
@@ -282,6 +284,15 @@ impl Worker {
             Some(run) if !begun => lively(live, self.shared.files.storage(run)).await.and_then(Result::ok),
             _ => None,
         };
+        // The process of an attempt may have ended before it could record what its motion is worth.
+        if job.lacks_figures()
+            && let Some(run) = kept
+            && let Some(Ok(Some(list))) =
+                lively(live, self.shared.files.read(run, Artefact::Motions.file_name())).await
+            && let Ok(repertoire) = serde_json::from_slice(&list)
+        {
+            job.recall(&repertoire);
+        }
         while !live.is_lost() {
             live.show_life();
             if begun && let Some(folder) = folder {
@@ -333,6 +344,10 @@ impl Worker {
         };
         let Some(found) = found else { return Ok(()) };
         let checkpoint = found?.and_then(|bytes| read_checkpoint(&bytes));
+        // What an attempt that was broken off has left counts until this one gets as far.
+        if let Work::Learning(learned) = &mut job.work {
+            learned.set_aside();
+        }
         // Generations after the checkpoint are gone through again.
         let curve = checkpoint.as_ref().map(TrainingCheckpoint::curve).unwrap_or_default();
         if checkpoint.is_some() {
@@ -363,11 +378,7 @@ impl Worker {
             return Ok(());
         }
         let outcome = outcome?;
-        let not_begun = outcome.motion == Err(Unsuccessful::NotBegun);
         conclude(job, live, outcome);
-        if not_begun && job.state.is_final() {
-            withdraw(&folder);
-        }
         Ok(())
     }
 

@@ -3,13 +3,16 @@
 //! The service's workers and the command `train` both go it.
 
 mod describe;
+mod document;
 mod error;
+mod finished;
 mod limit;
 mod observe;
 mod outcome;
 mod prepared;
 mod report;
 mod shelve;
+mod shown;
 mod watcher;
 
 use std::path::Path;
@@ -27,9 +30,10 @@ use gaitwright_physics::motion::Motion;
 use crate::export::{Curve, Replay};
 use describe::describe;
 pub use error::{ReplayError, RunError};
+use finished::Finished;
 use gaitwright_learning::check::CheckedMotion;
 use limit::CancelLimit;
-use observe::Recorder;
+use observe::{EarlierRun, Recorder};
 pub use outcome::{RunOutcome, Unsuccessful};
 pub use prepared::PreparedRun;
 pub use report::TrainingReport;
@@ -80,12 +84,24 @@ pub fn run(
     let Some(prepared) = prepared else { return Ok(not_begun()) };
     watcher.prepared(&prepared);
 
+    let limit = CancelLimit::new(cancel, check_limit);
+    // Before the files of an earlier run go, what it had finished is ready to be written again.
+    let earlier = match &checkpoint {
+        None => None,
+        Some(checkpoint) => {
+            watcher.stage(Stage::Checking);
+            let since = Instant::now();
+            match Finished::check_all((order, &prepared), checkpoint, &limit, watcher)? {
+                Some(verdicts) => Some(EarlierRun { checkpoint, verdicts, since }),
+                None => return Ok(not_begun()),
+            }
+        }
+    };
     // Whoever looks for a recording from now on finds that of this run, or none yet.
     files::withdraw_learned(folder)?;
     Artefact::Recording.remove(folder)?;
     watcher.stage(Stage::Learning);
-    let limit = CancelLimit::new(cancel, check_limit);
-    let mut recorder = Recorder::create(folder, order, &prepared, checkpoint.as_ref(), &limit, watcher)?;
+    let mut recorder = Recorder::create(folder, order, &prepared, earlier, &limit, watcher)?;
     let trained = train(&prepared.setup, &mut recorder, cancel, checkpoint)?;
     let (mut recording, shelved, times) = recorder.finish()?;
     if watcher.is_lost() {

@@ -7,32 +7,37 @@ use sha2::{Digest, Sha256};
 
 use super::describe::{describe, describe_motion, describe_on_the_way};
 use super::error::RunError;
+use super::finished::{Finished, Verdict};
 use super::limit::CancelLimit;
 use super::outcome::Unsuccessful;
 use super::prepared::PreparedRun;
 use super::shelve::Shelved;
+use super::shown::shown;
 use super::watcher::{RunTimes, RunWatcher};
 use crate::export::{Recording, RecordingSubject};
 use crate::jobs::files::{Artefact, Unfinished};
 use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
 use gaitwright_learning::learn::{Generation, Learning};
-use gaitwright_learning::training::{LearnedMotion, TrainingCheckpoint, TrainingObserver};
-use gaitwright_physics::motion::Player;
+use gaitwright_learning::training::{LearnedMotion, Milestone, TrainingCheckpoint, TrainingObserver};
 use gaitwright_physics::playback::Trace;
-
-/// Longest time between two samples of a recorded motion, s, and fewest samples of one round of its loop.
-const RECORDED: f64 = 0.02;
-const FEWEST: f64 = 12.0;
 
 /// How long a motion on the way is recorded after it has entered its loop, s.
 const SHOWN: f64 = 3.0;
 
-/// How long a finished motion is recorded after it has entered its loop, s.
-const SHOWN_FINISHED: f64 = 6.0;
+/// What an earlier run of the job had reached: its checkpoint, and the motions finished there as they were checked again.
+pub(super) struct EarlierRun<'a> {
+    pub(super) checkpoint: &'a TrainingCheckpoint,
+    pub(super) verdicts: Vec<Verdict>,
+    /// When they began to be checked.
+    pub(super) since: Instant,
+}
 
-/// Most rounds of the loop that are recorded: those of a tiny character are short.
-const ROUNDS: f64 = 60.0;
+/// What the recording shows of a motion.
+struct Shown {
+    text: String,
+    trace: Trace,
+}
 
 /// Writes what a training does into the recording, checks and keeps what it has finished, and passes everything on.
 pub(super) struct Recorder<'a> {
@@ -51,17 +56,17 @@ pub(super) struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// Starts the recording in `folder` with what an earlier run of the same job would have recorded up to
-    /// `checkpoint`.
+    /// Starts the recording in `folder` with what an `earlier` run of the same job would have recorded up to its checkpoint.
     pub(super) fn create(
         folder: &Path,
         order: &'a Order,
         prepared: &'a PreparedRun,
-        checkpoint: Option<&TrainingCheckpoint>,
+        earlier: Option<EarlierRun<'_>>,
         limit: &'a CancelLimit<'a>,
         watcher: &'a mut dyn RunWatcher,
     ) -> Result<Self, RunError> {
-        let begun = Instant::now();
+        let begun = earlier.as_ref().map_or_else(Instant::now, |earlier| earlier.since);
+        let checking = begun.elapsed();
         let character = &order.reading.character;
         let id = identity(order, prepared)?;
         let subject = RecordingSubject {
@@ -79,7 +84,6 @@ impl<'a> Recorder<'a> {
         place.appear(&path)?;
         recording.set_path(&path);
         let (folder, shelved) = (folder.to_owned(), Shelved::default());
-        let checking = Duration::ZERO;
         let mut recorder = Self {
             recording,
             order,
@@ -92,30 +96,40 @@ impl<'a> Recorder<'a> {
             checking,
             failure: None,
         };
-        if let Some(checkpoint) = checkpoint {
-            recorder.checked(|recorder| recorder.replay(checkpoint))?;
+        if let Some(earlier) = earlier {
+            recorder.checked(|recorder| recorder.replay(earlier))?;
         }
         Ok(recorder)
     }
 
-    /// Records every point of the learning curve up to `checkpoint`, and every motion anew: a motion is the same
-    /// whenever it is played.
-    fn replay(&mut self, checkpoint: &TrainingCheckpoint) -> Result<(), RunError> {
+    /// Keeps what `earlier` had finished, then records every point of its learning curve and every motion anew: a motion is the
+    /// same whenever it is played.
+    fn replay(&mut self, earlier: EarlierRun<'_>) -> Result<(), RunError> {
+        let EarlierRun { checkpoint, verdicts, .. } = earlier;
         let milestones = checkpoint.milestones(&self.prepared.setup);
+        // All of it before any is recorded: the files are the job's results, wherever the run is called off.
+        let finished = milestones.iter().filter(|shown| shown.finished).zip(verdicts);
+        let kept = finished.map(|(finished, verdict)| self.keep(&finished.motion, verdict));
+        let mut kept = kept.collect::<Result<Vec<_>, _>>()?.into_iter();
+        let mut show = |recorder: &mut Self, milestone: &Milestone| {
+            if !milestone.finished {
+                return recorder.play(&milestone.motion);
+            }
+            match kept.next().flatten() {
+                Some(shown) => recorder.record(&milestone.motion, &shown),
+                None => Ok(()),
+            }
+        };
         let mut milestones = milestones.iter().peekable();
         for figures in &checkpoint.curve() {
             while let Some(shown) =
                 milestones.next_if(|shown| shown.motion.behaviour.generation <= figures.generation)
             {
-                self.show(&shown.motion, shown.finished)?;
+                show(self, shown)?;
             }
             self.recording.generation(figures)?;
         }
-        milestones.try_for_each(|shown| self.show(&shown.motion, shown.finished))
-    }
-
-    fn show(&mut self, motion: &LearnedMotion, finished: bool) -> Result<(), RunError> {
-        if finished { self.keep(motion) } else { self.play(motion) }
+        milestones.try_for_each(|shown| show(self, shown))
     }
 
     /// Records a motion on the way.
@@ -128,41 +142,42 @@ impl<'a> Recorder<'a> {
             self.watcher.on_the_way(files);
         }
         let text = describe_on_the_way(motion, &checked.gait);
-        let thinned = thinned(&checked.trace, recorded_time(&player, SHOWN), recorded_interval(&player));
-        let shown = (&thinned, check.detection()?);
-        Ok(self.recording.motion((motion.behaviour.generation, &text), shown)?)
+        self.record(motion, &Shown { text, trace: shown(&checked.trace, &player, SHOWN) })
     }
 
-    /// Checks a finished motion, records it and puts it with the others.
-    fn keep(&mut self, motion: &LearnedMotion) -> Result<(), RunError> {
-        let player = motion.player(&self.prepared.setup.stance.angles);
-        let check = motion.check(&self.prepared.setup, &player);
-        let mut checked = check.run(&|| self.limit.is_over())?;
-        if self.limit.is_over() || self.watcher.is_lost() {
-            self.shelved.refuse(Unsuccessful::NotChecked);
-            return Ok(());
+    /// Checks a finished motion, and keeps and records it.
+    fn check(&mut self, motion: &LearnedMotion) -> Result<(), RunError> {
+        let verdict = Finished::check((self.order, self.prepared), motion, self.limit, self.watcher)?;
+        match self.keep(motion, verdict)? {
+            Some(shown) => self.record(motion, &shown),
+            None => Ok(()),
         }
-        if !checked.travels {
-            self.shelved.refuse(Unsuccessful::DoesNotTravel);
-            return Ok(());
-        }
-        if !motion.trials.is_empty() {
-            checked.validity.trials.clone_from(&motion.trials);
-        } else if !self.limit.is_cancelled() {
-            let threads = self.prepared.setup.threads;
-            checked.validity.trials = check.trials(&checked, threads, &|| self.limit.is_cancelled())?;
-        }
-        let seconds = recorded_time(&player, SHOWN_FINISHED);
-        let text = match self.shelved.add(&self.folder, (self.order, self.prepared), motion, &checked)? {
+    }
+
+    /// Puts a finished motion with the others. What the recording shows of it, if anything.
+    fn keep(&mut self, motion: &LearnedMotion, verdict: Verdict) -> Result<Option<Shown>, RunError> {
+        let finished = match verdict {
+            Ok(finished) => finished,
+            Err(reason) => {
+                self.shelved.refuse(reason);
+                return Ok(None);
+            }
+        };
+        let text = match self.shelved.add(&self.folder, motion, &finished)? {
             Some(entry) => {
                 self.watcher.learned(entry);
                 describe_motion(entry)
             }
             None => format!("# {}\n\n{}", motion.name, Unsuccessful::Fell),
         };
-        let thinned = thinned(&checked.trace, seconds, recorded_interval(&player));
-        let shown = (&thinned, check.detection()?);
-        Ok(self.recording.motion((motion.behaviour.generation, &text), shown)?)
+        Ok(Some(Shown { text, trace: finished.shown }))
+    }
+
+    fn record(&mut self, motion: &LearnedMotion, shown: &Shown) -> Result<(), RunError> {
+        let setup = &self.prepared.setup;
+        let detection = motion.check(setup, &motion.player(&setup.stance.angles)).detection()?;
+        let place = (motion.behaviour.generation, shown.text.as_str());
+        Ok(self.recording.motion(place, (&shown.trace, detection))?)
     }
 
     /// The recording, to which more may be added, what was kept, and what the time was spent on.
@@ -210,34 +225,13 @@ impl TrainingObserver for Recorder<'_> {
     }
 
     fn finished(&mut self, motion: &LearnedMotion) {
-        let kept = self.checked(|recorder| recorder.keep(motion));
+        let kept = self.checked(|recorder| recorder.check(motion));
         self.note(kept);
     }
 
     fn checkpoint(&mut self, checkpoint: &TrainingCheckpoint) {
         self.watcher.checkpoint(checkpoint);
     }
-}
-
-/// For how long a motion is recorded from the start of play, s, with at most `looping` seconds of its loop.
-fn recorded_time(player: &Player, looping: f64) -> f64 {
-    player.lead() + looping.min(ROUNDS * player.period())
-}
-
-/// Time between two samples of a recorded motion, s.
-fn recorded_interval(player: &Player) -> f64 {
-    RECORDED.min(player.period() / FEWEST)
-}
-
-/// The first `seconds` of a trace, with samples about `wanted` seconds apart.
-fn thinned(trace: &Trace, seconds: f64, wanted: f64) -> Trace {
-    let interval = match trace.samples.as_slice() {
-        [first, second, ..] => second.time - first.time,
-        _ => wanted,
-    };
-    let stride = (wanted / interval).round().max(1.0) as usize;
-    let samples = trace.samples.iter().take_while(|sample| sample.time <= seconds).step_by(stride);
-    Trace { samples: samples.cloned().collect(), failure: trace.failure.clone(), ..*trace }
 }
 
 /// A name for the recording that no other job's has: made of the character and of everything that was decided

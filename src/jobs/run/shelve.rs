@@ -4,19 +4,20 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::document::document;
 use super::error::RunError;
+use super::finished::Finished;
 use super::outcome::Unsuccessful;
 use super::prepared::PreparedRun;
-use crate::export::{Performance, gait_diagram, motion};
+use crate::export::gait_diagram;
 use crate::jobs::files::{Artefact, Shelf};
 use crate::jobs::live::OnTheWay;
 use crate::jobs::order::Order;
 use crate::jobs::repertoire::{Repertoire, RepertoireEntry};
 use gaitwright_learning::check::CheckedMotion;
 use gaitwright_learning::gait::GaitReport;
-use gaitwright_learning::learn::{AskedSpeed, Learning, Task};
 use gaitwright_learning::training::LearnedMotion;
-use gaitwright_physics::motion::{Metrics, Motion, Provenance};
+use gaitwright_physics::motion::Metrics;
 
 /// What a run has finished so far.
 #[derive(Debug, Default)]
@@ -91,63 +92,29 @@ impl Shelved {
     pub(super) fn add(
         &mut self,
         folder: &Path,
-        (order, prepared): (&Order, &PreparedRun),
         learned: &LearnedMotion,
-        checked: &CheckedMotion,
+        finished: &Finished,
     ) -> Result<Option<&RepertoireEntry>, RunError> {
-        let Some(document) = document(order, prepared, learned, checked) else {
+        let Finished { document, gait, .. } = finished;
+        let Some(document) = document else {
             self.refuse(Unsuccessful::Fell);
             return Ok(None);
         };
         let asked = (learned.gait.clone(), learned.speed);
         let (number, best) = self.repertoire.add(&learned.name, asked, document.metrics.clone());
         let Some(entry) = self.repertoire.entry(number) else { return Ok(None) };
-        let (motion, gait) = (document.to_json()?, json(&checked.gait)?);
+        let (motion, report) = (document.to_json()?, json(gait)?);
         Shelf::Motions.publish(folder, &entry.file, motion.as_bytes())?;
-        Shelf::Gaits.publish(folder, &entry.file, &gait)?;
+        Shelf::Gaits.publish(folder, &entry.file, &report)?;
         if best {
             Artefact::Motion.publish(folder, motion.as_bytes())?;
-            Artefact::Gait.publish(folder, &gait)?;
-            Artefact::Diagram.publish(folder, gait_diagram(&checked.gait)?.as_bytes())?;
-            self.best = Some((learned.clone(), checked.gait.clone()));
+            Artefact::Gait.publish(folder, &report)?;
+            Artefact::Diagram.publish(folder, gait_diagram(gait)?.as_bytes())?;
+            self.best = Some((learned.clone(), gait.clone()));
         }
         Artefact::Motions.publish(folder, &json(&self.repertoire)?)?;
         Ok(self.repertoire.entry(number))
     }
-}
-
-fn document(
-    order: &Order,
-    prepared: &PreparedRun,
-    learned: &LearnedMotion,
-    checked: &CheckedMotion,
-) -> Option<Motion> {
-    let setup = &prepared.setup;
-    // A Froude number is a speed on this character; a reader needs no hip height then.
-    let speed = learned.asked_speed(&setup.task).map(AskedSpeed::Number).or(setup.task.speed);
-    let task = Task { speed, froude: None, ..setup.task.clone() };
-    let value = |value: Result<serde_json::Value, serde_json::Error>| value.unwrap_or_default();
-    let provenance = Provenance {
-        program: env!("CARGO_PKG_NAME").to_owned(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        seed: Some(setup.seed),
-        learning: value(serde_json::to_value(Learning::from(&setup.parameters))),
-        task: value(serde_json::to_value(&task)),
-        accuracy: setup.accuracy,
-        effects: prepared.plan.decisions.clone(),
-    };
-    motion(&Performance {
-        character: &order.reading.character,
-        joints: &setup.model.joint_names,
-        standing: &setup.stance.angles,
-        behaviour: &learned.behaviour,
-        trace: &checked.trace,
-        gait: &checked.gait,
-        validity: &checked.validity,
-        scene: &setup.scene,
-        drive: &learned.gains,
-        provenance: &provenance,
-    })
 }
 
 /// A document as its file holds it.

@@ -100,6 +100,47 @@ fn a_cancelled_job_goes_on_from_its_checkpoint() {
     assert_eq!(motion(&path), motion(&undisturbed));
 }
 
+/// What a job has learned stays with it when it is tried again and called off at once: while it waits, before it has begun to learn, and
+/// shortly after.
+#[test]
+fn a_job_called_off_soon_after_it_is_tried_again_keeps_what_it_had() {
+    let service = Service::with(&["--workers", "1"]);
+    let path = service.post_two_gaits();
+    service.wait(&path, "one gait further", |job| !job["motions"].as_array().unwrap().is_empty());
+    service.cancel(&path);
+    let before = service.wait_for_end(&path);
+    let results = ["metrics", "motions", "ended_by", "outcome", "accuracy_check"];
+    assert!(before["metrics"]["speed"].is_number(), "{before}");
+    let motion = service.json(&format!("{path}/motion"));
+
+    let busy = service.post_job(&endless());
+    service.wait(&busy, "running", |job| job["state"] == "running");
+    let queued = service.retry(&path).json();
+    assert_eq!((&queued["metrics"], &queued["motions"]), (&Value::Null, &json!([])));
+    results.iter().for_each(|result| assert_eq!(queued["earlier"][result], before[result], "{result}"));
+    let called_off = service.cancel(&path).json();
+    assert_eq!(called_off["state"], "cancelled");
+    results.iter().for_each(|result| assert_eq!(called_off[result], before[result], "{result}"));
+    assert!(called_off.get("earlier").is_none());
+    service.cancel(&busy);
+    service.wait_for_end(&busy);
+
+    for milliseconds in [0, 30, 100, 300, 1000] {
+        service.retry(&path);
+        std::thread::sleep(Duration::from_millis(milliseconds));
+        service.cancel(&path);
+        let job = service.wait_for_end(&path);
+        assert_eq!(job["state"], "cancelled");
+        let motions = job["motions"].as_array().unwrap();
+        assert_eq!(motions[..1], before["motions"].as_array().unwrap()[..1], "after {milliseconds} ms");
+        assert!(job["metrics"]["speed"].is_number(), "after {milliseconds} ms");
+        if motions.len() == 1 {
+            assert_eq!(service.json(&format!("{path}/motion")), motion, "after {milliseconds} ms");
+        }
+        assert!(job.get("earlier").is_none());
+    }
+}
+
 #[test]
 fn a_full_queue_takes_no_job_back() {
     let service = Service::with(&["--queue", "1"]);
