@@ -86,7 +86,8 @@ fn export_format(extension: &str) -> Result<ExportFormat, ProblemDetails> {
 
 /// Name of the file of the motion with this number.
 async fn file(app: &App, job: &Job, number: &str) -> Result<String, ProblemDetails> {
-    let Some(repertoire) = app.jobs.repertoire(job.id).await? else {
+    let repertoire = app.jobs.repertoire(job.id).await?.filter(|repertoire| !repertoire.motions.is_empty());
+    let Some(repertoire) = repertoire else {
         return Err(not_ready(job, &format!("motion {number}")));
     };
     // Written as it is served, so that there is one address of each.

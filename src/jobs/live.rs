@@ -18,7 +18,8 @@ pub struct Moment {
     pub over: bool,
 }
 
-/// Files of the best motion that a running job has before one is finished, by their names.
+/// What a running job has so far of results that no file holds yet, by the names of the files: the best motion before one is finished,
+/// the report, and the list of motions.
 pub type OnTheWay = BTreeMap<&'static str, Vec<u8>>;
 
 /// A running job, shared by its worker and whoever watches it.

@@ -162,8 +162,6 @@ impl RunWatcher for Reporter<'_> {
     }
 
     fn learned(&mut self, entry: &RepertoireEntry) {
-        // From now on there are files.
-        self.live.show(OnTheWay::new());
         if let Work::Learning(learned) = &mut self.job.work {
             learned.motions.retain(|known| known.number < entry.number);
             learned.motions.push(MotionSummary::from(entry));

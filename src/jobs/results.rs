@@ -62,7 +62,7 @@ impl Jobs {
         self.shared().running.get(id)
     }
 
-    /// A file of a job; of one that runs here and has finished no motion, of its best motion on the way. `None` when there is none (yet).
+    /// A file of a job; of one that runs here also what there is of it so far in memory alone. `None` when there is none (yet).
     ///
     /// # Errors
     ///
@@ -131,6 +131,9 @@ impl Jobs {
         options: ExportOptions,
     ) -> Result<Option<Vec<u8>>, ServiceError> {
         let Some(repertoire) = self.repertoire(id).await? else { return Ok(None) };
+        if repertoire.motions.is_empty() {
+            return Ok(None);
+        }
         let mut motions = Vec::with_capacity(repertoire.motions.len());
         for RepertoireEntry { file, .. } in repertoire.motions {
             let Some(motion) = self.read(&JobFile::shelved(id, Shelf::Motions, &file)).await? else {

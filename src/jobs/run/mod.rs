@@ -37,7 +37,7 @@ use observe::{EarlierRun, Recorder};
 pub use outcome::{RunOutcome, Unsuccessful};
 pub use prepared::PreparedRun;
 pub use report::TrainingReport;
-use report::report;
+use report::{Reached, report};
 use shelve::json;
 pub use watcher::{RunTimes, RunWatcher};
 
@@ -115,7 +115,12 @@ pub fn run(
         Some(motion) => prepared.accuracy_check(motion, &|| limit.is_over())?,
         None => None,
     };
-    let report = report(order, &prepared, &trained, &shelved, accuracy_check.as_ref());
+    let reached = Reached {
+        ended: Some(trained.ended),
+        last: trained.curve.last(),
+        accuracy_check: accuracy_check.as_ref(),
+    };
+    let report = report((order, &prepared), &shelved, reached);
     Artefact::Report.publish(folder, &json(&report)?)?;
     recording.job(&describe(order, &prepared, Some(&report)))?;
     recording.finish()?;

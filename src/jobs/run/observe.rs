@@ -11,11 +11,13 @@ use super::finished::{Finished, Verdict};
 use super::limit::CancelLimit;
 use super::outcome::Unsuccessful;
 use super::prepared::PreparedRun;
-use super::shelve::Shelved;
+use super::report::{Reached, report};
+use super::shelve::{Shelved, json};
 use super::shown::shown;
 use super::watcher::{RunTimes, RunWatcher};
 use crate::export::{Recording, RecordingSubject};
 use crate::jobs::files::{Artefact, Unfinished};
+use crate::jobs::live::OnTheWay;
 use crate::jobs::order::Order;
 use crate::jobs::request::Settings;
 use gaitwright_learning::learn::{Generation, Learning};
@@ -48,6 +50,10 @@ pub(super) struct Recorder<'a> {
     limit: &'a CancelLimit<'a>,
     watcher: &'a mut dyn RunWatcher,
     shelved: Shelved,
+    /// Files of the best motion on the way, as long as none is finished.
+    on_the_way: OnTheWay,
+    /// The last point of the curve.
+    last: Option<Generation>,
     /// When the learning began, and how much of the time since then has gone into checking and recording motions.
     begun: Instant,
     checking: Duration,
@@ -92,6 +98,8 @@ impl<'a> Recorder<'a> {
             limit,
             watcher,
             shelved,
+            on_the_way: OnTheWay::new(),
+            last: None,
             begun,
             checking,
             failure: None,
@@ -99,6 +107,7 @@ impl<'a> Recorder<'a> {
         if let Some(earlier) = earlier {
             recorder.checked(|recorder| recorder.replay(earlier))?;
         }
+        recorder.tell()?;
         Ok(recorder)
     }
 
@@ -128,6 +137,7 @@ impl<'a> Recorder<'a> {
                 show(self, shown)?;
             }
             self.recording.generation(figures)?;
+            self.last = Some(figures.clone());
         }
         milestones.try_for_each(|shown| show(self, shown))
     }
@@ -139,7 +149,8 @@ impl<'a> Recorder<'a> {
         let checked = check.run(&|| self.limit.is_cancelled())?;
         self.watcher.improved(motion, &checked.gait);
         if let Some(files) = self.shelved.on_the_way((self.order, self.prepared), motion, &checked)? {
-            self.watcher.on_the_way(files);
+            self.on_the_way = files;
+            self.tell()?;
         }
         let text = describe_on_the_way(motion, &checked.gait);
         self.record(motion, &Shown { text, trace: shown(&checked.trace, &player, SHOWN) })
@@ -170,7 +181,22 @@ impl<'a> Recorder<'a> {
             }
             None => format!("# {}\n\n{}", motion.name, Unsuccessful::Fell),
         };
+        if self.shelved.motion().is_some() {
+            self.on_the_way.clear();
+            self.tell()?;
+        }
         Ok(Some(Shown { text, trace: finished.shown }))
+    }
+
+    /// Shows what there is so far of results that no file holds yet.
+    fn tell(&mut self) -> Result<(), RunError> {
+        let reached = Reached { ended: None, last: self.last.as_ref(), accuracy_check: None };
+        let mut files = self.on_the_way.clone();
+        let report = report((self.order, self.prepared), &self.shelved, reached);
+        files.insert(Artefact::Report.file_name(), json(&report)?);
+        files.insert(Artefact::Motions.file_name(), json(self.shelved.repertoire())?);
+        self.watcher.on_the_way(files);
+        Ok(())
     }
 
     fn record(&mut self, motion: &LearnedMotion, shown: &Shown) -> Result<(), RunError> {
@@ -213,6 +239,7 @@ impl<'a> Recorder<'a> {
 
 impl TrainingObserver for Recorder<'_> {
     fn generation(&mut self, figures: &Generation) {
+        self.last = Some(figures.clone());
         let recorded = self.recording.generation(figures);
         self.note(recorded.map_err(RunError::from));
         self.watcher.spent(self.times());

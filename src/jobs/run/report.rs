@@ -15,8 +15,7 @@ use crate::jobs::request::Settings;
 use crate::jobs::teaching::Teaching;
 use gaitwright_learning::accuracy::AccuracyCheck;
 use gaitwright_learning::gait::GaitReport;
-use gaitwright_learning::learn::{Learning, StopReason};
-use gaitwright_learning::training::Trained;
+use gaitwright_learning::learn::{Generation, Learning, StopReason};
 use gaitwright_physics::character::Note;
 use gaitwright_physics::motion::Metrics;
 use gaitwright_physics::scene::{AccuracyChoice, Decision, Effect};
@@ -52,8 +51,8 @@ pub struct TrainingReport {
     pub accuracy_check: Option<AccuracyCheck>,
     /// Every effect, whether it was simulated, and why.
     pub effects: BTreeMap<Effect, Decision>,
-    /// Why the learning stopped.
-    pub ended_by: StopReason,
+    /// Why the learning stopped; `null` while it goes on.
+    pub ended_by: Option<StopReason>,
     /// Whether the same job gives the same motion again: not when the clock or somebody ended it.
     pub reproducible: bool,
     /// Generations evaluated.
@@ -73,20 +72,28 @@ pub struct TrainingReport {
     pub metrics: Option<Metrics>,
     /// Its gait.
     pub gait: Option<GaitReport>,
-    /// Why there is no motion.
+    /// Why there is no motion; `null` also while the learning goes on.
     pub unsuccessful: Option<String>,
 }
 
-/// The report of a run that has trained.
+/// How far a run has come.
+pub(super) struct Reached<'a> {
+    /// Why the learning stopped, once it has.
+    pub(super) ended: Option<StopReason>,
+    /// The last point of its curve.
+    pub(super) last: Option<&'a Generation>,
+    /// What became of the tolerance that was asked for.
+    pub(super) accuracy_check: Option<&'a AccuracyCheck>,
+}
+
+/// The report of a run.
 pub(super) fn report(
-    order: &Order,
-    prepared: &PreparedRun,
-    trained: &Trained,
+    (order, prepared): (&Order, &PreparedRun),
     shelved: &Shelved,
-    accuracy_check: Option<&AccuracyCheck>,
+    reached: Reached<'_>,
 ) -> TrainingReport {
     let (character, setup) = (&order.reading.character, &prepared.setup);
-    let last = trained.curve.last();
+    let Reached { ended, last, accuracy_check } = reached;
     let outcome = shelved.outcome();
     TrainingReport {
         format: FORMAT.to_owned(),
@@ -103,15 +110,15 @@ pub(super) fn report(
         accuracy_choice: prepared.accuracy_choice.clone(),
         accuracy_check: accuracy_check.cloned(),
         effects: prepared.plan.decisions.clone(),
-        ended_by: trained.ended,
-        reproducible: matches!(trained.ended, StopReason::Generations | StopReason::Complete),
+        ended_by: ended,
+        reproducible: matches!(ended, Some(StopReason::Generations | StopReason::Complete)),
         generations: last.map_or(0, |figures| figures.generation + 1),
         fitness: shelved.fitness(),
         simulated_seconds: last.map_or(0.0, |figures| figures.simulated_seconds),
         saved_seconds: last.map_or(0.0, |figures| figures.saved_seconds),
         cache_hit_rate: last.map_or(0.0, |figures| figures.cache_hit_rate),
         motions: shelved.repertoire().motions.clone(),
-        unsuccessful: outcome.as_ref().err().map(ToString::to_string),
+        unsuccessful: outcome.as_ref().err().filter(|_| ended.is_some()).map(ToString::to_string),
         metrics: outcome.ok(),
         gait: shelved.gait().cloned(),
     }

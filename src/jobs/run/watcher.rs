@@ -29,7 +29,7 @@ pub trait RunWatcher {
     fn generation(&mut self, figures: &Generation);
     /// There is a motion better than those before it, with this gait, on the way to the one that is wanted; the recording shows it.
     fn improved(&mut self, _motion: &LearnedMotion, _gait: &GaitReport) {}
-    /// The files of that motion, as long as none is finished.
+    /// What there is so far of results that no file holds yet; told whenever a motion is better than those before it or finished.
     fn on_the_way(&mut self, _files: OnTheWay) {}
     /// A motion has been finished and checked.
     fn learned(&mut self, entry: &RepertoireEntry);

@@ -162,9 +162,16 @@ fn results_are_whole_or_marked() {
     for result in ["motion", "motion.glb", "motions.glb", "gait", "gait.svg", "report"] {
         service.curl(&format!("{first}/{result}"), &[]).problem(409);
     }
-    for result in ["motions", "motions.glb", "report"] {
-        service.curl(&format!("{first}/{result}?preliminary=true"), &[]).problem(409);
-    }
+    service.curl(&format!("{first}/motions.glb?preliminary=true"), &[]).problem(409);
+    let so_far = |result: &str| service.json(&format!("{first}/{result}?preliminary=true"));
+    assert_eq!(
+        so_far("motions"),
+        json!({ "format": "gaitwright/motions@1", "motion": null, "motions": [], "preliminary": true })
+    );
+    let report = so_far("report");
+    assert_eq!((&report["format"], &report["preliminary"]), (&json!("gaitwright/report@1"), &json!(true)));
+    assert_eq!((&report["ended_by"], &report["unsuccessful"]), (&Value::Null, &Value::Null), "{report}");
+    service.curl(&format!("{first}/motions/1?preliminary=true"), &[]).problem(409);
     service.curl(&format!("{first}/motion?preliminary=perhaps"), &[]).problem(400);
 
     // Before a motion is finished there is the best on the way, which leaves no file.
