@@ -77,6 +77,7 @@ const FILES: &[(&str, &str, &[u8])] = &[
     file!("vendor/ogl/math/functions/Vec4Func.js"),
     file!("examples", "quadruped.urdf" at "/characters/quadruped.urdf"),
     file!("examples", "biped.urdf" at "/characters/biped.urdf"),
+    file!("examples", "runner.urdf" at "/characters/runner.urdf"),
     file!("examples", "hexapod.json" at "/characters/hexapod.json"),
     file!("examples", "spider.json" at "/characters/spider.json"),
     file!("examples", "snake.json" at "/characters/snake.json"),

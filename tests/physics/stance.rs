@@ -28,7 +28,7 @@ fn hold(model: &Arc<Model>, stance: &Stance) -> (f64, bool) {
 
 #[test]
 fn the_examples_stand_still_in_the_poses_found_for_them() {
-    for name in ["quadruped.urdf", "hexapod.json", "spider.json", "biped.urdf", "snake.json"] {
+    for name in ["quadruped.urdf", "hexapod.json", "spider.json", "biped.urdf", "runner.urdf", "snake.json"] {
         let model = common::example(name);
         let stance = Stance::find(&model, &Scene::default());
         assert!(stance.stable, "{name} does not stand");

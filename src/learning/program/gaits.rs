@@ -46,10 +46,15 @@ impl NamedGait {
         })
     }
 
-    /// How many times the generations of a gait it takes. Leaps pitch, most of them turn, and their legs have times of their own; waves
-    /// of a body have no template.
+    /// Whether few searches find it. Leaps pitch, most of them turn, and their legs have times of their own; a run on two legs flies
+    /// from one foot to the other, with none beside it to catch a fall.
+    pub fn is_hard(&self) -> bool {
+        leaps(self.gait) || self.gait == "run"
+    }
+
+    /// How many times the generations of a gait it takes; waves of a body have no template.
     pub fn share(&self) -> u32 {
-        match leaps(self.gait) {
+        match self.is_hard() {
             true => 3,
             false if self.symmetrical() => 1,
             false => 4,
@@ -108,9 +113,10 @@ const EIGHT: [Way; 3] = [
     ("tetrapod", "tetrapod", None, 0.52, [0.01, 0.08, 1.0]),
 ];
 
+/// People change from a walk to a run at 0.5 (Alexander 1989).
 const TWO: [Way; 3] = [
     ("walk", "walk", None, 0.6, [0.02, 0.04, 0.5]),
-    ("run", "run", None, 0.4, [0.3, 0.4, 5.0]),
+    ("run", "run", None, 0.4, [0.3, 0.7, 5.0]),
     ("hop", "hop", None, 0.4, [0.1, 0.5, 3.0]),
 ];
 

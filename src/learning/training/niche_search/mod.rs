@@ -15,7 +15,6 @@ use super::shared::Shared;
 
 pub(super) use search::NicheSearch;
 
-use crate::gait::leaps;
 use crate::learn::Interrupted;
 use crate::program::ring::Wanted;
 use crate::program::steer;
@@ -27,10 +26,10 @@ const CRAWL: f64 = 0.1;
 const FASTER: f64 = 1.25;
 /// How many slower ones are tried where the fastest is not natural.
 const SLOWER: u32 = 3;
-/// How many more times at most a gait is searched for that is not natural or fails a trial; leaps, which more searches miss, more often.
+/// How many more times at most a gait is searched for that is not natural or fails a trial; hard gaits, which more searches miss, more often.
 const AGAIN: u32 = 1;
-const LEAP_AGAIN: u32 = 2;
-/// How many times a search for a leap begins, and which part of the generations of a gait each beginning has.
+const HARD_AGAIN: u32 = 2;
+/// How many times a search for a hard gait begins, and which part of the generations of a gait each beginning has.
 const BEGINNINGS: u32 = 3;
 const BEGINNING: u32 = 8;
 /// Into how many parts the starts are divided where balance is looked for.
@@ -75,7 +74,7 @@ impl NicheSearch<'_> {
         let again =
             |found: &Found| found.proof() != Proof::ALL_TRIALS_KEPT && found.candidate.figures.upright >= 1.0;
         let attempts = match self.niche.pace {
-            NichePace::Cheapest { .. } if leaps(self.niche.gait.gait) => LEAP_AGAIN,
+            NichePace::Cheapest { .. } if self.niche.gait.is_hard() => HARD_AGAIN,
             NichePace::Cheapest { .. } => AGAIN,
             NichePace::Fastest { .. } => SLOWER,
         };
@@ -85,7 +84,7 @@ impl NicheSearch<'_> {
                 break;
             };
             // What falls under a disturbance is given feedback. Leaps are left out: most of them fall on soft ground alone.
-            let falls = before.falls_in_a_trial() && !leaps(self.niche.gait.gait);
+            let falls = before.falls_in_a_trial() && !self.niche.gait.is_hard();
             if falls && self.shared.subject.can_steer() && !self.steered {
                 (self.steered, self.stood) = (true, true);
             }
@@ -145,8 +144,8 @@ impl NicheSearch<'_> {
             self.refine(&mut leading, Fidelity::Coarse, all / STAGE, Rank::Leading)?;
             (leading, all / STAGE)
         } else {
-            let leaps = leaps(self.niche.gait.gait);
-            let (count, each) = if leaps { (BEGINNINGS, all / BEGINNING) } else { (1, all / STAGE) };
+            let hard = self.niche.gait.is_hard();
+            let (count, each) = if hard { (BEGINNINGS, all / BEGINNING) } else { (1, all / STAGE) };
             (self.begun(&wanted, &starts, count, each)?, count * each)
         };
         let fallen = leading.best().figures.upright < 1.0;
@@ -163,7 +162,7 @@ impl NicheSearch<'_> {
     }
 
     /// Runs `count` searches of so many generations each, from the most promising of `starts`, and keeps the best: where a search for a
-    /// leap ends is soon decided, by where it began and by chance.
+    /// hard gait ends is soon decided, by where it began and by chance.
     fn begun(
         &mut self,
         wanted: &Wanted,

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use super::found::Found;
 use super::stage::{Fidelity, Rank, Stage};
 use crate::check::CheckedMotion;
-use crate::gait::leaps;
 use crate::learn::{Generation, Interrupted};
 use crate::program::candidate::Candidate;
 use crate::program::cost::within_limits;
@@ -204,7 +203,7 @@ impl<'a> NicheSearch<'a> {
         let number = STREAMS * self.index as u64 + self.stages + 1;
         let seed = setup.seed.wrapping_add(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(number));
         self.stages += 1;
-        let paired = if self.steered || leaps(self.niche.gait.gait) { 0 } else { PAIRED };
+        let paired = if self.steered || self.niche.gait.is_hard() { 0 } else { PAIRED };
         let chances = (self.strides(), paired, seed);
         let refinement = Refinement::new(subject, wanted, (starts, rank), chances);
         Stage { wanted: wanted.clone(), refinement }
