@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use gaitwright_learning::gait::{GaitContext, measure};
+use gaitwright_learning::gait::{GaitContext, GaitReport, measure};
 use gaitwright_learning::learn::{
     AskedSpeed, Cancel, Clock, Generation, Learning, LearningSetup, Seeds, SpeedWord, StopReason, Task,
 };
@@ -330,6 +330,25 @@ fn two_legs_walk_and_six_and_eight_legs_go_by_threes_and_fours() {
             assert!(measures[measure].holds, "{name}: {measure} {:?}", measures[measure]);
         }
     }
+}
+
+/// The bundled runner stays up for 20 s in a run of the speed asked for: each foot stands for less than half of the stride, half a
+/// stride after the other, so that it flies between them.
+#[test]
+fn two_legs_run() {
+    let learning = Learning { generations: Some(60), gait_generations: 20, ..Learning::default() };
+    let task = Task { froude: Some(0.7), ..gait("run") };
+    let setup = LearningSetup { seed: 1, ..setup("runner.urdf", task, learning, 2) };
+    let trained = train(&setup, &mut Witness::default(), &Cancel::default(), None).unwrap();
+    let motion = &trained.motions[0];
+    let checked = motion.check(&setup, &motion.player(&setup.stance.angles)).run(&|| false).unwrap();
+    assert_eq!(checked.trace.fell_at, None);
+    let GaitReport { naturalness, feet, gait, .. } = &checked.gait;
+    for measure in ["upright", "strides", "asked_gait", "speed", "cost_of_transport", "symmetry"] {
+        assert!(naturalness[measure].holds, "{measure}: {:?}", naturalness[measure]);
+    }
+    assert_eq!(gait.as_deref(), Some("run"));
+    assert!(feet.iter().all(|foot| foot.duty_factor < 0.5), "{feet:?}");
 }
 
 /// The bundled quadruped of 12 mg, of 300 t, and on the Moon: all learn a trot that is natural by every measure.
