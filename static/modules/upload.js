@@ -7,7 +7,7 @@ import { complain, make, svg } from "./dom.js";
 const BUNDLED = [
   ["quadruped.urdf", "Quadruped", "four legs, 12 joints", "M14 14h34v6H14zM17 20l-3 8 4 8M24 20l-3 8 4 8M40 20l-3 8 4 8M46 20l-3 8 4 8M48 15l6-4"],
   ["biped.urdf", "Biped", "two legs, 8 joints", "M26 5h12v12H26zM28 17l-3 9 4 9h5M36 17l3 9-4 9h5"],
-  ["runner.urdf", "Runner", "two light legs, 8 joints", "M21 4h22v14H21zM30 18l-9 6-4 9h5M34 18l6 8 8 5v-5"],
+  ["runner.urdf", "Runner", "two light legs", "M21 4h22v14H21zM30 18l-9 6-4 9h5M34 18l6 8 8 5v-5"],
   ["hexapod.json", "Hexapod", "six legs, 18 joints", "M18 16h28v6H18zM20 22l-8-4-4 14M30 22l-3 6-4 6M42 22l8-4 4 14M26 16l-8-6-4 6M34 22l3 6 4 6M38 16l8-6 4 6"],
   ["spider.json", "Spider", "eight legs, 24 joints", "M22 16h20v7H22zM16 13a6 6 0 1 0 .1 0M24 23l-8-5-5 13M29 23l-6-2-4 12M36 23l6-2 4 12M40 23l8-5 5 13M24 16l-7-7-6 5M29 16l-4-8-6 4M36 16l4-8 6 4M40 16l7-7 6 5"],
   ["snake.json", "Snake", "no legs, 11 joints", "M6 28c6-16 12-16 17-4s11 12 16 0 10-12 15-2l4 2"],
