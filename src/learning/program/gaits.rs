@@ -46,8 +46,8 @@ impl NamedGait {
         })
     }
 
-    /// Whether few searches find it. Leaps pitch, most of them turn, and their legs have times of their own; a run on two legs flies
-    /// from one foot to the other, with none beside it to catch a fall.
+    /// Whether few searches find it. Leaps pitch, most of them turn, and their legs have times of their own; a run on two legs has
+    /// flights between single supports.
     pub fn is_hard(&self) -> bool {
         leaps(self.gait) || self.gait == "run"
     }
