@@ -8,6 +8,9 @@ import { showJob } from "./modules/job.js";
 import { jobsSection } from "./modules/jobs.js";
 import { uploadSection } from "./modules/upload.js";
 
+/** What the pages with a name of their own are, in their titles. */
+const KINDS = { characters: "Character", jobs: "Job" };
+
 const main = document.getElementById("main");
 /** Ends what is shown. */
 let leave = null;
@@ -29,10 +32,15 @@ async function show() {
   document.body.dataset.room = room || "start";
   const place = make("div", { class: "room" });
   main.replaceChildren(place);
+  const kind = (id && KINDS[room]) || "Characters and jobs";
+  const entitle = (...name) => {
+    if (own === turn) document.title = [...name, kind, "gaitwright"].join(" · ");
+  };
+  entitle();
   try {
     let left = null;
-    if (room === "characters" && id) left = await showCharacter(place, id, new URLSearchParams(query).get("from"));
-    else if (room === "jobs" && id) left = await showJob(place, id);
+    if (room === "characters" && id) left = await showCharacter(place, id, new URLSearchParams(query).get("from"), entitle);
+    else if (room === "jobs" && id) left = await showJob(place, id, entitle);
     else left = showStart(place);
     if (own === turn) leave = left;
     else left?.();

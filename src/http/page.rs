@@ -56,6 +56,7 @@ const FILES: &[(&str, &str, &[u8])] = &[
     file!("modules/settings.js"),
     file!("modules/shaders.js"),
     file!("modules/stage.js"),
+    file!("modules/storage.js"),
     file!("modules/upload.js"),
     file!("modules/verdict.js"),
     file!("vendor/ogl/core/Camera.js"),

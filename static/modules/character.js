@@ -6,9 +6,13 @@ import { facts, notesSection } from "./findings.js";
 import { SettingsForm } from "./settings.js";
 import { Stage } from "./stage.js";
 
-/** Shows the character called `id`; the form begins with what the job `from` was asked for, where there is one. */
-export async function showCharacter(main, id, from) {
+/**
+ * Shows the character called `id`; the form begins with what the job `from` was asked for, where there is one. `entitle`
+ * is told its name. Returns what ends it.
+ */
+export async function showCharacter(main, id, from, entitle) {
   const character = await api.get(`/v1/characters/${id}`);
+  entitle(character.name);
   const stage = new Stage(`${character.name} in its standing pose. Arrow keys turn the view, plus and minus bring it nearer or farther.`,
     (angle) => form.dial.set(Math.round((angle * 180) / Math.PI)));
   const shapes = make("div");
@@ -20,15 +24,15 @@ export async function showCharacter(main, id, from) {
       make("section", { class: "card", "aria-labelledby": "wanted" }, make("h2", { id: "wanted" }, "What it is to learn"), form.element)),
     make("section", { class: "card", "aria-labelledby": "notes-title" }, make("h2", { id: "notes-title" }, "Notes on the file"), notesSection(character)),
   );
-  if (from) form.take(await api.get(`/v1/jobs/${from}`));
 
   async function learn(document) {
     complain(form.problem, null);
     form.submit.disabled = true;
     try {
       const job = await api.post("/v1/jobs", { character: { id }, ...document });
-      sessionStorage.setItem(job.character.digest, id);
-      location.hash = `#/jobs/${job.id}`;
+      api.rememberCharacter(job, id);
+      // One who has gone elsewhere meanwhile stays there.
+      if (form.element.isConnected) location.hash = `#/jobs/${job.id}`;
     } catch (error) {
       complain(form.problem, error);
     } finally {
@@ -36,6 +40,11 @@ export async function showCharacter(main, id, from) {
     }
   }
 
+  try {
+    if (from) form.take(await api.get(`/v1/jobs/${from}`));
+  } catch (error) {
+    complain(form.problem, error);
+  }
   try {
     stage.setCharacter(await api.bytes(`/v1/characters/${id}/standing.glb`), character.mass);
     stage.setDirection(Math.atan2(...form.dial.vector().slice(0, 2).reverse()));

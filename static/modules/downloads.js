@@ -54,12 +54,16 @@ export class Downloads {
     this.job = job;
     const { links, state } = job;
     const over = api.isOver(job);
-    const there = `${state} ${Boolean(job.metrics)} ${Object.keys(links)}`;
+    // A job that was cancelled while it waited has left nothing.
+    const begun = state !== "queued" && job.timings.started;
+    // The recording of a job that runs grows, whatever became of the one before it.
+    const recorded = begun && links.recording && (state === "running" || !job.storage.recording_removed);
+    const there = `${state} ${Boolean(job.metrics)} ${Boolean(recorded)} ${Object.keys(links)}`;
     if (there === this.there) return;
     this.there = there;
     const name = job.character.name;
     const items = [];
-    if (state !== "queued" && links.recording) items.push(file("Recording", "for the Rerun viewer", links.recording, `${name}.rrd`));
+    if (recorded) items.push(file("Recording", "for the Rerun viewer", links.recording, `${name}.rrd`));
     if (over && job.metrics) {
       items.push(
         file("Report", "everything about the job, JSON", links.report, `${name}-report.json`),
@@ -68,18 +72,19 @@ export class Downloads {
         file("Gait", "footfalls in figures, JSON", links.gait, `${name}-gait.json`),
         file("Footfall diagram", "SVG", links.diagram, `${name}-gait.svg`));
     }
-    if (links.curve && state !== "queued") items.push(file("Learning curve", "JSON", links.curve, `${name}-curve.json`));
+    if (links.curve && begun) items.push(file("Learning curve", "JSON", links.curve, `${name}-curve.json`));
     if (links.character) items.push(file("Character", "as it was posted", links.character, name));
     if (over && links.table && state === "succeeded") {
       items.push(file("Table", "every setting, JSON", links.table, `${name}-table.json`), file("Diagram", "SVG", links.front, `${name}-front.svg`));
     }
     this.others.replaceChildren(...items);
-    this.offerViewer(links, state);
+    if (recorded) this.offerViewer(links);
+    else this.recording.replaceChildren();
   }
 
   /** The recording in its viewer, which is large and therefore fetched only when it is wanted. */
-  offerViewer({ viewer }, state) {
-    if (!viewer || state === "queued" || this.recording.childElementCount) return;
+  offerViewer({ viewer }) {
+    if (this.recording.childElementCount) return;
     const show = button("Show the recording here", () => {
       show.replaceWith(make("iframe", { src: viewer, title: "The recording in the Rerun viewer", class: "viewer" }));
     });

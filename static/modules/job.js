@@ -12,18 +12,13 @@ import { ask } from "./question.js";
 import { Repertoire } from "./repertoire.js";
 import { verdict } from "./verdict.js";
 
-const LOOK_EVERY = 1000;
-
-/** Shows the job called `id`, and follows it to its end. Returns what ends that. */
-export async function showJob(main, id) {
+/** Shows the job called `id`, and follows it to its end; `entitle` is told its name. Returns what ends that. */
+export async function showJob(main, id, entitle) {
   const job = await api.get(`/v1/jobs/${id}`);
+  entitle(job.character.name);
   const page = job.kind === "learning" ? new LearningPage(main, job) : new StudyPage(main, job);
-  try {
-    await page.start();
-  } catch (error) {
-    // What can be shown of it stays, and goes on being followed.
-    complain(page.problem, error);
-  }
+  // What can be shown of it stays, and goes on being followed.
+  page.start().catch((error) => complain(page.problem, error));
   return () => page.dispose();
 }
 
@@ -31,6 +26,7 @@ export async function showJob(main, id) {
 class JobPage {
   constructor(main, job) {
     this.job = job;
+    this.outage = make("div");
     this.problem = make("div");
     this.actions = make("div", { class: "actions" });
     this.state = make("span", { class: `state ${job.state}` });
@@ -39,13 +35,13 @@ class JobPage {
     this.body = make("div", { class: "job-body" });
     main.replaceChildren(
       make("div", { class: "page-head" }, make("div", {}, make("h1", {}, job.character.name, " ", this.state), this.about), this.actions),
-      this.problem, this.progress.element, this.body);
+      this.outage, this.problem, this.progress.element, this.body);
   }
 
-  start() {
+  async start() {
     this.show(this.job);
     if (api.isOver(this.job)) return;
-    this.look = setInterval(() => api.get(this.job.links.self).then((job) => this.look && this.show(job), () => {}), LOOK_EVERY);
+    this.unwatch = api.watch(this.job.links.self, { seen: (job) => this.show(job), failed: (error) => this.miss(error) });
   }
 
   show(job) {
@@ -57,42 +53,64 @@ class JobPage {
     this.progress.show(job, this.newest);
     // Made anew only when they change, or a button would vanish from under the pointer.
     if (before !== job.state) this.showActions(job);
-    if (api.isOver(job)) {
-      clearInterval(this.look);
-      this.look = null;
-    }
+    if (api.isOver(job)) this.unwatch?.();
+  }
+
+  /** Says why the job cannot be looked at; with `null`, that it can be again. */
+  miss(error) {
+    complain(this.outage, error);
+    if (error?.status !== 404) return;
+    this.stop();
+    this.actions.replaceChildren();
+    this.state.hidden = this.progress.element.hidden = true;
   }
 
   showActions(job) {
     this.acted = job.state;
     const { self } = job.links;
-    const act = (work) => () => {
+    // `work` gives what follows it; one who has gone elsewhere meanwhile stays there.
+    const act = (work) => async () => {
       complain(this.problem, null);
-      return work().catch((error) => complain(this.problem, error));
+      try {
+        const then = await work();
+        if (this.body.isConnected) then?.();
+      } catch (error) {
+        complain(this.problem, error);
+      }
     };
     const made = [];
     if (job.kind === "learning") made.push(button("Run again with changes", act(() => this.again())));
     if (["failed", "cancelled"].includes(job.state)) {
       made.push(button("Try again", act(async () => {
         await api.post(`${self}/retry`);
-        window.dispatchEvent(new HashChangeEvent("hashchange"));
+        return () => window.dispatchEvent(new HashChangeEvent("hashchange"));
       })));
     }
-    if (!api.isOver(job)) made.push(button("Cancel", act(async () => this.show(await api.post(`${self}/cancel`)))));
-    else {
+    if (!api.isOver(job)) {
+      made.push(button("Cancel", act(async () => {
+        const cancelled = await api.post(`${self}/cancel`);
+        return () => this.show(cancelled);
+      })));
+    } else {
       made.push(button("Delete", act(async () => {
-        if (!(await ask("Delete this job?", "Its motions, recording and report are deleted with it. This cannot be undone.", "Delete"))) return;
+        if (!(await ask("Delete this job?", "Its motions, recording and report are deleted with it. This cannot be undone.", "Delete"))) return null;
         await api.remove(self);
         announce("The job is deleted.");
-        location.hash = "#/";
+        return () => (location.hash = "#/");
       }), "button quiet danger"));
     }
     this.actions.replaceChildren(...made);
   }
 
+  /** Follows the job no longer. */
+  stop() {
+    this.unwatch?.();
+    this.unfollow?.();
+  }
+
   dispose() {
-    clearInterval(this.look);
-    this.look = null;
+    this.disposed = true;
+    this.stop();
   }
 }
 
@@ -100,6 +118,7 @@ class LearningPage extends JobPage {
   constructor(main, job) {
     super(main, job);
     this.curve = new Curve();
+    this.following = make("p", { class: "quiet", role: "status" });
     this.downloads = new Downloads(job);
     this.repertoire = new Repertoire(job, { choose: (entry) => this.choose(entry), compare: (entry) => this.compare(entry) });
     this.price = priceSection(job, () => this.shown);
@@ -110,30 +129,30 @@ class LearningPage extends JobPage {
     this.body.append(
       make("div", { class: "workbench" }, this.stages, this.judged, this.judgedSecond),
       this.repertoire.element,
-      make("section", { class: "card", "aria-labelledby": "curve-title" }, make("h2", { id: "curve-title" }, "Learning curve"), this.curve.element),
+      make("section", { class: "card", "aria-labelledby": "curve-title" }, make("h2", { id: "curve-title" }, "Learning curve"), this.following, this.curve.element),
       this.downloads.element, this.price.element);
   }
 
   async start() {
-    super.start();
-    this.stop = api.follow(this.job.links.events, {
+    await super.start();
+    this.unfollow = api.follow(this.job.links.events, {
       state: (job) => this.show(job),
       progress: ({ evaluations }) => this.progress.count(evaluations),
       generation: (figures) => {
-        this.newest = figures;
         this.curve.add(figures);
+        this.newest = this.curve.newest;
       },
       end: (job) => this.show(job),
-    });
+    }, (comes) => (this.following.textContent = comes ? "" : "The service does not send the curve at present. It is asked again every ten seconds."));
     this.character = await api.characterOfJob(this.job);
-    this.player = await this.addPlayer();
-    await this.refresh();
+    if (this.disposed) return;
+    this.player = this.addPlayer();
+    await this.player.load().finally(() => this.refresh());
   }
 
-  async addPlayer() {
+  addPlayer() {
     const player = new Player(this.character, `${this.job.character.name}. Arrow keys turn the view, plus and minus bring it nearer or farther.`);
     this.stages.append(make("div", { class: "card flush" }, player.element));
-    await player.load();
     return player;
   }
 
@@ -166,9 +185,12 @@ class LearningPage extends JobPage {
   }
 
   async play(entry) {
+    this.wanted = entry.number;
     if (this.playing === entry.number) return this.player.play();
+    const motion = await this.motionOf(entry);
+    // Another may have been chosen meanwhile.
+    if (this.wanted !== entry.number) return;
     this.playing = entry.number;
-    const motion = await api.get(`${this.job.links.motions}/${entry.number}?preliminary=true`);
     this.shown = { name: words(entry.name), motion };
     this.player.setMotion(motion, words(entry.name));
     this.repertoire.mark(entry.number);
@@ -177,36 +199,45 @@ class LearningPage extends JobPage {
     this.price.offer();
   }
 
+  motionOf({ number }) {
+    return api.get(`${this.job.links.motions}/${number}?preliminary=true`);
+  }
+
   /** A second view beside the first. */
   async compare(entry) {
+    this.closeSecond();
+    const second = this.addPlayer();
+    this.second = second;
+    second.element.append(button("Close", () => this.closeSecond(), "button quiet small close"));
+    this.judgedSecond.replaceChildren(verdict(entry.metrics));
+    this.judgedSecond.hidden = false;
     try {
-      this.closeSecond();
-      this.second = await this.addPlayer();
-      this.second.element.append(button("Close", () => this.closeSecond(), "button quiet small close"));
-      this.judgedSecond.replaceChildren(verdict(entry.metrics));
-      this.judgedSecond.hidden = false;
-      this.second.setMotion(await api.get(`${this.job.links.motions}/${entry.number}?preliminary=true`), words(entry.name));
+      const [motion] = await Promise.all([this.motionOf(entry), second.load()]);
+      if (second !== this.second) return;
+      second.setMotion(motion, words(entry.name));
       this.stages.scrollIntoView({ block: "start", behavior: "smooth" });
     } catch (error) {
+      if (second !== this.second) return;
+      this.closeSecond();
       complain(this.problem, error);
     }
   }
 
   closeSecond() {
     this.second?.dispose();
+    this.second?.element.parentElement.remove();
     this.second = null;
-    this.stages.children[1]?.remove();
     this.judgedSecond.hidden = true;
   }
 
   async again() {
     this.character ??= await api.characterOfJob(this.job);
-    location.hash = `#/characters/${this.character.id}?from=${this.job.id}`;
+    return () => (location.hash = `#/characters/${this.character.id}?from=${this.job.id}`);
   }
 
   dispose() {
     super.dispose();
-    this.stop?.();
+    this.price.dispose();
     this.player?.dispose();
     this.closeSecond();
   }

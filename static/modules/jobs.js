@@ -9,19 +9,29 @@ const PAGE = 10;
 export function jobsSection() {
   const list = make("ul", { class: "jobs" });
   const problem = make("div");
+  const none = make("p", { class: "quiet" }, "None so far.");
   const more = button("Older jobs", () => load(more.dataset.next));
-  more.hidden = true;
-  const section = make("section", { class: "card", "aria-labelledby": "jobs-title" }, make("h2", { id: "jobs-title" }, "Jobs"), list, problem, more);
+  none.hidden = more.hidden = true;
+  const section = make("section", { class: "card", "aria-labelledby": "jobs-title" }, make("h2", { id: "jobs-title" }, "Jobs"), list, none, problem, more);
+  let loading = false;
 
   async function load(path) {
+    // The same page is not appended twice.
+    if (loading) return;
+    loading = true;
+    complain(problem, null);
     try {
-      const { jobs, next } = await api.get(path);
-      list.append(...jobs.map(row));
+      const { jobs, unreadable, next } = await api.get(path);
+      // Ids fall from the newest to the oldest.
+      const all = [...jobs, ...unreadable].sort((a, b) => (a.id < b.id ? 1 : -1));
+      list.append(...all.map((job) => (job.state ? row(job) : unreadableRow(job))));
       more.hidden = next === null;
       more.dataset.next = next ?? "";
-      if (list.childElementCount === 0) list.replaceWith(make("p", { class: "quiet" }, "None so far."));
+      none.hidden = list.childElementCount > 0;
     } catch (error) {
       complain(problem, error);
+    } finally {
+      loading = false;
     }
   }
   load(`/v1/jobs?limit=${PAGE}`);
@@ -33,6 +43,13 @@ function row(job) {
     make("span", { class: "job-name" }, job.character.name, make("small", {}, describe(job))),
     make("span", { class: `state ${job.state}` }, job.state),
     make("time", { dateTime: job.timings.created }, new Date(job.timings.created).toLocaleString())));
+}
+
+/** A job of which nothing can be shown but why not. */
+function unreadableRow({ id, reason }) {
+  return make("li", {}, make("div", { class: "job" },
+    make("span", { class: "job-name" }, id, make("small", {}, reason)),
+    make("span", { class: "state" }, "unreadable")));
 }
 
 /** What a job is about in a few words. */

@@ -17,6 +17,8 @@ export class Player {
     this.character = character;
     this.stage = new Stage(label);
     this.shown = { ghost: false, forces: false };
+    /** Gives up the simulation that is being computed. */
+    this.simulation = new AbortController();
     // Whole turns of the loop, and the time in the present one, s.
     Object.assign(this, { turns: 0, within: 0, playing: false, speed: 1, loops: true, track: null, motion: null });
     this.title = make("p", { class: "player-title" });
@@ -35,12 +37,12 @@ export class Player {
     this.speedChoice = make("select", { "aria-label": "Speed of play", onchange: () => (this.speed = Number(this.speedChoice.value)) },
       SPEEDS.map((speed) => make("option", { value: speed, selected: speed === 1 }, `${speed}×`)));
     const check = (text, checked, change) => {
-      const box = make("input", { type: "checkbox", checked, onchange: () => change(box.checked, box) });
+      const box = make("input", { type: "checkbox", checked, onchange: () => change(box.checked) });
       return make("label", { class: "toggle" }, box, text);
     };
     this.loopCheck = check("Loop", true, (on) => (this.loops = on));
     this.ghostCheck = check("Ghost of the targets", false, (on) => this.setGhost(on));
-    this.forceCheck = check("Simulate from standing, with contact forces", false, (on, box) => this.setForces(on, box));
+    this.forceCheck = check("Simulate from standing, with contact forces", false, (on) => this.setForces(on));
     return make("div", { class: "transport", role: "group", "aria-label": "Player" },
       make("div", { class: "transport-line" }, this.playButton, this.slider, this.clock, this.speedChoice),
       make("div", { class: "transport-line wrap" }, this.loopCheck, this.ghostCheck, this.forceCheck));
@@ -59,6 +61,7 @@ export class Player {
 
   /** Takes up a motion document, called `name`, and plays it. */
   setMotion(motion, name) {
+    if (this.disposed) return;
     this.motion = motion;
     this.title.textContent = name;
     this.stage.setGravity(motion.scene.gravity);
@@ -80,17 +83,19 @@ export class Player {
     this.show();
   }
 
-  async setForces(on, box) {
+  setForces(on) {
     this.shown.forces = on;
-    if (!on) return this.use(loopOf(this.motion));
-    await this.simulate();
-    box.checked = this.shown.forces;
+    if (on) return this.simulate();
+    this.simulation.abort();
+    this.use(loopOf(this.motion));
   }
 
   /** Plays what the simulator makes of the motion, with the forces that it finds. */
   async simulate() {
     complain(this.problem, null);
-    const { motion } = this;
+    this.simulation.abort();
+    this.simulation = new AbortController();
+    const { motion, simulation: { signal } } = this;
     try {
       const { preliminary, ...document } = motion;
       const entry = motion.entry.at(-1)?.time ?? 0;
@@ -101,12 +106,12 @@ export class Player {
         drive: { kind: "track", motion: document },
         duration: Math.ceil((entry + SIMULATED) * 50) / 50,
         sample_every: 0.02,
-      });
-      if (motion !== this.motion) return;
+      }, signal);
       this.use(simulationOf(motion, lines.filter((line) => line.time !== undefined)));
       announce("The simulation from standing is shown, with contact forces.");
     } catch (error) {
-      this.shown.forces = false;
+      if (signal.aborted) return;
+      this.shown.forces = this.forceCheck.control.checked = false;
       complain(this.problem, error);
     }
   }
@@ -164,8 +169,11 @@ export class Player {
     this.stage.pose(this.track.at(this.turns * this.track.duration + this.within), this.shown);
   }
 
+  /** Lets go of the view; a motion that comes for it later is not played. */
   dispose() {
+    this.disposed = true;
     this.pause();
+    this.simulation.abort();
     this.stage.dispose();
   }
 }

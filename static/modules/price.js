@@ -2,17 +2,18 @@
 
 import * as api from "./api.js";
 import { button, complain, digits, make, short, words } from "./dom.js";
+import { lasting } from "./storage.js";
 
-const LOOK_EVERY = 1000;
 /** Length of what is studied, s: the way from standing into the first steps. */
 const STUDIED = 1;
 
-/** The section for the motion of `job` that `shown()` gives, as `{ name, motion }`. */
+/** The section for the motion of `job` that `shown()` gives, as `{ name, motion }`. `offer` when there is one, `dispose` ends it. */
 export function priceSection(job, shown) {
   const problem = make("div");
   const result = make("div");
   /** Where this page keeps which study was made last, and of which motion. */
   const kept = `price:${job.id}`;
+  let stop = null;
   const start = button("Measure it for this motion", measure);
   start.hidden = true;
   const section = make("section", { class: "card", "aria-labelledby": "price-title" },
@@ -24,41 +25,40 @@ export function priceSection(job, shown) {
     complain(problem, null);
     start.disabled = true;
     try {
-      const { id } = await api.characterOfJob(job);
       const { name, motion } = shown();
+      const { id } = await api.characterOfJob(job);
       const { preliminary, ...document } = motion;
       const scenario = { character: { id }, scene: document.scene, drive: { kind: "track", motion: document }, duration: STUDIED };
       const path = (await api.post("/v1/accuracy", { scenario })).links.self;
-      localStorage.setItem(kept, JSON.stringify({ path, name }));
-      await watch(path, name);
+      lasting.set(kept, JSON.stringify({ path, name }));
+      if (section.isConnected) watch(path, name);
     } catch (error) {
       start.disabled = false;
       complain(problem, error);
     }
   }
 
-  /** Shows a study until it is over, and looks again where a look has failed. */
-  async function watch(path, name) {
+  /** Shows a study until it is over. */
+  function watch(path, name) {
     start.disabled = true;
-    let study = null;
-    try {
-      study = await api.get(path);
-      complain(problem, null);
-      result.replaceChildren(make("h3", {}, `Of the motion “${name}”`), studyView(study));
-    } catch (error) {
-      complain(problem, error);
-      // It may have been deleted.
-      if (error.status === 404) localStorage.removeItem(kept);
-      if (error.status === 404) study = { state: "failed" };
-    }
-    if (study && api.isOver(study)) start.disabled = false;
-    else if (section.isConnected) setTimeout(() => watch(path, name), LOOK_EVERY);
+    stop = api.watch(path, {
+      seen(study) {
+        result.replaceChildren(make("h3", {}, `Of the motion “${name}”`), studyView(study));
+        start.disabled = !api.isOver(study);
+      },
+      failed(error) {
+        complain(problem, error);
+        if (error?.status !== 404) return;
+        // It has been deleted.
+        lasting.remove(kept);
+        start.disabled = false;
+      },
+    });
   }
 
-  const last = JSON.parse(localStorage.getItem(kept) ?? "null");
-  // Not before the page has it, or it would not be looked at again.
-  if (last) setTimeout(() => watch(last.path, last.name));
-  return { element: section, offer: () => (start.hidden = !shown()) };
+  const last = JSON.parse(lasting.get(kept) ?? "null");
+  if (last) watch(last.path, last.name);
+  return { element: section, offer: () => (start.hidden = !shown()), dispose: () => stop?.() };
 }
 
 /** How far a study is, and what came of it. */

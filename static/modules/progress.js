@@ -1,4 +1,4 @@
-// How far a job is: its stage, what it has tried, its place among those that wait, and the time it will take.
+// How far a job is: its stage, what it has tried, how many other jobs there are, and the time it will take.
 
 import * as api from "./api.js";
 import { announce, count, digits, duration, make } from "./dom.js";
@@ -6,6 +6,9 @@ import { announce, count, digits, duration, make } from "./dom.js";
 const STAGES = {
   standing: "finding how it stands", learning: "learning", studying: "trying settings", checking: "checking what was learned",
 };
+
+/** How often the other jobs are counted, ms, and how many of a state at most: lists have whole jobs. */
+const [COUNT_EVERY, MOST_COUNTED] = [10_000, 50];
 
 export class ProgressCard {
   constructor() {
@@ -28,7 +31,8 @@ export class ProgressCard {
     announce(over ? `The job has ${state === "succeeded" ? "succeeded" : state}.` : `The job is ${this.headline.textContent}.`);
     const rows = {};
     this.tried = progress.evaluations;
-    if (state === "queued") rows["Jobs before it"] = this.before ?? "–";
+    // Whose turn it is follows from more than the order of posting, and only the service knows.
+    if (state === "queued") rows["Other jobs, waiting or running"] = this.others ?? "–";
     if (job.kind === "learning" && state !== "queued") {
       const simulated = newest?.simulated_seconds ?? progress.simulated_seconds;
       rows["Candidates tried"] = this.counted = make("span", {}, String(this.tried));
@@ -42,7 +46,7 @@ export class ProgressCard {
       rows["Time left"] = left(job, passed);
     }
     this.figures.replaceChildren(...Object.entries(rows).map(([name, value]) => make("div", {}, make("dt", {}, name), make("dd", {}, value))));
-    if (state === "queued") this.lookAtQueue(job);
+    if (state === "queued") this.countOthers(job);
   }
 
   /** Takes note that so many candidates have been tried, between two looks at the job. */
@@ -57,13 +61,16 @@ export class ProgressCard {
     return STAGES[stage] ?? "starting";
   }
 
-  async lookAtQueue(job) {
+  async countOthers(job) {
+    if (Date.now() < this.countAgain) return;
+    this.countAgain = Date.now() + COUNT_EVERY;
     try {
-      const [queued, running] = await Promise.all(["queued", "running"].map((state) => api.get(`/v1/jobs?state=${state}&limit=200`)));
-      // Ids rise with the time of posting.
-      this.before = count(queued.jobs.filter((other) => other.id < job.id).length + running.jobs.length, "job");
+      const lists = await Promise.all(["queued", "running"].map((state) => api.get(`/v1/jobs?state=${state}&limit=${MOST_COUNTED}`)));
+      const others = lists.flatMap(({ jobs }) => jobs).filter((other) => other.id !== job.id);
+      const more = lists.some(({ next }) => next !== null);
+      this.others = `${more ? "at least " : ""}${count(others.length, "job")}`;
     } catch {
-      this.before = null;
+      this.others = null;
     }
   }
 }

@@ -16,6 +16,8 @@ export function ask(title, text, yes) {
       dialog.remove();
       resolve(dialog.returnValue === "yes");
     });
+    // Who goes elsewhere by the browser's own buttons has not said yes.
+    window.addEventListener("hashchange", () => dialog.close(), { once: true });
     document.body.append(dialog);
     dialog.showModal();
   });

@@ -24,6 +24,7 @@ export class Stage {
   constructor(label, turned) {
     this.canvas = make("canvas", { class: "stage-canvas", tabIndex: 0, role: "img", "aria-label": label });
     this.element = make("div", { class: "stage" }, this.canvas, this.buttons());
+    this.gravity = EARTH_GRAVITY;
     // Without WebGL the page does all else.
     const probe = document.createElement("canvas").getContext("webgl2");
     if (!probe) {
@@ -85,7 +86,6 @@ export class Stage {
   /** Shows a character in its standing pose: the bytes of its glTF file, and its mass, kg. */
   setCharacter(buffer, mass) {
     this.mass = mass;
-    this.setGravity([0, 0, 0]);
     if (!this.gl) return;
     const model = readModel(this.gl, buffer);
     const figure = (program, order) => {
@@ -193,13 +193,13 @@ export class Stage {
     this.renderer.render({ scene: this.scene, camera });
   }
 
-  /** Lets go of the view. */
+  /** Lets go of the view; what comes for it later is not drawn. */
   dispose() {
     if (!this.gl) return;
     cancelAnimationFrame(this.waiting);
-    this.waiting = true;
     this.sizes.disconnect();
     this.scheme.removeEventListener("change", this.recolor);
     this.gl.getExtension("WEBGL_lose_context")?.loseContext();
+    this.gl = null;
   }
 }

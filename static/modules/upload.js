@@ -36,20 +36,28 @@ export function uploadSection(opened) {
     if (file) take(file, file.name);
   });
 
+  /** Counts what was taken, so that only the last of it is opened. */
+  let turn = 0;
+
   /** Takes a file, or one that has yet to come. */
   async function take(file, name) {
+    const own = ++turn;
     complain(problem, null);
     drop.classList.add("busy");
     hint.textContent = `Reading ${name}, and looking how it stands…`;
     try {
-      opened(await api.addCharacter(await file));
+      const character = await api.addCharacter(await file);
+      // One who has gone elsewhere meanwhile stays there.
+      if (own === turn && section.isConnected) opened(character);
     } catch (error) {
       error.title = `${name} cannot be used`;
-      complain(problem, error);
+      if (own === turn) complain(problem, error);
     } finally {
-      drop.classList.remove("busy");
-      hint.textContent = "URDF, character JSON, or a zip of a URDF with its meshes";
-      input.value = "";
+      if (own === turn) {
+        drop.classList.remove("busy");
+        hint.textContent = "URDF, character JSON, or a zip of a URDF with its meshes";
+        input.value = "";
+      }
     }
   }
 
@@ -57,10 +65,11 @@ export function uploadSection(opened) {
     make("button", { type: "button", class: "specimen", onclick: () => take(api.file(`/characters/${file}`), name) },
       svg("svg", { viewBox: "0 0 64 40", "aria-hidden": "true" }, svg("path", { d: outline })),
       make("strong", {}, name), make("span", {}, about)));
-  return make("section", { class: "upload", "aria-labelledby": "upload-title" },
+  const section = make("section", { class: "upload", "aria-labelledby": "upload-title" },
     make("h1", { id: "upload-title" }, "Draw a creature, get its gaits."),
     make("p", { class: "lead" }, "Physically valid motion for any articulated character, learned from its shape alone."),
     drop, problem,
     make("h2", { class: "minor" }, "Or begin with one of these"),
     make("div", { class: "specimens" }, cards));
+  return section;
 }
