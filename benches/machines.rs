@@ -205,7 +205,7 @@ fn main() {
         queue("PostgreSQL", store.clone(), async || database_size(url).await).await;
         // What waits is not what the workers are to do.
         for id in store.ids().await.expect("the ids") {
-            let any = |_: &gaitwright::jobs::StoredJob| Ok::<_, StoreError>(());
+            let any = |_: gaitwright::jobs::StoredJob, _: bool| Ok::<_, StoreError>(());
             store.delete(id, any).await.expect("deleted");
         }
         println!("\n| workers | jobs an hour |\n|---|---|");

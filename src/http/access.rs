@@ -86,8 +86,7 @@ impl AccessPolicy {
 
     /// Whether the service is called by one of its names. A page of another site whose name was made to lead here
     /// (DNS rebinding) gives its own.
-    fn knows(&self, host: &str) -> bool {
-        let Ok(authority) = host.parse::<Authority>() else { return false };
+    fn knows(&self, authority: &Authority) -> bool {
         let name = authority.host().trim_matches(['[', ']']).to_ascii_lowercase();
         match name.parse::<IpAddr>() {
             // An address cannot be made to lead elsewhere.
@@ -148,11 +147,13 @@ impl Gate {
 /// Turns away whoever calls the service by a name that is not its own, comes without its token, or comes too often.
 pub(super) async fn check(State(gate): State<Arc<Gate>>, mut request: Request, next: Next) -> Response {
     let mut hosts = request.headers().get_all(HOST).iter();
-    let host = hosts.next().and_then(|host| host.to_str().ok());
-    let known = host.is_some_and(|host| gate.policy.knows(host)) && hosts.next().is_none();
-    if !known {
-        let host = host.unwrap_or_default();
-        let detail = format!("this service is not called {host:?}; see its setting allow_host");
+    let host = hosts.next().and_then(|host| host.to_str().ok()?.parse::<Authority>().ok());
+    let Some(host) = host.filter(|_| hosts.next().is_none()) else {
+        let detail = "the request does not say in one `host` header whom it is for";
+        return ProblemDetails::new(StatusCode::BAD_REQUEST, detail).into_response();
+    };
+    if !gate.policy.knows(&host) {
+        let detail = format!("this service is not called {:?}; see its setting allow_host", host.as_str());
         return ProblemDetails::new(StatusCode::MISDIRECTED_REQUEST, detail).into_response();
     }
     if OPEN.contains(&request.uri().path()) {

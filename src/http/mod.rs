@@ -37,7 +37,9 @@ use axum::Router;
 use axum::body::Body;
 use axum::extract::{DefaultBodyLimit, Request};
 use axum::http::StatusCode;
-use axum::http::header::{CACHE_CONTROL, HeaderName, HeaderValue, X_CONTENT_TYPE_OPTIONS};
+use axum::http::header::{
+    CACHE_CONTROL, CONTENT_SECURITY_POLICY, HeaderName, HeaderValue, X_CONTENT_TYPE_OPTIONS,
+};
 use axum::middleware::{from_fn, from_fn_with_state, map_request, map_response};
 use axum::response::Response;
 use tokio::net::TcpListener;
@@ -222,11 +224,16 @@ async fn bound_body(request: Request) -> Request {
     request.map(|body| Body::new(TimeoutBody::new(BODY_TIMEOUT, body)))
 }
 
-/// Headers of every answer: no guessing of types, and no caching unless the handler allows it.
+/// The policy of what is no page: diagrams keep their styles, nothing else is loaded or run.
+const INERT: &str = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; sandbox";
+
+/// Headers of every answer: no guessing of types, no caching unless the handler allows it, and nothing of what somebody has posted
+/// runs in the service's name when a browser opens it (XML may contain scripts).
 async fn add_security_headers(mut response: Response) -> Response {
     let headers = response.headers_mut();
     headers.insert(X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
     headers.entry(CACHE_CONTROL).or_insert(HeaderValue::from_static("no-store"));
+    headers.entry(CONTENT_SECURITY_POLICY).or_insert(HeaderValue::from_static(INERT));
     response
 }
 

@@ -241,7 +241,7 @@ impl From<ServiceError> for ProblemDetails {
             }
             ServiceError::Store(error) if error.is_unavailable() => {
                 tracing::error!(%error, "the store is not available");
-                let detail = "the data folder cannot be read or written at present; see /readyz";
+                let detail = "what is known of the jobs cannot be read or written at present; see /readyz";
                 Self::new(StatusCode::SERVICE_UNAVAILABLE, detail).retry_after(STORE_RETRY)
             }
             ServiceError::Store(error @ StoreError::Unreadable { .. }) => Self::conflict(error.to_string()),

@@ -162,11 +162,24 @@ async fn follow_file(
                 }
             }
         }
+        if over {
+            return whole(&jobs.job(id).await?);
+        }
         // A run that goes on from a checkpoint writes a recording of its own. The one before it grows no more.
-        if over || replaced(file.as_ref(), &path).await? || !pause(jobs, sender, POLL_EVERY).await {
-            return Ok(());
+        if replaced(file.as_ref(), &path).await? || !pause(jobs, sender, POLL_EVERY).await {
+            return Err(broken_off());
         }
     }
+}
+
+/// Whether a recording that grows no more is whole: that of a job that has ended.
+fn whole(job: &Job) -> Result<(), ServiceError> {
+    if job.state.is_final() { Ok(()) } else { Err(broken_off()) }
+}
+
+/// Why a stream is broken off that would otherwise look as if it were whole (RFC 9112, section 8).
+fn broken_off() -> ServiceError {
+    io::Error::other("the recording goes on in another run of the job").into()
 }
 
 /// Whether a running job has come to where it makes a recording: what there is before is of a run that broke off.
@@ -193,7 +206,7 @@ async fn follow_objects(jobs: &Jobs, id: Uuid, sender: &Sender) -> Result<(), Se
         let running = job.state == JobState::Running;
         if at == 0 && running && !records(&job) {
             if !pause(jobs, sender, LOOK_EVERY).await {
-                return Ok(());
+                return Err(broken_off());
             }
             continue;
         }
@@ -215,8 +228,11 @@ async fn follow_objects(jobs: &Jobs, id: Uuid, sender: &Sender) -> Result<(), Se
             Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
             Err(error) => return Err(error.into()),
         }
-        if over || !pause(jobs, sender, LOOK_EVERY).await {
-            return Ok(());
+        if over {
+            return if followed == present { whole(&job) } else { Err(broken_off()) };
+        }
+        if !pause(jobs, sender, LOOK_EVERY).await {
+            return Err(broken_off());
         }
     }
 }

@@ -27,6 +27,7 @@ macro_rules! problems {
 problems! {
     /// A job could not be queued.
     NotQueued {
+        "409": "The record of the job that was posted under this key cannot be read",
         "422": "What is asked for is impossible, with every fault found; or the key was used for another body",
         "429": "Too many jobs wait, of all or of this caller",
         "503": "Shutting down, or unable to write at present"
@@ -51,7 +52,10 @@ problems! {
         "503": "Unable to write at present"
     }
     /// The id names no job, or a job whose character is part of something else.
-    NoCharacter { "404": "No such job, or a study, whose character is part of its scenario" }
+    NoCharacter {
+        "404": "No such job, or a study, whose character is part of its scenario",
+        "409": "The job's record cannot be read"
+    }
     /// The job has no curve.
     NoCurve { "404": "No such job, or a study, which has none", "409": "The job's record cannot be read" }
     /// The id names no job.

@@ -1,8 +1,8 @@
 //! One simulation, as JSON lines.
 
-use std::convert::Infallible;
+use std::io;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use axum::body::{Body, Bytes};
 use axum::extract::State;
@@ -18,11 +18,14 @@ use super::problem::ProblemDetails;
 use super::responses::NotSimulated;
 use crate::jobs::Jobs;
 use gaitwright_learning::accuracy::{self, StudyError};
-use gaitwright_learning::scenario::{Line, NoFiles, PreparedScenario, Scenario};
+use gaitwright_learning::scenario::{Line, NoFiles, PreparedScenario, Scenario, ScenarioEnd};
 use gaitwright_physics::fault::InputError;
 
 /// Most steps of a simulation over HTTP; longer ones are for the command line.
 const MOST_STEPS: u64 = 1_000_000;
+
+/// How long a simulation may compute: what takes longer keeps others from their turns.
+const LONGEST: Duration = Duration::from_mins(10);
 
 /// Lines that may wait for their reader.
 const BUFFERED_LINES: usize = 64;
@@ -38,7 +41,8 @@ const READER_TIMEOUT: Duration = Duration::from_secs(30);
     request_body(description = "A scenario whose motion is inline, and whose character is inline or has been posted before",
         content = ref("#/components/schemas/Scenario")),
     responses(
-        (status = 200, description = "One line a sample, then a summary", content_type = "application/jsonl",
+        (status = 200, description = "One line a sample, then a summary; broken off without one after ten minutes of computing",
+            content_type = "application/jsonl",
             body = ref("#/components/schemas/Line")),
         NotSimulated))]
 pub(super) async fn simulate(
@@ -55,8 +59,14 @@ pub(super) async fn simulate(
     tokio::task::spawn_blocking(move || {
         let _permit = permit;
         // Between two samples nothing is sent, so that only asking shows whether the reader has left.
-        let wanted = || !sender.is_closed() && !shutdown.is_cancelled();
-        prepared.run_while(wanted, |line| send(&runtime, &sender, &line))
+        let until = Instant::now() + LONGEST;
+        let wanted = || !sender.is_closed() && !shutdown.is_cancelled() && Instant::now() < until;
+        let end = prepared.run_while(wanted, |line| send(&runtime, &sender, &line));
+        if end == ScenarioEnd::Stopped {
+            // A body that just ended would look as if it were whole.
+            let broken_off = Err(io::Error::other("the simulation was stopped"));
+            let _ = runtime.block_on(sender.send_timeout(broken_off, READER_TIMEOUT));
+        }
     });
     let lines = Body::from_stream(ReceiverStream::new(receiver));
     Ok(([(CONTENT_TYPE, "application/jsonl")], lines).into_response())
@@ -78,7 +88,7 @@ fn prepare(jobs: &Jobs, body: &[u8], given_up: &dyn Fn() -> bool) -> Result<Prep
 }
 
 /// Sends a line to the reader; whether there still is one.
-fn send(runtime: &Handle, sender: &mpsc::Sender<Result<Bytes, Infallible>>, line: &Line) -> bool {
+fn send(runtime: &Handle, sender: &mpsc::Sender<io::Result<Bytes>>, line: &Line) -> bool {
     let Ok(mut text) = serde_json::to_vec(line) else { return false };
     text.push(b'\n');
     let text = Ok(Bytes::from(text));

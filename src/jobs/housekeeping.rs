@@ -238,9 +238,9 @@ impl Jobs {
         }
     }
 
-    /// A job with the size of its files, which older versions have not noted, nor workers that were lost.
+    /// A job with the size of its files, which older versions have not noted, nor workers that were lost. One that never began has none.
     async fn measured(&self, mut job: Job) -> Result<Job, ServiceError> {
-        if job.storage.bytes == 0 {
+        if job.storage.bytes == 0 && job.timings.started.is_some() {
             let measured = self.shared().files.storage(self.run(job.id).await?).await?;
             job.storage.bytes = measured.bytes;
             job.storage.recording_bytes = measured.recording_bytes;

@@ -246,10 +246,14 @@ impl Jobs {
     pub async fn delete(&self, id: Uuid) -> Result<(), ServiceError> {
         let jobs = self.clone();
         uninterrupted(async move {
-            let may = |job: &StoredJob| match job {
+            let may = |job, held| match job {
                 StoredJob::Readable(job) if !job.state.is_final() => {
                     let needs = "only a job that has ended can be deleted; cancel it first";
                     Err(ServiceError::WrongState { id, state: job.state, needs })
+                }
+                // A worker of a version that can read it is at it.
+                StoredJob::Unreadable { id, reason } if held => {
+                    Err(StoreError::Unreadable { id, reason }.into())
                 }
                 StoredJob::Readable(_) | StoredJob::Unreadable { .. } => Ok(()),
             };

@@ -36,6 +36,8 @@ pub(super) struct Reporter<'a> {
     upload: Option<Arc<Upload>>,
     /// Points of the curve that are not in the store yet.
     unwritten: Vec<Generation>,
+    /// The work proper has begun, and the store does not know yet that the files of this run are the job's.
+    unclaimed: bool,
     recorded: Instant,
     /// The newest checkpoint, unless it is on the disk.
     checkpoint: Option<TrainingCheckpoint>,
@@ -62,6 +64,7 @@ impl<'a> Reporter<'a> {
             folder,
             upload,
             unwritten: Vec::new(),
+            unclaimed: false,
             recorded: now,
             checkpoint: None,
             kept: None,
@@ -76,26 +79,30 @@ impl<'a> Reporter<'a> {
         }
         // The store may take its time.
         self.live.show_life();
-        let written = self.store.record(self.live.claim(), self.job, &self.unwritten);
-        match self.runtime.block_on(written) {
-            Ok(true) => self.unwritten.clear(),
+        let claim = self.live.claim();
+        let written = if self.unclaimed {
+            self.runtime.block_on(self.store.record_run(claim, self.job, &self.unwritten))
+        } else {
+            self.runtime.block_on(self.store.record(claim, self.job, &self.unwritten))
+        };
+        match written {
+            Ok(true) => {
+                self.unwritten.clear();
+                self.unclaimed = false;
+            }
             Ok(false) => self.live.lose(),
-            // They stay unwritten, and are tried again with the next.
+            // What is unwritten stays so, and is tried again with the next.
             Err(error) => tracing::error!(%error, "progress could not be recorded"),
         }
         self.recorded = Instant::now();
     }
 
-    /// Has what comes of this run be the job's from now on, with its files.
+    /// Has what comes of this run be the job's from the next record on, with its files.
     fn begin(&mut self) {
         self.job.begin_anew();
-        let Some(upload) = &self.upload else { return };
-        upload.hurry();
-        match self.runtime.block_on(self.store.record_run(self.live.claim(), self.job)) {
-            Ok(true) => {}
-            Ok(false) => self.live.lose(),
-            // Nobody sees the files before the end.
-            Err(error) => tracing::error!(%error, "the files of a run could not be made the job's"),
+        if let Some(upload) = &self.upload {
+            upload.hurry();
+            self.unclaimed = true;
         }
     }
 
@@ -117,14 +124,25 @@ impl<'a> Reporter<'a> {
         self.kept = Some(Instant::now());
     }
 
-    /// Writes what has not been written yet; whether the whole curve is written now.
-    pub(super) fn flush(&mut self) -> bool {
-        // The curve first: a checkpoint is never ahead of it.
+    /// Writes what has not been written yet; whether the store knows all of it now.
+    fn flush(&mut self) -> bool {
         self.record();
+        // Also while the store does not answer: whoever goes on from a checkpoint writes the curve that stands in it.
         if !self.live.is_lost() {
             self.keep();
         }
-        self.unwritten.is_empty()
+        self.unwritten.is_empty() && !self.unclaimed
+    }
+
+    /// Writes the rest of what has happened in a run that is over, as often as it takes: the end of a job is recorded when its whole
+    /// curve is, and its files are those of the run that made them. Between two attempts it waits with `pause`, which says
+    /// whether to go on; a job that is left then goes on from its checkpoint later.
+    pub(super) fn write_out(&mut self, pause: impl Fn() -> bool) {
+        while !self.flush() && !self.live.is_lost() {
+            if !pause() {
+                self.live.lose();
+            }
+        }
     }
 }
 

@@ -368,12 +368,7 @@ impl Worker {
         let mut reporter = Reporter::new((&self.shared.store, &self.runtime), job, live, place);
         let outcome = run(&order, threads, &folder, (&cancel, CANCELLED_CHECK), checkpoint, &mut reporter);
         live.show(OnTheWay::new());
-        // The end of a job is recorded when its whole curve is. A service that ends before goes on from the checkpoint.
-        while !reporter.flush() && !live.is_lost() {
-            if !self.runtime.block_on(self.pause()) {
-                live.lose();
-            }
-        }
+        reporter.write_out(|| self.runtime.block_on(self.pause()));
         if live.is_lost() {
             return Ok(());
         }
@@ -399,7 +394,12 @@ impl Worker {
         let place = (folder.clone(), upload);
         let mut reporter = Reporter::new((&self.shared.store, &self.runtime), job, live, place);
         reporter.stage(Stage::Studying);
-        match study::run((&bytes, self.shared.job_memory), &folder, &mut reporter)? {
+        let studied = study::run((&bytes, self.shared.job_memory), &folder, &mut reporter);
+        reporter.write_out(|| self.runtime.block_on(self.pause()));
+        if live.is_lost() {
+            return Ok(());
+        }
+        match studied? {
             Some(studied) => {
                 job.work = Work::Accuracy(Box::new(studied));
                 job.end(JobState::Succeeded);

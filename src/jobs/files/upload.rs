@@ -8,6 +8,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, SystemTime};
 
+use object_store::WriteMultipart;
+use tokio::fs::File;
 use tokio::io::{AsyncReadExt, AsyncSeekExt};
 use tokio::runtime::Handle;
 use tokio::sync::{Mutex, Notify};
@@ -166,7 +168,7 @@ impl Upload {
         if brought.recorded >= length {
             return Ok(());
         }
-        let mut file = tokio::fs::File::open(Artefact::Recording.path(&self.folder)).await?;
+        let mut file = File::open(Artefact::Recording.path(&self.folder)).await?;
         file.seek(SeekFrom::Start(brought.recorded)).await?;
         while brought.recorded < length {
             let mut part = Vec::new();
@@ -184,18 +186,29 @@ impl Upload {
     /// Writes the recording in one piece.
     async fn put_together(&self) -> io::Result<()> {
         let name = Artefact::Recording.file_name();
-        let mut file = tokio::fs::File::open(Artefact::Recording.path(&self.folder)).await?;
+        let mut file = File::open(Artefact::Recording.path(&self.folder)).await?;
         let mut upload = self.objects.write_long(self.id, self.run, name).await?;
-        loop {
-            let mut piece = Vec::new();
-            if (&mut file).take(PART).read_to_end(&mut piece).await? == 0 {
-                break;
+        if let Err(error) = write_pieces(&mut file, &mut upload).await {
+            // The pieces that have arrived would be kept, and charged for, without anybody seeing them.
+            if let Err(left) = upload.abort().await {
+                tracing::warn!(job_id = %self.id, error = %left, "pieces of a recording are left over");
             }
-            upload.wait_for_capacity(2).await?;
-            upload.put(piece.into());
+            return Err(error);
         }
         upload.finish().await?;
         Ok(())
+    }
+}
+
+/// Writes `file` in pieces to an object that is there once the upload is finished.
+async fn write_pieces(file: &mut File, upload: &mut WriteMultipart) -> io::Result<()> {
+    loop {
+        let mut piece = Vec::new();
+        if file.take(PART).read_to_end(&mut piece).await? == 0 {
+            return Ok(());
+        }
+        upload.wait_for_capacity(2).await?;
+        upload.put(piece.into());
     }
 }
 

@@ -156,8 +156,13 @@ impl Store {
     /// # Errors
     ///
     /// When the database refuses.
-    pub async fn record_run(&self, claim: Claim, job: &Job) -> Result<bool, StoreError> {
-        self.write(claim, job, Written::Run, &[]).await
+    pub async fn record_run(
+        &self,
+        claim: Claim,
+        job: &Job,
+        curve: &[Generation],
+    ) -> Result<bool, StoreError> {
+        self.write(claim, job, Written::Run, curve).await
     }
 
     async fn write(

@@ -1,6 +1,6 @@
 //! Learning curves, a row a generation.
 
-use sqlx::Row;
+use sqlx::{AssertSqlSafe, Row};
 use uuid::Uuid;
 
 use super::database::{Store, StoreError, Writing, document, read};
@@ -21,18 +21,28 @@ impl Store {
     }
 }
 
-/// Adds points to a job's curve, within somebody's changes.
+/// Points that are written by one statement: a long curve, row by row, would keep the job locked for longer than its lease.
+const BATCH: usize = 500;
+
+/// Adds points to a job's curve, each generation once, within somebody's changes.
 pub(super) async fn extend(
     writing: &mut Writing<'_>,
     id: &str,
     curve: &[Generation],
 ) -> Result<(), StoreError> {
-    for figures in curve {
-        let query = writing.dialect.query(
-            "INSERT INTO generations (job, generation, figures) VALUES ($1, $2, $3)
+    for batch in curve.chunks(BATCH) {
+        let rows: Vec<String> =
+            (1..=batch.len()).map(|row| format!("($1, ${}, ${})", 2 * row, 2 * row + 1)).collect();
+        let text = format!(
+            "INSERT INTO generations (job, generation, figures) VALUES {}
              ON CONFLICT (job, generation) DO UPDATE SET figures = excluded.figures",
+            rows.join(", ")
         );
-        let query = query.bind(id).bind(i64::from(figures.generation)).bind(document(figures)?);
+        // Made of numbers of places alone.
+        let mut query = sqlx::query(AssertSqlSafe(text)).bind(id);
+        for figures in batch {
+            query = query.bind(i64::from(figures.generation)).bind(document(figures)?);
+        }
         writing.execute(query).await?;
     }
     Ok(())

@@ -246,7 +246,11 @@ impl Store {
                     writing.leave().await?;
                     return Err(full.into());
                 }
-                ("UPDATE jobs SET record = $2, unwanted = 0 WHERE id = $1", Happened::Queued)
+                // A worker that repeats the end of the job, not knowing that it was recorded, no longer holds it.
+                (
+                    "UPDATE jobs SET record = $2, unwanted = 0, fence = fence + 1 WHERE id = $1",
+                    Happened::Queued,
+                )
             }
             Amendment::Abandon => {
                 ("UPDATE jobs SET unwanted = 1 WHERE id = $1 AND $2 IS NOT NULL", Happened::Unwanted)
@@ -259,7 +263,7 @@ impl Store {
         Ok(Some(job))
     }
 
-    /// Removes a job and its curve if `may` lets it; whether there was one.
+    /// Removes a job and its curve if `may` lets it, which is told whether a worker holds the job; whether there was one.
     ///
     /// # Errors
     ///
@@ -267,14 +271,18 @@ impl Store {
     pub async fn delete<E: From<StoreError>>(
         &self,
         id: Uuid,
-        may: impl FnOnce(&StoredJob) -> Result<(), E>,
+        may: impl FnOnce(StoredJob, bool) -> Result<(), E>,
     ) -> Result<bool, E> {
         let mut writing = self.begin().await?;
         let Some(job) = find(&mut writing, id).await? else {
             writing.leave().await?;
             return Ok(false);
         };
-        if let Err(refused) = may(&job) {
+        let query = self.dialect.query(
+            "SELECT 1 FROM jobs WHERE id = $1 AND state = 'running' AND coalesce(lease_until, 0) >= {now}",
+        );
+        let held = writing.row(query.bind(id.to_string())).await?.is_some();
+        if let Err(refused) = may(job, held) {
             writing.leave().await?;
             return Err(refused);
         }

@@ -89,10 +89,11 @@ fn a_service_answers_to_its_own_names_only() {
         "evil.example@localhost.evil.example",
         "192.0.2.7",
         "0.0.0.0",
-        "a b",
     ] {
         called(host).problem(421);
     }
+    // What is no name at all, or none (RFC 9112, section 3.2).
+    called("a b").problem(400);
     // A page that was made to lead here has the origin that it names; that its two names agree proves nothing.
     let rebound = [
         "-H",
@@ -106,7 +107,7 @@ fn a_service_answers_to_its_own_names_only() {
     ];
     service.curl("/v1/jobs", &rebound).problem(421);
     service.curl("/", &["-H", "host: evil.example"]).problem(421);
-    service.curl("/healthz", &["-H", "host;"]).problem(421);
+    service.curl("/healthz", &["-H", "host;"]).problem(400);
 }
 
 /// Sends `text` on a connection of its own, which stays open.

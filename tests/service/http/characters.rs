@@ -235,6 +235,9 @@ fn a_character_is_given_back_as_it_was_posted() {
         (file.body.as_slice(), &*file.headers["content-type"]),
         (PADDLER.as_bytes(), "application/xml")
     );
+    // XML may contain scripts, which a browser would run in the service's name.
+    let policy = &file.headers["content-security-policy"];
+    assert!(policy.contains("default-src 'none'") && policy.contains("sandbox"), "{policy}");
     let path = service.post_job(&json!({ "generations": 1 }));
     let links = service.json(&path)["links"].clone();
     let link = links["character"].as_str().unwrap();

@@ -19,6 +19,8 @@ on_both_databases! {
     a_job_is_tried_three_times_again,
     only_attempts_in_vain_count,
     an_acknowledged_end_holds,
+    an_end_told_twice_undoes_no_retry,
+    a_long_curve_is_written_whole,
 }
 
 async fn lapse(store: &Store) -> Vec<Job> {
@@ -68,6 +70,38 @@ async fn an_old_claim_changes_nothing(place: Place) {
         }
     }
     assert!(lapse(&store).await.is_empty(), "the new lease is long");
+}
+
+/// A worker that does not hear that the end of its job was recorded tells it again.
+async fn an_end_told_twice_undoes_no_retry(place: Place) {
+    let store = place.open().await;
+    let id = post(&store, "", 0).await.id;
+    let mut claimed = store.claim("worker", LONG).await.unwrap().unwrap();
+    claimed.job.end(JobState::Failed);
+    assert!(store.settle(claimed.claim, &mut claimed.job).await.unwrap());
+    let reopen = |job: &mut Job| -> Result<Amendment, StoreError> {
+        job.reopen();
+        Ok(Amendment::Requeue(ROOM))
+    };
+    store.amend(id, reopen).await.unwrap();
+    assert!(!store.settle(claimed.claim, &mut claimed.job).await.unwrap());
+    assert_eq!(store.job(id).await.unwrap().unwrap().state, JobState::Queued);
+}
+
+/// In several statements, each with many points; what goes on from a checkpoint writes it all.
+async fn a_long_curve_is_written_whole(place: Place) {
+    let store = place.open().await;
+    let id = post(&store, "", 0).await.id;
+    let claimed = store.claim("worker", LONG).await.unwrap().unwrap();
+    let curve: Vec<Generation> = (0..1203).map(point).collect();
+    assert!(store.record(claimed.claim, &claimed.job, &curve).await.unwrap());
+    assert_eq!(store.curve(id, 0).await.unwrap(), curve);
+    // A point that is there already is replaced.
+    let changed = Generation { best: 2.0, ..point(1202) };
+    assert!(store.record(claimed.claim, &claimed.job, &[changed.clone(), point(1203)]).await.unwrap());
+    assert_eq!(store.curve(id, 1202).await.unwrap(), [changed, point(1203)]);
+    assert!(store.record_afresh(claimed.claim, &claimed.job, &curve[..700]).await.unwrap());
+    assert_eq!(store.curve(id, 0).await.unwrap(), curve[..700]);
 }
 
 async fn many_workers_take_each_job_once(place: Place) {

@@ -119,7 +119,7 @@ async fn jobs_are_listed_and_counted(place: Place) {
     assert_eq!(store.count(JobState::Queued, None).await.unwrap(), 6);
     assert_eq!(store.ids().await.unwrap(), ids.iter().copied().collect());
     assert_eq!(store.job_input(ids[0]).await.unwrap().unwrap(), b"input");
-    let may = |_: &gaitwright::jobs::StoredJob| Ok::<_, StoreError>(());
+    let may = |_: gaitwright::jobs::StoredJob, _: bool| Ok::<_, StoreError>(());
     assert!(store.delete(ids[0], may).await.unwrap());
     assert!(!store.delete(ids[0], may).await.unwrap());
     assert!(store.job(ids[0]).await.unwrap().is_none());
@@ -143,7 +143,7 @@ async fn characters_are_kept(place: Place) {
     job.character.digest.clone_from(&findings.digest);
     assert!(store.post(&job, text, None, ROOM).await.unwrap().is_none());
     assert_eq!(store.delete_character(id).await.unwrap(), CharacterDeletion::Needed(job.id));
-    let may = |_: &gaitwright::jobs::StoredJob| Ok::<_, StoreError>(());
+    let may = |_: gaitwright::jobs::StoredJob, _: bool| Ok::<_, StoreError>(());
     store.delete(job.id, may).await.unwrap();
     assert_eq!(store.delete_character(id).await.unwrap(), CharacterDeletion::Deleted);
     assert_eq!(store.delete_character(id).await.unwrap(), CharacterDeletion::Unknown);

@@ -78,7 +78,7 @@ async fn an_unreadable_record_harms_itself_alone() {
     let mut connection = database(data.path()).await;
     for (id, change) in [
         // Of a newer version, of a kind that is not known here, and damaged.
-        (ids[0], r#"json_set(record, '$.format', 'gaitwright/job@2')"#),
+        (ids[0], r#"json_set(record, '$.format', 'gaitwright/job@2', '$.state', 'running')"#),
         (ids[1], r#"json_set(record, '$.kind', 'weaving')"#),
         (ids[3], r#"json_remove(record, '$.timings')"#),
     ] {
@@ -89,6 +89,8 @@ async fn an_unreadable_record_harms_itself_alone() {
     connection.close().await.unwrap();
 
     let jobs = open(data.path()).await;
+    // A worker of that version is at it.
+    execute(data.path(), "UPDATE jobs SET lease_until = 1e15 WHERE state = 'running'").await;
     let list = jobs.list(None, None, 100).await.unwrap();
     let unreadable: Vec<_> = list
         .iter()
@@ -106,6 +108,11 @@ async fn an_unreadable_record_harms_itself_alone() {
             assert!(matches!(error, ServiceError::Store(StoreError::Unreadable { .. })), "{error:?}");
         }
     }
+    let error = jobs.delete(ids[0]).await.unwrap_err();
+    assert!(matches!(error, ServiceError::Store(StoreError::Unreadable { .. })), "{error:?}");
+    // Until its lease is over.
+    execute(data.path(), "UPDATE jobs SET lease_until = 0 WHERE state = 'running'").await;
+    jobs.delete(ids[0]).await.unwrap();
     jobs.cancel(ids[2]).await.unwrap();
     std::fs::create_dir_all(data.path().join("jobs").join(ids[3].to_string())).unwrap();
     jobs.delete(ids[3]).await.unwrap();
