@@ -113,6 +113,20 @@ fn the_ring_is_chosen_at_a_keyframe_and_met_at_the_next() {
     assert!((at(2.2, 0.3) - spline((1.0, 0.2), (-1.0 - 0.2, -0.3))).abs() < 1e-12);
 }
 
+/// A step that is longer than a segment passes over keyframes: what is added at the beginning of the segment in which it ends is
+/// that keyframe's change all the same.
+#[test]
+fn a_keyframe_that_was_stepped_over_has_its_change() {
+    let player = player().steered(Some(by_heading()));
+    let mut playing = Playing::new(&player, &headed(0.0));
+    let mut target = [0.0];
+    for t in [0.0, 0.2, 1.2] {
+        playing.targets(&player, t, &headed(-0.2), &mut target);
+    }
+    let wanted = hermite((1.0 + 0.1, 0.2), (-1.0 + 0.2, 0.3), 0.5, 0.2);
+    assert!((target[0] - wanted).abs() < 1e-12, "{} is not {wanted}", target[0]);
+}
+
 #[test]
 fn changes_of_several_measures_add_up() {
     let mut steering = by_heading();

@@ -83,7 +83,7 @@ pub struct Model {
     /// slot of its own, the same for as long as the model lives.
     pub ground_slots: usize,
     /// Convex solids of the collision shapes, in the frames of their bodies and in the order of `ground_shapes`;
-    /// `n_shapes`. Each has [`SOLID_SLOTS`] slots for its contacts with other solids, numbered after those of the ground.
+    /// `n_shapes`.
     pub solids: Vec<Convex>,
     /// Which pairs of shapes can make contact. From `collision::pairs::PairFinder::pairs`.
     pub pairs: Pairs,
@@ -105,8 +105,8 @@ impl Base {
     }
 }
 
-/// Slots of a shape for its contacts with other solids.
-pub const SOLID_SLOTS: usize = 4;
+/// Most points of contact of two solids that the detection finds.
+pub const PAIR_POINTS: usize = 4;
 
 impl Model {
     /// Number of movable joints.

@@ -30,7 +30,8 @@ pub struct Player {
 pub(super) struct Place {
     /// A number that no other segment has, over all rounds of the loop.
     pub(super) segment: u64,
-    /// As which keyframe of the loop its end counts.
+    /// As which keyframes of the loop its beginning and its end count.
+    pub(super) begins: Option<usize>,
     pub(super) next: usize,
     /// Duration of the segment and time since its beginning, s.
     duration: f64,
@@ -182,6 +183,7 @@ impl Player {
         };
         Some(Place {
             segment: knot as u64 + round as u64 * self.times.len() as u64,
+            begins: self.keyframe(knot),
             next,
             duration: self.times[knot + 1] - self.times[knot],
             since,

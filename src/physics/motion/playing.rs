@@ -13,6 +13,8 @@ pub struct Playing {
     start: Root,
     /// Which segment between two knots is being played; `None` before the first.
     segment: Option<u64>,
+    /// As which keyframe of the loop its end counts.
+    ends: Option<usize>,
     /// What is added at the segment's beginning and at its end.
     from: KeyframeChange,
     to: KeyframeChange,
@@ -22,7 +24,7 @@ impl Playing {
     /// `player` about to be played by a character whose root is at `start`.
     pub fn new(player: &Player, start: &Root) -> Self {
         let none = KeyframeChange::none(player.joint_count());
-        Self { start: *start, segment: None, from: none.clone(), to: none }
+        Self { start: *start, segment: None, ends: None, from: none.clone(), to: none }
     }
 
     /// Writes the target of every joint, rad or m, at `t` seconds since the start of play into `angles`. `t` is not before
@@ -31,9 +33,15 @@ impl Playing {
         player.targets(t, angles);
         let (Some(steering), Some(place)) = (player.steering(), player.place(t)) else { return };
         if self.segment != Some(place.segment) {
-            self.segment = Some(place.segment);
-            let change = steering.change(place.next, root, &self.start, player.joint_count());
-            self.from = std::mem::replace(&mut self.to, change);
+            let change = |keyframe| steering.change(keyframe, root, &self.start, player.joint_count());
+            // A step may be longer than a segment, whose end was not seen then.
+            if let Some(begins) = place.begins
+                && self.ends.is_some_and(|ends| ends != begins)
+            {
+                self.to = change(begins);
+            }
+            self.from = std::mem::replace(&mut self.to, change(place.next));
+            (self.segment, self.ends) = (Some(place.segment), Some(place.next));
         }
         place.add(&self.from, &self.to, angles);
     }

@@ -144,12 +144,6 @@ impl Spring {
         }
     }
 
-    /// The sum of two drives.
-    #[inline]
-    pub fn plus(self, other: Self) -> Self {
-        Self { at_rest: self.at_rest + other.at_rest, resistance: self.resistance + other.resistance }
-    }
-
     /// The torque at the new velocity `rate`, N m or N; infinite for a servo off its velocity.
     #[inline]
     pub fn torque(self, rate: f64) -> f64 {

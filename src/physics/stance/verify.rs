@@ -134,7 +134,9 @@ fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> b
     }
     let mut state = simulator.state().clone();
     let height = posed_height(model, &stance.state);
-    let tilt = state.root.orientation.angle_to(&stance.state.root.orientation);
+    // Whoever has turned about the vertical has not tipped.
+    let vertical = |state: &State| state.root.orientation.inverse_transform_vector(&Vector3::z());
+    let tilt = vertical(&state).angle(&vertical(&stance.state));
     let at = state.root.position;
     let ground = scene.ground.as_ref().map(Terrain::new);
     let rise = ground.map_or(0.0, |ground| ground.height(at.x, at.y) - ground.height(0.0, 0.0));

@@ -11,7 +11,7 @@ pub struct DetectionSettings {
     pub step: f64,
     /// Time ahead for which contacts are detected, s: the step's, and more where a feedforward pass looks farther ahead.
     pub ahead: f64,
-    /// Magnitude of gravity, m/s².
+    /// What bodies are taken to fall with, m/s².
     pub gravity: f64,
     /// Whether a point that can be reached within twice the time ahead is a candidate already, so that its row stops it on
     /// the surface instead of in it. Otherwise only points at or below the surface are candidates.

@@ -15,7 +15,7 @@ use super::displacement::{BodyDisplacement, PENETRATION_ALLOWED};
 use super::manifold::Manifold;
 use super::travel::Travel;
 use crate::model::collision::convex::{self, Convex, from_vector};
-use crate::model::{Model, SOLID_SLOTS};
+use crate::model::{Model, PAIR_POINTS};
 use crate::scene::StepPlan;
 use crate::sim::bodies::Bodies;
 use crate::sim::per_body::Motions;
@@ -37,8 +37,8 @@ const AHEAD: f64 = 0.25;
 /// Distances are distinguished down to this share of what counts as near.
 const ROUNDING: f64 = 1e-6;
 
-/// How many points of a pair may be added to those that the detection found.
-const ADDED_POINTS: usize = 3;
+/// How many points a pair may have when those are added that the step would drive into each other.
+const MOST_POINTS: usize = PAIR_POINTS + 3;
 
 /// Scratch memory for the detection of contacts between solids.
 #[derive(Debug, Clone)]
@@ -64,9 +64,13 @@ pub struct Solids {
     before: Vec<NearPair>,
     /// Pairs that can be in contact within the detection margin.
     close: Vec<[usize; 2]>,
-    /// Number of slots of each shape that this step has used.
-    used: Vec<usize>,
     manifold: Manifold,
+}
+
+/// The first slot of a pair of solids among the model's shapes and `obstacles` obstacles. Every point of a pair has a slot of its own,
+/// whichever other pairs are in contact.
+fn first_slot(model: &Model, obstacles: usize, [first, second]: [usize; 2]) -> usize {
+    model.ground_slots + MOST_POINTS * (first * (model.solids.len() + obstacles) + second)
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -107,7 +111,6 @@ impl Solids {
             near: Vec::with_capacity(pairs),
             before: Vec::with_capacity(pairs),
             close: Vec::with_capacity(pairs),
-            used: vec![0; shapes],
             manifold: Manifold::new(),
         }
     }
@@ -138,7 +141,6 @@ impl Solids {
             self.find(model, bodies, obstacles, origin, far + 2.0 * within);
         }
         self.quiet = self.valid;
-        self.used.fill(0);
         let shapes = model.solids.len();
         let upright = Matrix3::identity();
         let world = (&upright, -origin);
@@ -221,12 +223,9 @@ impl Solids {
                 (body.rotation.tr_mul(&(candidate.at - body.origin))).dot(&ORDER)
             };
             candidates[from..].sort_unstable_by(|a, b| place_in_order(a).total_cmp(&place_in_order(b)));
-            for candidate in &mut candidates[from..] {
-                // Candidates beyond a shape's slots share the last one: what is remembered there is only where
-                // the solver starts from.
-                candidate.slot =
-                    model.ground_slots + SOLID_SLOTS * first + self.used[first].min(SOLID_SLOTS - 1);
-                self.used[first] += 1;
+            let first_slot = first_slot(model, obstacles.len(), near.pair);
+            for (index, candidate) in candidates[from..].iter_mut().enumerate() {
+                candidate.slot = first_slot + index;
             }
         }
     }
@@ -256,7 +255,8 @@ impl Solids {
             };
             let same =
                 |candidate: &&ContactCandidate| (candidate.link, candidate.against) == (shape.link, against);
-            if candidates.iter().filter(same).count() >= SOLID_SLOTS + ADDED_POINTS {
+            let points = candidates.iter().filter(same).count();
+            if points >= MOST_POINTS {
                 continue;
             }
             let moves = other.map_or(SpatialMotion::ZERO, |other| new.at(other.body));
@@ -303,7 +303,7 @@ impl Solids {
                 continue;
             }
             candidates.push(ContactCandidate {
-                slot: model.ground_slots + SOLID_SLOTS * first + SOLID_SLOTS - 1,
+                slot: first_slot(model, obstacles.len(), [first, second]) + points,
                 link: shape.link,
                 body: shape.body,
                 against,

@@ -139,7 +139,7 @@ impl Equations {
         if core
             .inverse_pivots()
             .iter()
-            .zip(&*scales)
+            .zip(&scales[..scales.len() - outer.len()])
             .any(|(inverse, scale)| LEAST_PIVOT * inverse * scale > 1.0)
         {
             return None;

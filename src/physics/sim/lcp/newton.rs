@@ -29,7 +29,8 @@ use super::proximal::{Nearby, longest_way};
 use super::residual::{NEGLIGIBLE, evaluate, is_beyond_numbers, project};
 use super::splitting::Splitting;
 
-/// Newton steps in a row that may fail to lessen the residual before sweeps take over.
+/// Newton steps that may fail to lessen the residual before sweeps take over. To allow as many again after each that lessens it left no
+/// fewer of 30,000 random steps unsolved, and two of a collapse instead of one.
 const PATIENCE: u32 = 3;
 
 /// Most rows of a problem that is given to the pivoting method, whose tableau grows with their square.
@@ -38,8 +39,8 @@ const MOST_PIVOTED: usize = 36;
 /// Most pivots; it takes about as many as the problem has rows.
 const PIVOTS: u32 = 150;
 
-/// A residual that is greater than the tolerance by less than this is left to the next time step, which starts from the
-/// forces found in this one.
+/// A residual that is greater than the tolerance by less than this is not worth pivoting, nor rows that yield: the next time step
+/// starts from the forces found in this one.
 const NEARLY: f64 = 1e3;
 
 /// Shares ε of A's diagonal in the proximal terms: the first, and the least and the greatest that are tried.

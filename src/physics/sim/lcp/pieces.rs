@@ -230,6 +230,18 @@ fn end(
     velocity: &[f64],
 ) -> Option<f64> {
     let scale = row_scale(problem, row);
+    if problem.matrix[row * (problem.rows() + 1)] <= 0.0 {
+        // No force moves it: its velocity alone says to which end the force goes, as in the limit of a vanishing diagonal.
+        let (lower, upper) =
+            (Some(lower).filter(|end| end.is_finite()), Some(upper).filter(|end| end.is_finite()));
+        return if velocity[row] > 0.0 {
+            lower
+        } else if velocity[row] < 0.0 {
+            upper
+        } else {
+            None
+        };
+    }
     if velocity[row] >= scale * (lambda[row] - lower) {
         Some(lower)
     } else if velocity[row] <= scale * (lambda[row] - upper) {

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::velocities::Placement;
-use crate::model::{DofKind, Model, SOLID_SLOTS};
+use crate::model::{DofKind, Model, PAIR_POINTS};
 use crate::scene::StepPlan;
 use multiversion::multiversion;
 
@@ -70,7 +70,8 @@ impl ContactDetection {
         let settings = DetectionSettings {
             step,
             ahead: plan.drive.as_ref().map_or(step, |drive| step.max(0.5 * drive.horizon(period, step))),
-            gravity: plan.gravity.norm(),
+            // Without weight as under standard gravity, as for impacts.
+            gravity: plan.units.acceleration,
             anticipate: plan.stabilization,
             restitution: plan.restitution.unwrap_or(0.0),
         };
@@ -203,11 +204,11 @@ fn greater(vector: Vector3<f64>) -> f64 {
     vector.x.abs().max(vector.y.abs()).max(vector.z.abs())
 }
 
-/// Greatest number of candidates of `model` under `plan`.
+/// Room for the candidates of `model` under `plan`: every place on the ground, and as many solids in contact as there are.
 pub fn slots(model: &Model, plan: &StepPlan) -> usize {
     let ground = if plan.ground.is_some() { model.ground_slots } else { 0 };
     let solid = plan.self_collision || !plan.obstacles.is_empty();
-    ground + if solid { SOLID_SLOTS * model.solids.len() } else { 0 }
+    ground + if solid { PAIR_POINTS * model.solids.len() } else { 0 }
 }
 
 /// Greatest distance of a point of a collision shape from its body's centre of mass, m.
