@@ -212,13 +212,13 @@ async fn follow_objects(jobs: &Jobs, id: Uuid, sender: &Sender) -> Result<(), Se
         }
         let present = jobs.run(id).await?;
         // A worker that takes the job up anew writes a recording of its own.
-        let followed = *run.get_or_insert(present);
-        let over = !running || (at > 0 && followed != present);
-        if at == 0 {
-            run = Some(present);
-        }
-        let sent = match jobs.recording(run.unwrap_or(present)).await? {
+        let followed = run.filter(|_| at > 0).unwrap_or(present);
+        run = Some(followed);
+        let over = !running || followed != present;
+        let sent = match jobs.recording(followed).await? {
             Some(Recorded::Joined(joined)) => send_from(&joined, &mut at, sender).await,
+            // What was there has been removed.
+            _ if at > 0 => return Err(broken_off()),
             _ => Ok(true),
         };
         match sent {

@@ -70,7 +70,11 @@ problems! {
         "503": "Shutting down, or unable to write at present"
     }
     /// The job cannot be deleted.
-    NotDeleted { "404": "No such job", "409": "The job has not ended", "503": "Unable to write at present" }
+    NotDeleted {
+        "404": "No such job",
+        "409": "The job has not ended, or its record cannot be read and a worker is at it",
+        "503": "Unable to write at present"
+    }
     /// The job is not followed.
     NotFollowed {
         "404": "No such job",

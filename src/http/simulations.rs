@@ -24,7 +24,7 @@ use gaitwright_physics::fault::InputError;
 /// Most steps of a simulation over HTTP; longer ones are for the command line.
 const MOST_STEPS: u64 = 1_000_000;
 
-/// How long a simulation may compute: what takes longer keeps others from their turns.
+/// How long a simulation may take: what takes longer keeps others from their turns.
 const LONGEST: Duration = Duration::from_mins(10);
 
 /// Lines that may wait for their reader.
@@ -41,7 +41,7 @@ const READER_TIMEOUT: Duration = Duration::from_secs(30);
     request_body(description = "A scenario whose motion is inline, and whose character is inline or has been posted before",
         content = ref("#/components/schemas/Scenario")),
     responses(
-        (status = 200, description = "One line a sample, then a summary; broken off without one after ten minutes of computing",
+        (status = 200, description = "One line a sample, then a summary; broken off without one after ten minutes",
             content_type = "application/jsonl",
             body = ref("#/components/schemas/Line")),
         NotSimulated))]
@@ -57,11 +57,11 @@ pub(super) async fn simulate(
     let (sender, receiver) = mpsc::channel(BUFFERED_LINES);
     let (shutdown, runtime) = (app.jobs.shutdown().clone(), Handle::current());
     tokio::task::spawn_blocking(move || {
-        let _permit = permit;
         // Between two samples nothing is sent, so that only asking shows whether the reader has left.
         let until = Instant::now() + LONGEST;
         let wanted = || !sender.is_closed() && !shutdown.is_cancelled() && Instant::now() < until;
         let end = prepared.run_while(wanted, |line| send(&runtime, &sender, &line));
+        drop(permit);
         if end == ScenarioEnd::Stopped {
             // A body that just ended would look as if it were whole.
             let broken_off = Err(io::Error::other("the simulation was stopped"));

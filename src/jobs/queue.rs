@@ -242,7 +242,8 @@ impl Jobs {
     ///
     /// # Errors
     ///
-    /// [`ServiceError::UnknownJob`]; [`ServiceError::WrongState`] unless it has ended.
+    /// [`ServiceError::UnknownJob`]; [`ServiceError::WrongState`] unless it has ended; [`StoreError::Unreadable`] where a worker
+    /// holds it and this version cannot read its record.
     pub async fn delete(&self, id: Uuid) -> Result<(), ServiceError> {
         let jobs = self.clone();
         uninterrupted(async move {

@@ -79,7 +79,7 @@ export class Downloads {
     }
     this.others.replaceChildren(...items);
     if (recorded) this.offerViewer(links);
-    else this.recording.replaceChildren();
+    else if (job.storage.recording_removed) this.recording.replaceChildren();
   }
 
   /** The recording in its viewer, which is large and therefore fetched only when it is wanted. */

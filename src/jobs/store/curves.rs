@@ -38,8 +38,8 @@ pub(super) async fn extend(
              ON CONFLICT (job, generation) DO UPDATE SET figures = excluded.figures",
             rows.join(", ")
         );
-        // Made of numbers of places alone.
-        let mut query = sqlx::query(AssertSqlSafe(text)).bind(id);
+        // Made of numbers of places alone. Only the usual length is worth being prepared once for all.
+        let mut query = sqlx::query(AssertSqlSafe(text)).persistent(batch.len() == 1).bind(id);
         for figures in batch {
             query = query.bind(i64::from(figures.generation)).bind(document(figures)?);
         }

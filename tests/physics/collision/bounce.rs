@@ -75,6 +75,22 @@ fn an_elastic_ball_neither_gains_nor_loses_height() {
     }
 }
 
+/// Without weight nothing keeps a slow collision from rebounding: there is no rest for it to disturb.
+#[test]
+fn without_weight_the_slowest_ball_rebounds() {
+    for speed in [1.0, 0.05, 1e-4] {
+        let model = body(&format!(r#"<sphere radius="{RADIUS}"/>"#));
+        let mut state = State::new(&model);
+        state.root.position.z = RADIUS + 0.01 * speed;
+        state.root.linear_velocity.z = -speed;
+        let scene = Scene { restitution: 0.5, gravity: [0.0; 3], ..Scene::default() };
+        let mut simulator = simulator(&model, &scene, 0.002, state);
+        run(&mut simulator, 0.1);
+        let rising = simulator.state().root.linear_velocity.z;
+        assert!((rising - 0.5 * speed).abs() < SOLVER, "{rising} m/s after {speed}");
+    }
+}
+
 #[test]
 fn without_restitution_a_ball_stays_where_it_lands() {
     let mut simulator = dropped(0.0, 0.002, DROP);

@@ -54,8 +54,14 @@ fn no_point_near_the_ground_is_passed_over() {
         let mut bodies = Bodies::new(model);
         place(model, &state, &mut bodies);
         let step = 10f64.powf(rng.random_range(-4.0..-1.5));
-        let settings =
-            DetectionSettings { step, ahead: step, gravity: 9.81, anticipate: true, restitution: 0.0 };
+        let settings = DetectionSettings {
+            step,
+            ahead: step,
+            acceleration: 9.81,
+            gravity: 9.81,
+            anticipate: true,
+            restitution: 0.0,
+        };
         let (mut candidates, mut close) = (Vec::new(), Vec::new());
         let terrain = Terrain::Plane { height: HEIGHT };
         let origin = state.root.position.coords;

@@ -128,6 +128,7 @@ fn no_two_points_close_faster_than_foreseen() {
         let outlook = DetectionSettings {
             step: 0.002,
             ahead: 0.002,
+            acceleration: 9.81,
             gravity: 9.81,
             anticipate: true,
             restitution: 0.0,

@@ -71,6 +71,7 @@ async function train({ open, faults, loaded }) {
   const bytes = [...loaded].filter(([url]) => !url.includes("/v1/")).reduce((sum, [, size]) => sum + size, 0);
   assert.ok(bytes > 50_000 && bytes < FIRST_LOAD, `the first load has ${bytes} bytes`);
   await page.getByText("None so far.").waitFor();
+  assert.equal(await page.title(), "Characters and jobs · gaitwright");
   assert.equal(await page.getByRole("button", { name: "Older jobs" }).count(), 0, "there are no older jobs");
 
   // A file that cannot be used is named where it was dropped.
@@ -87,6 +88,7 @@ async function train({ open, faults, loaded }) {
   await page.locator("#file").setInputFiles(path.join(examples, "quadruped.urdf"));
   await page.waitForURL(/#\/characters\//);
   await page.getByText("12.00 kg").waitFor();
+  assert.equal(await page.title(), "quadruped · Character · gaitwright");
   await page.waitForLoadState("networkidle");
   const canvas = page.locator("canvas").first();
   const standing = await inksOf(page, canvas);
@@ -196,6 +198,24 @@ async function train({ open, faults, loaded }) {
   await page.waitForFunction(() => [...document.querySelectorAll(".player-title")].map((title) => title.textContent).join() === "trot,trot");
   await page.getByRole("button", { name: "Close" }).click();
   assert.equal(await page.locator("canvas").count(), 1);
+  // Whoever asks twice has one more, not two.
+  await page.getByRole("button", { name: "Compare" }).dblclick();
+  await page.waitForFunction(() => [...document.querySelectorAll(".player-title")].map((title) => title.textContent).join() === "trot,trot");
+  assert.equal(await page.locator("canvas").count(), 2);
+  await page.getByRole("button", { name: "Close" }).click();
+  assert.equal(await page.locator("canvas").count(), 1);
+
+  // A browser that lets no page keep anything shows it all the same.
+  const shy = await open();
+  await shy.addInitScript(() => {
+    for (const name of ["localStorage", "sessionStorage"]) {
+      Object.defineProperty(window, name, { get: () => { throw new DOMException("refused", "SecurityError"); } });
+    }
+  });
+  await shy.goto(page.url());
+  await shy.locator(".motion.chosen").waitFor();
+  assert.equal(await shy.title(), "quadruped · Job · gaitwright");
+  await shy.close();
 
   // Its link leads to it again; it is run again with changes; it is deleted once the question is answered.
   await page.reload();
@@ -216,6 +236,14 @@ async function train({ open, faults, loaded }) {
   await page.waitForURL(/#\/jobs\//);
   await page.locator(".state.queued").waitFor();
   await page.getByText("1 job", { exact: true }).waitFor();
+
+  // A service that does not answer is told, and when it does again that is gone.
+  assert.deepEqual(faults, []);
+  await page.route("**/v1/jobs/*", (route) => route.abort());
+  await page.getByText("What is shown here is out of date").waitFor();
+  await page.unroute("**/v1/jobs/*");
+  await page.getByText("What is shown here is out of date").waitFor({ state: "detached" });
+  faults.length = 0;
   await page.getByRole("button", { name: "Cancel" }).click();
   await page.getByRole("button", { name: "Try again" }).waitFor();
   const waited = page.url().split("/").at(-1);

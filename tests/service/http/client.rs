@@ -419,6 +419,12 @@ impl Receiver {
         self.child.wait().unwrap();
     }
 
+    /// Receives until the service breaks the answer off: what has come is not all.
+    pub fn breaks_off(mut self) {
+        self.child.stdout.take().unwrap().read_to_end(&mut self.received).unwrap();
+        assert!(!self.child.wait().unwrap().success(), "the stream ended as if it were whole");
+    }
+
     /// Everything received until the service ends the answer.
     pub fn finish(mut self) -> Vec<u8> {
         self.child.stdout.take().unwrap().read_to_end(&mut self.received).unwrap();

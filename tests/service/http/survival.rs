@@ -66,9 +66,11 @@ fn a_service_shut_down_puts_its_job_back() {
     let path = service.post_two_gaits();
     service.wait(&path, "learning", |job| job["progress"]["generations"].as_u64().unwrap() >= 13);
     let stream = super::client::Receiver::start(&service.url(&format!("{path}/events")));
+    let recording = super::client::Receiver::start(&service.url(&format!("{path}/recording.rrd")));
     service.signal("TERM");
     assert!(service.wait_for_exit(), "it ends by itself, in order");
     stream.finish();
+    recording.breaks_off();
     assert!(service.folder(&path).join("checkpoint.json").is_file());
 
     let service = Service::on(data.path(), &[]);

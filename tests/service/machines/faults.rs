@@ -120,6 +120,11 @@ async fn the_database_is_restarted() {
     let _workers = [cluster.worker(), cluster.worker()];
     let jobs = post_all(&server, slow_job);
     let followed = Receiver::start(&server.url(&format!("{}/events", jobs.keys().next().unwrap())));
+    // As the first run begins: that its files are the job's can be recorded only later.
+    server.wait(jobs.keys().next().unwrap(), "taken up", |job| job["state"] == "running");
+    cluster.database.server().fall();
+    std::thread::sleep(Duration::from_secs(2));
+    cluster.database.server().rise();
     for pause in [0, 1, 4] {
         let path = jobs.keys().next().unwrap();
         wait_until_learning(&server, path, 3);

@@ -15,7 +15,7 @@ use super::shared::Shared;
 
 pub(super) use search::NicheSearch;
 
-use crate::learn::Interrupted;
+use crate::learn::{Interrupted, StopReason};
 use crate::program::ring::Wanted;
 use crate::program::steer;
 use crate::program::straightening::Straightening;
@@ -140,7 +140,6 @@ impl NicheSearch<'_> {
         let wanted = if self.unfinished.is_some() { wanted.strictly() } else { wanted };
         let (mut leading, spent) = if self.steered {
             let mut leading = self.balanced(&wanted, &starts, all)?;
-            self.found = Some(leading.found());
             self.refine(&mut leading, Fidelity::Coarse, all / STAGE, Rank::Leading)?;
             (leading, all / STAGE)
         } else {
@@ -198,17 +197,22 @@ impl NicheSearch<'_> {
         generations: u32,
     ) -> Result<Stage, Interrupted> {
         let mut best = self.first_stage(wanted, starts)?;
-        self.refine(&mut best, Fidelity::Coarse, generations, Rank::Rival)?;
+        let outcome = self.refine(&mut best, Fidelity::Coarse, generations, Rank::Rival);
+        // Kept also where the search is broken off.
+        self.found = Some(best.found());
+        outcome?;
         for part in 0..PARTS.min(starts.len()) {
             if best.best().figures.upright >= 1.0 || self.shared.used_up(self.progress).is_some() {
                 break;
             }
             let own: Vec<Vec<f64>> = starts.iter().skip(part).step_by(PARTS).cloned().collect();
             let mut stage = self.first_stage(wanted, &own)?;
-            self.refine(&mut stage, Fidelity::Coarse, generations, Rank::Rival)?;
+            let outcome = self.refine(&mut stage, Fidelity::Coarse, generations, Rank::Rival);
             if stage.best().cost < best.best().cost {
                 best = stage;
+                self.found = Some(best.found());
             }
+            outcome?;
         }
         Ok(best)
     }
@@ -286,9 +290,15 @@ impl NicheSearch<'_> {
         // Kept before the clock is looked at: what was straightened and proven is not lost where time ends in the proof.
         self.found = Some(found.clone());
         stop.check()?;
-        let steered =
-            if found.proof() == Proof::ALL_TRIALS_KEPT { None } else { self.steered_by_heading(&found)? };
-        self.found = Some(steered.unwrap_or(found));
+        if found.proof() == Proof::ALL_TRIALS_KEPT {
+            return Ok(());
+        }
+        match self.steered_by_heading(&found) {
+            Ok(steered) => self.found = Some(steered.unwrap_or(found)),
+            // What was proven without stands.
+            Err(Interrupted(StopReason::Seconds)) => self.progress.by_the_clock = true,
+            Err(interrupted) => return Err(interrupted),
+        }
         Ok(())
     }
 }

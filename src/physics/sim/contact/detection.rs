@@ -11,7 +11,9 @@ pub struct DetectionSettings {
     pub step: f64,
     /// Time ahead for which contacts are detected, s: the step's, and more where a feedforward pass looks farther ahead.
     pub ahead: f64,
-    /// What bodies are taken to fall with, m/s².
+    /// What bodies may be accelerated with in a step before it counts as an impact, m/s²: gravity, or standard gravity without weight.
+    pub acceleration: f64,
+    /// Magnitude of gravity, m/s².
     pub gravity: f64,
     /// Whether a point that can be reached within twice the time ahead is a candidate already, so that its row stops it on
     /// the surface instead of in it. Otherwise only points at or below the surface are candidates.
@@ -23,13 +25,13 @@ pub struct DetectionSettings {
 impl DetectionSettings {
     /// For the contacts closed at present.
     pub const PRESENT: Self =
-        Self { step: 0.0, ahead: 0.0, gravity: 0.0, anticipate: false, restitution: 0.0 };
+        Self { step: 0.0, ahead: 0.0, acceleration: 0.0, gravity: 0.0, anticipate: false, restitution: 0.0 };
 
     /// Greatest gap that can be closed within twice the time ahead at a present speed of `approach`, m.
     #[inline]
     pub fn margin(&self, approach: f64) -> f64 {
         if self.anticipate {
-            4.0 * self.ahead * self.ahead * self.gravity + 2.0 * self.ahead * approach.max(0.0)
+            4.0 * self.ahead * self.ahead * self.acceleration + 2.0 * self.ahead * approach.max(0.0)
         } else {
             0.0
         }

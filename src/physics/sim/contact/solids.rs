@@ -37,8 +37,11 @@ const AHEAD: f64 = 0.25;
 /// Distances are distinguished down to this share of what counts as near.
 const ROUNDING: f64 = 1e-6;
 
-/// How many points a pair may have when those are added that the step would drive into each other.
-const MOST_POINTS: usize = PAIR_POINTS + 3;
+/// How many points of a pair may be added to those that the detection found.
+const ADDED_POINTS: usize = 3;
+
+/// Slots of a pair: for the points that are found in a step, for others that are found after an impact in it, and for those added.
+const PAIR_SLOTS: usize = 2 * PAIR_POINTS + ADDED_POINTS;
 
 /// Scratch memory for the detection of contacts between solids.
 #[derive(Debug, Clone)]
@@ -70,7 +73,15 @@ pub struct Solids {
 /// The first slot of a pair of solids among the model's shapes and `obstacles` obstacles. Every point of a pair has a slot of its own,
 /// whichever other pairs are in contact.
 fn first_slot(model: &Model, obstacles: usize, [first, second]: [usize; 2]) -> usize {
-    model.ground_slots + MOST_POINTS * (first * (model.solids.len() + obstacles) + second)
+    model.ground_slots + PAIR_SLOTS * (first * (model.solids.len() + obstacles) + second)
+}
+
+/// The first slot from `slot` on that none of `candidates` has.
+pub fn free_slot(candidates: &[ContactCandidate], mut slot: usize) -> usize {
+    while candidates.iter().any(|candidate| candidate.slot == slot) {
+        slot += 1;
+    }
+    slot
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -255,8 +266,7 @@ impl Solids {
             };
             let same =
                 |candidate: &&ContactCandidate| (candidate.link, candidate.against) == (shape.link, against);
-            let points = candidates.iter().filter(same).count();
-            if points >= MOST_POINTS {
+            if candidates.iter().filter(same).count() >= PAIR_POINTS + ADDED_POINTS {
                 continue;
             }
             let moves = other.map_or(SpatialMotion::ZERO, |other| new.at(other.body));
@@ -303,7 +313,7 @@ impl Solids {
                 continue;
             }
             candidates.push(ContactCandidate {
-                slot: first_slot(model, obstacles.len(), [first, second]) + points,
+                slot: free_slot(candidates, first_slot(model, obstacles.len(), [first, second])),
                 link: shape.link,
                 body: shape.body,
                 against,

@@ -9,7 +9,7 @@ use multiversion::multiversion;
 
 use crate::model::wide::LANES;
 use crate::sim::bodies::Bodies;
-use crate::sim::contact::solids::Solids;
+use crate::sim::contact::solids::{Solids, free_slot};
 use crate::sim::contact::{Contact, ContactCandidate, DetectionSettings, grip, ground};
 use crate::sim::per_body::Motions;
 use crate::sim::rows::contact;
@@ -70,8 +70,8 @@ impl ContactDetection {
         let settings = DetectionSettings {
             step,
             ahead: plan.drive.as_ref().map_or(step, |drive| step.max(0.5 * drive.horizon(period, step))),
-            // Without weight as under standard gravity, as for impacts.
-            gravity: plan.units.acceleration,
+            acceleration: plan.units.acceleration,
+            gravity: plan.gravity.norm(),
             anticipate: plan.stabilization,
             restitution: plan.restitution.unwrap_or(0.0),
         };
@@ -132,7 +132,10 @@ impl ContactDetection {
         let (count, near) = (known.len(), SAME_POINT * *reach);
         for candidate in candidates.iter() {
             if !known[..count].iter().any(|other| other.is_same_as(candidate, near)) {
-                known.push(ContactCandidate { rebound: 0.0, ..*candidate });
+                // Points on the ground may share a slot; those of two solids were counted anew.
+                let of_solids = candidate.slot >= model.ground_slots;
+                let slot = if of_solids { free_slot(known, candidate.slot) } else { candidate.slot };
+                known.push(ContactCandidate { slot, rebound: 0.0, ..*candidate });
             }
         }
         std::mem::swap(known, candidates);
