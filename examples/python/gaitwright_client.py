@@ -145,9 +145,9 @@ class Client:
         """The learning curve so far."""
         return self._json("GET", _place(job) + "/curve")
 
-    def report(self, job):
-        """Everything about a job that has ended."""
-        return self._json("GET", _place(job) + "/report")
+    def report(self, job, preliminary=False):
+        """Everything about a job; `preliminary` takes what there is of one that has not ended."""
+        return self._json("GET", _place(job) + "/report" + _query(preliminary=preliminary))
 
     def export(self, job, form, number=None, fps=None, in_place=False):
         """The bytes of a motion in another form: `glb`, `bvh`, `csv`, `ros` or `mujoco`."""
@@ -162,7 +162,8 @@ class Client:
         return self._bytes("GET", f"{_place(job)}/motions.glb{query}")
 
     def recording(self, job, path):
-        """Writes the recording for the Rerun viewer into a file; of a running job, as it grows, until the job has ended."""
+        """Writes the recording for the Rerun viewer into a file; of a running job, as it grows, until the job has ended. Raises
+        `http.client.IncompleteRead` where the service ends before, or the job goes on in another recording."""
         with self._open("GET", _place(job) + "/recording.rrd") as stream, open(path, "wb") as file:
             while chunk := stream.read1(1 << 16):
                 file.write(chunk)

@@ -42,7 +42,8 @@ const CHUNK: usize = 64 << 10;
     params(JobId),
     responses(
         (status = 200, description = "The recording, for the Rerun viewer; while the job runs, everything \
-            recorded so far and then what is added, until the job ends",
+            recorded so far and then what is added, until the job ends; broken off where the service ends before, or \
+            where the job goes on in another recording",
             content_type = "application/octet-stream", body = Vec<u8>),
         (status = 206, description = "A range of a finished recording",
             content_type = "application/octet-stream", body = Vec<u8>),
