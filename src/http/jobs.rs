@@ -182,9 +182,10 @@ pub(super) async fn submit(
             submit_bytes(&app, body, "", JobTerms::default(), posting).await?
         }
         (None, Upload::Form(form)) => {
-            let terms = form.terms()?;
+            let character = form.character.clone();
+            let terms = app.jobs.compute(move |_| Ok(form.terms()?)).await?;
             // As in a job document, whose character stands there: the part `job` has no field of this name.
-            submit_bytes(&app, form.character, "/character", terms, posting).await?
+            submit_bytes(&app, character, "/character", terms, posting).await?
         }
     };
     Ok(accepted(job))
