@@ -8,11 +8,13 @@ use std::time::SystemTime;
 use axum::body::Body;
 use axum::extract::Request;
 use axum::http::header::{
-    ACCEPT_RANGES, CONTENT_LENGTH, CONTENT_RANGE, CONTENT_TYPE, ETAG, IF_RANGE, LAST_MODIFIED, RANGE,
+    ACCEPT_RANGES, CONTENT_LENGTH, CONTENT_RANGE, CONTENT_TYPE, ETAG, HeaderName, IF_MATCH,
+    IF_MODIFIED_SINCE, IF_NONE_MATCH, IF_RANGE, IF_UNMODIFIED_SINCE, LAST_MODIFIED, RANGE,
 };
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream;
+use httpdate::HttpDate;
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
 
@@ -48,13 +50,14 @@ pub(super) fn serve_joined(joined: Joined, request: &Request) -> Response {
     headers.insert(CONTENT_TYPE, HeaderValue::from_static("application/octet-stream"));
     headers.insert(ACCEPT_RANGES, HeaderValue::from_static("bytes"));
     let tag = format!("\"{}\"", joined.tag());
-    for (name, value) in [(ETAG, tag.clone()), (LAST_MODIFIED, http_date(joined.modified()))] {
+    for (name, value) in [(ETAG, tag.clone()), (LAST_MODIFIED, HttpDate::from(joined.modified()).to_string())]
+    {
         if let Ok(value) = HeaderValue::from_str(&value) {
             headers.insert(name, value);
         }
     }
-    if is_known(request.headers(), &tag) {
-        return (StatusCode::NOT_MODIFIED, headers).into_response();
+    if let Some(status) = instead_of_sending(request.headers(), &tag, joined.modified()) {
+        return (status, headers).into_response();
     }
     let asked = request.headers().get(RANGE).and_then(|range| single(range.to_str().ok()?));
     let applies = request.method() == Method::GET
@@ -94,14 +97,28 @@ pub(super) fn serve_joined(joined: Joined, request: &Request) -> Response {
     (status, headers, body).into_response()
 }
 
-fn content_range(range: &str) -> HeaderValue {
-    HeaderValue::from_str(&format!("bytes {range}")).unwrap_or(HeaderValue::from_static("bytes */*"))
+/// The status with which a file of this tag that was `modified` then is not sent, for the conditions of a request (RFC 9110, section
+/// 13.2.2): it is another than the client has in mind, or the one that it has already.
+fn instead_of_sending(headers: &HeaderMap, tag: &str, modified: SystemTime) -> Option<StatusCode> {
+    let modified = HttpDate::from(modified);
+    let date = |name: HeaderName| headers.get(name)?.to_str().ok()?.parse::<HttpDate>().ok();
+    if headers.contains_key(IF_MATCH) {
+        let values = headers.get_all(IF_MATCH).iter().filter_map(|value| value.to_str().ok());
+        if !values.flat_map(|value| value.split(',')).any(|known| ["*", tag].contains(&known.trim())) {
+            return Some(StatusCode::PRECONDITION_FAILED);
+        }
+    } else if date(IF_UNMODIFIED_SINCE).is_some_and(|limit| modified > limit) {
+        return Some(StatusCode::PRECONDITION_FAILED);
+    }
+    let known = match headers.contains_key(IF_NONE_MATCH) {
+        true => is_known(headers, tag),
+        false => date(IF_MODIFIED_SINCE).is_some_and(|since| modified <= since),
+    };
+    known.then_some(StatusCode::NOT_MODIFIED)
 }
 
-/// A time as the header `Last-Modified` has it (RFC 9110, section 5.6.7).
-fn http_date(time: SystemTime) -> String {
-    let time = jiff::Timestamp::try_from(time).unwrap_or_default();
-    time.strftime("%a, %d %b %Y %H:%M:%S GMT").to_string()
+fn content_range(range: &str) -> HeaderValue {
+    HeaderValue::from_str(&format!("bytes {range}")).unwrap_or(HeaderValue::from_static("bytes */*"))
 }
 
 /// The positions in a file of `length` bytes that a range as [`single`] writes it means; `None` where there are none.

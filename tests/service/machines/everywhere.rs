@@ -244,6 +244,22 @@ async fn a_recording_is_followed_and_read_in_ranges() {
         other.curl(&recording, &arguments)
     };
     let tag = &whole.headers["etag"];
+    // Conditions are looked at in the order that the standard has, as for files in a folder.
+    let (old, last) = ("Sun, 06 Nov 1994 08:49:37 GMT", &whole.headers["last-modified"]);
+    for (conditions, status) in [
+        (vec![format!("If-Match: {tag}")], 200),
+        (vec!["If-Match: \"0\"".to_owned()], 412),
+        (vec!["If-Match: *".to_owned(), format!("If-Unmodified-Since: {old}")], 200),
+        (vec![format!("If-Unmodified-Since: {old}")], 412),
+        (vec![format!("If-Unmodified-Since: {last}")], 200),
+        (vec![format!("If-Modified-Since: {last}")], 304),
+        (vec![format!("If-Modified-Since: {old}")], 200),
+        (vec!["If-None-Match: \"0\"".to_owned(), format!("If-Modified-Since: {last}")], 200),
+        (vec![format!("If-None-Match: {tag}")], 304),
+    ] {
+        let arguments: Vec<&str> = conditions.iter().flat_map(|condition| ["-H", condition]).collect();
+        assert_eq!(other.curl(&recording, &arguments).status, status, "{conditions:?}");
+    }
     for (asked, from, to) in [
         ("0-0".to_owned(), 0, 1),
         ("100-299".to_owned(), 100, 300),
