@@ -11,7 +11,7 @@ use super::caller::Caller;
 use super::extract::JsonBody;
 use super::jobs::JobBody;
 use super::problem::ProblemDetails;
-use super::responses::NotQueued;
+use super::responses::StudyNotQueued;
 use crate::jobs::Posting;
 
 /// Queues a study of what accuracy costs for a scenario.
@@ -25,7 +25,7 @@ use crate::jobs::Posting;
     responses(
         (status = 202, description = "Queued", body = ref("#/components/schemas/Job"),
             headers(("Location" = String, description = "Where the job is"))),
-        NotQueued))]
+        StudyNotQueued))]
 pub(super) async fn submit(
     State(app): State<App>,
     caller: Caller,

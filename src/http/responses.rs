@@ -32,6 +32,12 @@ problems! {
         "429": "Too many jobs wait, of all or of this caller",
         "503": "Shutting down, or unable to write at present"
     }
+    /// A study could not be queued.
+    StudyNotQueued {
+        "422": "What is asked for is impossible, with every fault found",
+        "429": "Too many jobs wait, of all or of this caller",
+        "503": "Shutting down, or unable to write at present"
+    }
     /// A character was not kept.
     NotKept {
         "422": "The character is impossible, with every fault found",

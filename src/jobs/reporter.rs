@@ -37,7 +37,7 @@ pub(super) struct Reporter<'a> {
     /// Points of the curve that are not in the store yet.
     unwritten: Vec<Generation>,
     /// The work proper has begun, and the store does not know yet that the files of this run are the job's.
-    unclaimed: bool,
+    run_unrecorded: bool,
     recorded: Instant,
     /// The newest checkpoint, unless it is on the disk.
     checkpoint: Option<TrainingCheckpoint>,
@@ -64,7 +64,7 @@ impl<'a> Reporter<'a> {
             folder,
             upload,
             unwritten: Vec::new(),
-            unclaimed: false,
+            run_unrecorded: false,
             recorded: now,
             checkpoint: None,
             kept: None,
@@ -80,7 +80,7 @@ impl<'a> Reporter<'a> {
         // The store may take its time.
         self.live.show_life();
         let claim = self.live.claim();
-        let written = if self.unclaimed {
+        let written = if self.run_unrecorded {
             self.runtime.block_on(self.store.record_run(claim, self.job, &self.unwritten))
         } else {
             self.runtime.block_on(self.store.record(claim, self.job, &self.unwritten))
@@ -88,7 +88,7 @@ impl<'a> Reporter<'a> {
         match written {
             Ok(true) => {
                 self.unwritten.clear();
-                self.unclaimed = false;
+                self.run_unrecorded = false;
             }
             Ok(false) => self.live.lose(),
             // What is unwritten stays so, and is tried again with the next.
@@ -102,7 +102,7 @@ impl<'a> Reporter<'a> {
         self.job.begin_anew();
         if let Some(upload) = &self.upload {
             upload.hurry();
-            self.unclaimed = true;
+            self.run_unrecorded = true;
         }
     }
 
@@ -131,7 +131,7 @@ impl<'a> Reporter<'a> {
         if !self.live.is_lost() {
             self.keep();
         }
-        self.unwritten.is_empty() && !self.unclaimed
+        self.unwritten.is_empty() && !self.run_unrecorded
     }
 
     /// Writes the rest of what has happened in a run that is over, as often as it takes: the end of a job is recorded when its whole

@@ -11,7 +11,7 @@ pub struct DetectionSettings {
     pub step: f64,
     /// Time ahead for which contacts are detected, s: the step's, and more where a feedforward pass looks farther ahead.
     pub ahead: f64,
-    /// What bodies may be accelerated with in a step before it counts as an impact, m/s²: gravity, or standard gravity without weight.
+    /// Acceleration for which the look ahead makes room, m/s²: gravity, or standard gravity where there is none.
     pub acceleration: f64,
     /// Magnitude of gravity, m/s².
     pub gravity: f64,

@@ -7,7 +7,7 @@
 //! Coulomb's law although that law is no minimisation.
 
 use super::problem::{Bound, Problem, Solution, SolveStatus, Solver};
-use super::residual::{between, dot, error, evaluate, norm, onto_rim, project, within_disc};
+use super::residual::{asked_end, between, dot, error, evaluate, norm, onto_rim, project, within_disc};
 
 /// A row whose diagonal is below this share of the greatest one cannot be moved: what it holds are
 /// rounding errors of the others.
@@ -123,7 +123,7 @@ impl Sweeper {
                 _ => {
                     let (lower, upper) = bound.interval(lambda);
                     let new = match self.inverse[row] {
-                        0.0 => immobile(old, w, lower, upper),
+                        0.0 => asked_end(w, lower, upper).unwrap_or_else(|| between(old, lower, upper)),
                         inverse => between(old - w * inverse, lower, upper),
                     };
                     lambda[row] = new;
@@ -161,18 +161,6 @@ impl Sweeper {
             row += block;
         }
         SolveStatus::IterationLimit
-    }
-}
-
-/// The force of a row that no force moves: the end of its bound that its velocity asks for, if there
-/// is one, as in the limit of a vanishing diagonal.
-fn immobile(force: f64, w: f64, lower: f64, upper: f64) -> f64 {
-    if w > 0.0 && lower.is_finite() {
-        lower
-    } else if w < 0.0 && upper.is_finite() {
-        upper
-    } else {
-        between(force, lower, upper)
     }
 }
 

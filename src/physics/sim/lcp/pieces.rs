@@ -13,7 +13,7 @@
 //! What is left is one square linear system, with no more unknowns than rows (see `equations.rs`).
 
 use super::problem::{Bound, Problem};
-use super::residual::{norm, reaches_beyond, row_scale, tangent_scale};
+use super::residual::{asked_end, norm, reaches_beyond, row_scale, tangent_scale};
 
 /// Friction that follows its normal force.
 #[derive(Debug, Clone, Copy)]
@@ -231,16 +231,7 @@ fn end(
 ) -> Option<f64> {
     let scale = row_scale(problem, row);
     if problem.matrix[row * (problem.rows() + 1)] <= 0.0 {
-        // No force moves it: its velocity alone says to which end the force goes, as in the limit of a vanishing diagonal.
-        let (lower, upper) =
-            (Some(lower).filter(|end| end.is_finite()), Some(upper).filter(|end| end.is_finite()));
-        return if velocity[row] > 0.0 {
-            lower
-        } else if velocity[row] < 0.0 {
-            upper
-        } else {
-            None
-        };
+        return asked_end(velocity[row], lower, upper);
     }
     if velocity[row] >= scale * (lambda[row] - lower) {
         Some(lower)

@@ -288,6 +288,19 @@ fn at_least_zero(value: f64) -> f64 {
     if value < 0.0 { 0.0 } else { value }
 }
 
+/// The end of the bound of a row that no force moves for which its velocity `w` asks, if there is one, as in the limit of a vanishing
+/// diagonal.
+#[inline(always)] // part of the kernels
+pub(super) fn asked_end(w: f64, lower: f64, upper: f64) -> Option<f64> {
+    if w > 0.0 && lower.is_finite() {
+        Some(lower)
+    } else if w < 0.0 && upper.is_finite() {
+        Some(upper)
+    } else {
+        None
+    }
+}
+
 /// The factor from a force of `row` to its velocity: its diagonal, or 1 where that is not positive.
 pub(super) fn row_scale(problem: &Problem<'_>, row: usize) -> f64 {
     let diagonal = problem.matrix[row * (problem.rows() + 1)];
