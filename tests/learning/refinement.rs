@@ -87,7 +87,8 @@ fn starts_are_ranked_by_what_they_cost_and_the_last_stands_for_all_beyond() {
     // What hardly breaks a constraint is not behind all that hold them.
     let promise = |cost: f64| if cost < HOLDS { cost } else { cost - HOLDS };
     assert!(costs.iter().copied().map(promise).is_sorted(), "{costs:?}");
-    let each = seeds.iter().map(|seed| promise(evaluate(&subject, &arena, &wanted, seed, STRIDES).cost));
+    let each =
+        seeds.iter().map(|seed| promise(evaluate(&subject, &arena, &wanted, &seed.parameters, STRIDES).cost));
     assert_eq!(promise(costs[0]), each.fold(f64::INFINITY, f64::min));
     assert!(costs[0] < costs[1], "{costs:?}");
     assert_eq!(costs[seeds.len()], costs[seeds.len() - 1]);

@@ -1,10 +1,12 @@
 //! Where searches for gaits begin: what the template and the seeds do before any search, and how a way is set straight.
 
 use gaitwright_learning::learn::Stop;
+use gaitwright_learning::program::candidate::evaluate;
 use gaitwright_learning::program::cost::{HOLDS, undisturbed};
 use gaitwright_learning::program::gaits::named;
 use gaitwright_learning::program::ring::{SIDEWAYS, SWAY, Wanted};
 use gaitwright_learning::program::rollout::STRIDES;
+use gaitwright_learning::program::seeds::Seed;
 use gaitwright_learning::program::steer;
 use gaitwright_learning::program::straightening::{Straightened, Straightening};
 use gaitwright_learning::program::subject::Subject;
@@ -23,7 +25,7 @@ fn the_template_walks_before_any_search() {
             .seeds(&wanted.gait)
             .iter()
             .filter(|seed| {
-                let mut parameters = (*seed).clone();
+                let mut parameters = seed.parameters.clone();
                 parameters[SWAY] = sway;
                 let (ring, gains) = subject.ring(&wanted, &parameters);
                 arena.run(&ring, &gains, 4 * STRIDES).upright >= 1.0
@@ -43,12 +45,36 @@ fn leaps_hold_their_constraints_before_any_search() {
     let arena = subject.arena().unwrap();
     for (gait, froude) in [("bound", 1.0), ("transverse gallop", 2.0)] {
         let wanted = Wanted::at_froude(&subject.legs, named(gait, &subject.legs).unwrap(), froude, GRAVITY);
-        let cost = |seed: &Vec<f64>| {
-            let (ring, gains) = subject.ring(&wanted, seed);
+        let cost = |seed: &Seed| {
+            let (ring, gains) = subject.ring(&wanted, &seed.parameters);
             undisturbed(&wanted, ring.period, &subject.legs, &arena.run(&ring, &gains, STRIDES))
         };
         let least = subject.seeds(&wanted.gait).iter().map(cost).fold(f64::INFINITY, f64::min);
         assert!(least < HOLDS, "{gait}: {least}");
+    }
+}
+
+/// Leaps promise more where searches for them ended than at the template: half of what speaks against them is gone.
+#[test]
+fn leaps_begin_where_searches_for_them_ended() {
+    let subject = subject("quadruped.urdf", [1.0, 0.0, 0.0]);
+    let arena = subject.arena().unwrap();
+    for (gait, froude) in
+        [("canter", 1.0), ("bound", 1.0), ("transverse gallop", 2.0), ("rotary gallop", 2.0)]
+    {
+        let wanted = Wanted::at_froude(&subject.legs, named(gait, &subject.legs).unwrap(), froude, GRAVITY);
+        let seeds = subject.seeds(&wanted.gait);
+        let farthest = seeds.iter().map(|seed| seed.reach).fold(0.0, f64::max);
+        let least = |near: bool| {
+            let own = seeds.iter().filter(|seed| (seed.reach < farthest) == near);
+            let cost = |seed: &Seed| {
+                let cost = evaluate(&subject, &arena, &wanted, &seed.parameters, STRIDES).cost;
+                if cost < HOLDS { cost } else { cost - HOLDS }
+            };
+            own.map(cost).fold(f64::INFINITY, f64::min)
+        };
+        let (near, far) = (least(true), least(false));
+        assert!(near < 0.5 * far, "{gait}: {near} where others ended, {far} at the template");
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use gaitwright_learning::learn::Task;
 use gaitwright_learning::program::gaits::{named, ways};
 use gaitwright_learning::program::ring::Wanted;
+use gaitwright_learning::program::seeds::Seed;
 use gaitwright_learning::program::subject::Subject;
 use gaitwright_learning::training::check_task;
 use gaitwright_physics::character::read_file;
@@ -52,8 +53,8 @@ fn wanted(subject: &Subject, name: &str) -> Wanted {
 fn speeds(subject: &Subject, name: &str) -> Vec<f64> {
     let (wanted, arena) = (wanted(subject, name), subject.arena().unwrap());
     let seeds = subject.seeds(&wanted.gait);
-    let speed = |parameters: &Vec<f64>| {
-        let (ring, gains) = subject.ring(&wanted, parameters);
+    let speed = |seed: &Seed| {
+        let (ring, gains) = subject.ring(&wanted, &seed.parameters);
         let figures = arena.run(&ring, &gains, 4);
         assert_eq!(figures.upright, 1.0);
         figures.speed
@@ -93,7 +94,7 @@ fn a_task_can_name_a_wave_that_leads_its_way_and_no_other() {
 fn the_rates_of_a_wave_are_those_of_its_angles() {
     let subject = snake(None, [0.0, 1.0, 0.0], Accuracy::default());
     let wanted = wanted(&subject, "sidewinding");
-    for parameters in subject.seeds(&wanted.gait) {
+    for Seed { parameters, .. } in subject.seeds(&wanted.gait) {
         let (ring, _) = subject.ring(&wanted, &parameters);
         let duration = ring.transition_time();
         let count = ring.cycle.len();
@@ -142,7 +143,7 @@ fn a_few_sweeps_move_a_body_as_far_as_an_exact_solver() {
     let gone = |accuracy: Accuracy| {
         let subject = snake(None, [0.0, 1.0, 0.0], accuracy);
         let wanted = wanted(&subject, "sidewinding");
-        let (ring, gains) = subject.ring(&wanted, &subject.seeds(&wanted.gait)[0]);
+        let (ring, gains) = subject.ring(&wanted, &subject.seeds(&wanted.gait)[0].parameters);
         subject.arena().unwrap().run(&ring, &gains, 3).speed
     };
     let (rough, exact) = (gone(swept(100, 1e-4)), gone(Accuracy { step: 0.004, ..Accuracy::default() }));

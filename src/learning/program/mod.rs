@@ -24,7 +24,7 @@
 //! | [`cma`] | the evolution strategy |
 //! | [`subject`], [`candidate`] | who is to move where, and a gait that was tried there |
 //! | [`straightening`] | how the way of a gait is set straight |
-//! | [`starts`], [`searched`] | where a search begins, and which parameters it changes |
+//! | [`seeds`], [`starts`], [`searched`] | where a search may begin, where it does, and which parameters it changes |
 //! | [`refine`] | a gait for a character at a speed |
 
 pub mod candidate;
@@ -32,6 +32,7 @@ pub mod closing;
 pub mod cma;
 pub mod cost;
 pub mod disturbance;
+mod ends;
 pub mod figures;
 pub mod gains;
 pub mod gaits;
@@ -42,7 +43,7 @@ pub mod refine;
 pub mod ring;
 pub mod rollout;
 pub mod searched;
-mod seeds;
+pub mod seeds;
 pub mod spine;
 pub mod starts;
 pub mod steer;

@@ -8,7 +8,7 @@ use super::cma::Cma;
 use super::ring::{Ring, Wanted};
 use super::rollout::Arena;
 use super::searched::searched;
-use super::starts::Starts;
+use super::starts::{Start, Starts};
 use super::straightening::{Straightened, Straightening, TRIMS};
 use super::subject::Subject;
 use crate::learn::{Interrupted, Stop};
@@ -18,8 +18,6 @@ pub const CANDIDATES: usize = 16;
 /// Generations in which candidates come in pairs where a search has few: a walk of 60 then costs a fifth less. Over 240 generations of
 /// bounds the reach shrank to a hundredth, and of two searches one ended dearer than without pairs.
 pub const PAIRED: u32 = 60;
-/// Reach of the search at its start, in units of the parameters.
-const SIGMA: f64 = 0.5;
 
 /// How many of the best are compared over a longer run.
 const FINALISTS: usize = 8;
@@ -54,11 +52,11 @@ impl Refinement {
         (starts, rank): (&Starts, usize),
         (strides, paired, seed): (usize, u32, u64),
     ) -> Self {
-        let kept = starts.at(rank).clone();
+        let Start { candidate: kept, reach } = starts.at(rank).clone();
         let start = kept.parameters.clone();
         let searched = searched(&subject.legs, wanted, start.len());
         let mean: Vec<f64> = searched.iter().map(|index| start[*index]).collect();
-        let search = Cma::new(&mean, SIGMA, CANDIDATES, seed).paired(paired);
+        let search = Cma::new(&mean, reach, CANDIDATES, seed).paired(paired);
         let costs = vec![kept.cost];
         Self { kept: vec![kept], costs, evaluations: 0, seconds: 0.0, search, searched, start, strides }
     }

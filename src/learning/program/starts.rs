@@ -7,6 +7,7 @@ use super::candidate::Candidate;
 use super::cost::{HOLDS, when_disturbed};
 use super::ring::Wanted;
 use super::rollout::Arena;
+use super::seeds::Seed;
 use super::subject::Subject;
 use crate::learn::{Interrupted, Stop};
 
@@ -21,16 +22,24 @@ fn promise(subject: &Subject, wanted: &Wanted, start: &Candidate) -> f64 {
 /// One in so many starts is tried under disturbances as well, but never fewer than so many.
 const PROMISING: usize = 4;
 
+/// A seed that was tried.
+#[derive(Debug, Clone)]
+pub(super) struct Start {
+    pub(super) candidate: Candidate,
+    /// See [`Seed::reach`].
+    pub(super) reach: f64,
+}
+
 /// Where refinements may start, the most promising first.
 #[derive(Debug, Clone)]
 pub struct Starts {
-    ranked: Vec<Candidate>,
+    ranked: Vec<Start>,
     /// s simulated.
     pub seconds: f64,
 }
 
 impl Starts {
-    /// Tries `starts` (see [`Subject::seeds`]), of which there is at least one, over so many strides.
+    /// Tries `seeds` (see [`Subject::seeds`]), of which there is at least one, over so many strides.
     ///
     /// # Errors
     /// The reason of `stop` to break off.
@@ -39,30 +48,36 @@ impl Starts {
         subject: &Subject,
         arena: &Arena,
         wanted: &Wanted,
-        starts: &[Vec<f64>],
+        seeds: &[Seed],
         strides: usize,
     ) -> Result<Self, Interrupted> {
-        let mut tried: Vec<Candidate> = pool.install(|| {
-            let one = |start: &Vec<f64>| {
-                stop.whole(|| Candidate::undisturbed(subject, arena, wanted, start, strides))
+        let mut tried: Vec<Start> = pool.install(|| {
+            let one = |&Seed { ref parameters, reach }: &Seed| {
+                let tried = || Candidate::undisturbed(subject, arena, wanted, parameters, strides);
+                Ok(Start { candidate: stop.whole(tried)?, reach })
             };
-            starts.par_iter().with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
+            seeds.par_iter().with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
         })?;
-        let mut seconds = tried.iter().map(Candidate::seconds).sum::<f64>();
-        let promise = |start: &Candidate| promise(subject, wanted, start);
+        let mut seconds = tried.iter().map(|start| start.candidate.seconds()).sum::<f64>();
+        let promise = |start: &Start| promise(subject, wanted, &start.candidate);
         tried.sort_by(|a, b| promise(a).total_cmp(&promise(b)));
-        tried.truncate((starts.len() / PROMISING).max(PROMISING));
-        let mut ranked: Vec<Candidate> = pool.install(|| {
-            let one = |start: Candidate| stop.whole(|| start.disturbed(arena, strides));
+        tried.truncate((seeds.len() / PROMISING).max(PROMISING));
+        let mut ranked: Vec<Start> = pool.install(|| {
+            let one = |Start { candidate, reach }| {
+                Ok(Start {
+                    candidate: stop.whole(|| Candidate::disturbed(candidate, arena, strides))?,
+                    reach,
+                })
+            };
             tried.into_par_iter().with_max_len(1).map(one).collect::<Result<_, Interrupted>>()
         })?;
-        seconds += ranked.iter().map(Candidate::disturbed_seconds).sum::<f64>();
+        seconds += ranked.iter().map(|start| start.candidate.disturbed_seconds()).sum::<f64>();
         ranked.sort_by(|a, b| promise(a).total_cmp(&promise(b)));
         Ok(Self { ranked, seconds })
     }
 
     /// The one of rank `rank`, from 0; the last if there are fewer.
-    pub(super) fn at(&self, rank: usize) -> &Candidate {
+    pub(super) fn at(&self, rank: usize) -> &Start {
         &self.ranked[rank.min(self.ranked.len() - 1)]
     }
 }

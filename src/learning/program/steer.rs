@@ -4,6 +4,7 @@ use gaitwright_physics::motion::{KeyframeChange, Steering, SteeringTable, Target
 
 use super::legs::Legs;
 use super::ring::{ASIDE, FOOTHOLD, KEYFRAMES, PARAMETERS, Ring, TURN, Wanted};
+use super::seeds::Seed;
 
 /// Number of a program's parameters with feedback.
 pub const STEERED: usize = PARAMETERS + 1 + ANSWERS.len();
@@ -32,20 +33,20 @@ const STRENGTHS: [f64; 4] = [-0.5, 0.0, 0.5, 1.0];
 /// Strengths of the answer to the heading that are tried on a gait that has none.
 const BY_HEADING: [f64; 3] = [0.5, 1.0, 2.0];
 
-/// Where a search may start that would start from `parameters`: there, or with feedback.
-pub fn starts(parameters: &[f64], steered: bool) -> Vec<Vec<f64>> {
-    let mut own = parameters.to_vec();
+/// Where a search may start that would start from `seed`: there, or with feedback.
+pub fn starts(seed: &Seed, steered: bool) -> Vec<Seed> {
+    let mut own = seed.parameters.clone();
     if !steered {
         own.truncate(PARAMETERS);
-        return vec![own];
+        return vec![seed.with(own)];
     }
     if own.len() == STEERED {
-        return vec![own];
+        return vec![seed.clone()];
     }
     own.resize(PARAMETERS + 1, 0.0);
     let strengths =
         STRENGTHS.iter().flat_map(|aside| STRENGTHS.map(|along| [*aside, *aside, along, along, 1.0]));
-    strengths.map(|strengths| [&own[..], &strengths].concat()).collect()
+    strengths.map(|strengths| seed.with([&own[..], &strengths].concat())).collect()
 }
 
 /// The gait of `parameters`, which has no feedback, with feedback of the heading alone.

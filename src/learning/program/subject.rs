@@ -14,7 +14,7 @@ use super::legs::Legs;
 use super::no_gaits::NoGaits;
 use super::ring::{PARAMETERS, Ring, SIDEWAYS, TURN, Wanted, program, ring};
 use super::rollout::Arena;
-use super::seeds::seeds;
+use super::seeds::{Seed, seeds};
 use super::steer::steering;
 use super::wave::{self, WAVE_SIDEWAYS, WAVE_TURN, softness};
 
@@ -97,7 +97,7 @@ impl Subject {
     }
 
     /// Where a search for `gait` may start.
-    pub fn seeds(&self, gait: &NamedGait) -> Vec<Vec<f64>> {
+    pub fn seeds(&self, gait: &NamedGait) -> Vec<Seed> {
         if self.legs.spine.is_some() { wave::seeds() } else { seeds(gait) }
     }
 

@@ -10,6 +10,7 @@ use gaitwright_physics::model::Model;
 
 use super::legs::Legs;
 use super::ring::{KEYFRAMES, Ring, Wanted, within_joint_limits};
+use super::seeds::Seed;
 use super::spine::{Spine, SpineJoint};
 use crate::learn::Posture;
 
@@ -112,14 +113,14 @@ pub fn softness(parameters: &[f64]) -> [f64; 2] {
 }
 
 /// Where a search may start: waves of the usual time and of shorter and longer ones, running either way along the body.
-pub fn seeds() -> Vec<Vec<f64>> {
+pub fn seeds() -> Vec<Seed> {
     let mut seeds = Vec::new();
     for period in [0.0, -3.0, 3.0] {
         for (amplitude, sense) in [(0.0, 1.0), (2.0, 1.0), (0.0, -1.0), (2.0, -1.0)] {
             let mut parameters = vec![0.0; WAVE_PARAMETERS];
             (parameters[WAVE_PERIOD], parameters[SENSE]) = (period, sense);
             (parameters[AMPLITUDE_ASIDE], parameters[AMPLITUDE_UP]) = (amplitude, amplitude);
-            seeds.push(parameters);
+            seeds.push(Seed::far(parameters));
         }
     }
     seeds

@@ -7,6 +7,7 @@ use super::trail::Found;
 use crate::learn::grid::Grid;
 use crate::learn::{Behaviour, LearnError, Learning, Posture, Repair, Repairs, reference_gravity};
 use crate::program::ring::{KEYFRAMES, PERIOD, Ring, entry, entry_strides};
+use crate::program::seeds::Seed;
 
 /// Keyframes of half a ring.
 pub(super) const HALF: usize = KEYFRAMES / 2;
@@ -98,7 +99,7 @@ impl<'a> Keyframes<'a> {
             if gait.mirrored_after() != Some(0.5) {
                 continue;
             }
-            for mut parameters in self.arena.subject.seeds(&gait) {
+            for Seed { mut parameters, .. } in self.arena.subject.seeds(&gait) {
                 // On a grid all rings take the same time.
                 parameters[PERIOD] = USUAL;
                 let (ring, _) = self.arena.subject.ring(&self.arena.wanted(gait), &parameters);

@@ -17,6 +17,7 @@ pub(super) use search::NicheSearch;
 
 use crate::learn::{Interrupted, StopReason};
 use crate::program::ring::Wanted;
+use crate::program::seeds::Seed;
 use crate::program::steer;
 use crate::program::straightening::Straightening;
 
@@ -120,16 +121,16 @@ impl NicheSearch<'_> {
         let all = self.generations();
         // What other gaits have found is often a better start than the template.
         let known = self.progress.milestones.iter().filter(|milestone| milestone.finished);
-        let mut starts: Vec<Vec<f64>> = self
+        let mut seeds: Vec<Seed> = self
             .shared
             .subject
             .seeds(&self.niche.gait)
             .into_iter()
-            .chain(known.map(|milestone| milestone.motion.parameters.clone()))
-            .chain(self.unfinished.clone())
+            .chain(known.map(|milestone| Seed::far(milestone.motion.parameters.clone())))
+            .chain(self.unfinished.clone().map(Seed::far))
             .collect();
         if self.shared.subject.can_steer() {
-            starts = starts.iter().flat_map(|start| steer::starts(start, self.steered)).collect();
+            seeds = seeds.iter().flat_map(|seed| steer::starts(seed, self.steered)).collect();
         }
         let first = match &self.niche.pace {
             NichePace::Cheapest { first, .. } => *first,
@@ -139,13 +140,13 @@ impl NicheSearch<'_> {
         // What keeps most limits already has the others left.
         let wanted = if self.unfinished.is_some() { wanted.strictly() } else { wanted };
         let (mut leading, spent) = if self.steered {
-            let mut leading = self.balanced(&wanted, &starts, all)?;
+            let mut leading = self.balanced(&wanted, &seeds, all)?;
             self.refine(&mut leading, Fidelity::Coarse, all / STAGE, Rank::Leading)?;
             (leading, all / STAGE)
         } else {
             let hard = self.niche.gait.is_hard();
             let (count, each) = if hard { (BEGINNINGS, all / BEGINNING) } else { (1, all / STAGE) };
-            (self.begun(&wanted, &starts, count, each)?, count * each)
+            (self.begun(&wanted, &seeds, count, each)?, count * each)
         };
         let fallen = leading.best().figures.upright < 1.0;
         if all > 0 && fallen && !self.steered && self.shared.used_up(self.progress).is_none() {
@@ -160,16 +161,16 @@ impl NicheSearch<'_> {
         self.finish(leading, all - all / 2)
     }
 
-    /// Runs `count` searches of so many generations each, from the most promising of `starts`, and keeps the best: where a search for a
+    /// Runs `count` searches of so many generations each, from the most promising of `seeds`, and keeps the best: where a search for a
     /// hard gait ends is soon decided, by where it began and by chance.
     fn begun(
         &mut self,
         wanted: &Wanted,
-        starts: &[Vec<f64>],
+        seeds: &[Seed],
         count: u32,
         generations: u32,
     ) -> Result<Stage, Interrupted> {
-        let starts = self.starts(wanted, starts)?;
+        let starts = self.starts(wanted, seeds)?;
         let mut leading = self.stage(wanted, &starts, 0);
         self.found = Some(leading.found());
         if self.stages == 1 && leading.best().figures.upright >= 1.0 {
@@ -179,7 +180,7 @@ impl NicheSearch<'_> {
         self.refine(&mut leading, Fidelity::Coarse, generations, Rank::Leading)?;
         for rank in 1..count {
             let mut other = self.stage(wanted, &starts, rank as usize);
-            self.refine(&mut other, Fidelity::Coarse, generations, Rank::Rival)?;
+            self.refine(&mut other, Fidelity::Coarse, generations, Rank::Beginning)?;
             if other.best().cost < leading.best().cost {
                 leading = other;
                 self.found = Some(leading.found());
@@ -188,24 +189,19 @@ impl NicheSearch<'_> {
         Ok(leading)
     }
 
-    /// The best of searches from parts of the `starts`, up to the first that stays up: what falls soon costs little time, and whether it
+    /// The best of searches from parts of the `seeds`, up to the first that stays up: what falls soon costs little time, and whether it
     /// learns not to depends on where it began.
-    fn balanced(
-        &mut self,
-        wanted: &Wanted,
-        starts: &[Vec<f64>],
-        generations: u32,
-    ) -> Result<Stage, Interrupted> {
-        let mut best = self.first_stage(wanted, starts)?;
+    fn balanced(&mut self, wanted: &Wanted, seeds: &[Seed], generations: u32) -> Result<Stage, Interrupted> {
+        let mut best = self.first_stage(wanted, seeds)?;
         let outcome = self.refine(&mut best, Fidelity::Coarse, generations, Rank::Rival);
         // Kept also where the search is broken off.
         self.found = Some(best.found());
         outcome?;
-        for part in 0..PARTS.min(starts.len()) {
+        for part in 0..PARTS.min(seeds.len()) {
             if best.best().figures.upright >= 1.0 || self.shared.used_up(self.progress).is_some() {
                 break;
             }
-            let own: Vec<Vec<f64>> = starts.iter().skip(part).step_by(PARTS).cloned().collect();
+            let own: Vec<Seed> = seeds.iter().skip(part).step_by(PARTS).cloned().collect();
             let mut stage = self.first_stage(wanted, &own)?;
             let outcome = self.refine(&mut stage, Fidelity::Coarse, generations, Rank::Rival);
             if stage.best().cost < best.best().cost {

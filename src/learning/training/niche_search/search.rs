@@ -14,6 +14,7 @@ use crate::program::gaits::NamedGait;
 use crate::program::refine::{PAIRED, Refinement, STRAIGHTENED};
 use crate::program::ring::Wanted;
 use crate::program::rollout::{Arena, STEERED_STRIDES, STRIDES};
+use crate::program::seeds::Seed;
 use crate::program::starts::Starts;
 use crate::program::straightening::{Straightened, Straightening};
 use crate::training::motion::LearnedMotion;
@@ -167,14 +168,14 @@ impl<'a> NicheSearch<'a> {
         generations: u32,
     ) -> Result<Stage, Interrupted> {
         let wanted = self.wanted(froude);
-        let mut other = self.first_stage(&wanted, &[leading.best().parameters.clone()])?;
+        let mut other = self.first_stage(&wanted, &[Seed::far(leading.best().parameters.clone())])?;
         self.refine(&mut other, Fidelity::Coarse, generations, Rank::Rival)?;
         Ok(other)
     }
 
-    /// Begins a refinement from the most promising of `starts`.
-    pub(super) fn first_stage(&mut self, wanted: &Wanted, starts: &[Vec<f64>]) -> Result<Stage, Interrupted> {
-        let starts = self.starts(wanted, starts)?;
+    /// Begins a refinement from the most promising of `seeds`.
+    pub(super) fn first_stage(&mut self, wanted: &Wanted, seeds: &[Seed]) -> Result<Stage, Interrupted> {
+        let starts = self.starts(wanted, seeds)?;
         Ok(self.stage(wanted, &starts, 0))
     }
 
@@ -187,11 +188,11 @@ impl<'a> NicheSearch<'a> {
         if subject.legs.spine.is_some() { wanted } else { wanted.straightened_later() }
     }
 
-    /// Tries `starts`.
-    pub(super) fn starts(&mut self, wanted: &Wanted, starts: &[Vec<f64>]) -> Result<Starts, Interrupted> {
+    /// Tries `seeds`.
+    pub(super) fn starts(&mut self, wanted: &Wanted, seeds: &[Seed]) -> Result<Starts, Interrupted> {
         let Shared { subject, pool, stop, .. } = self.shared;
         stop.check()?;
-        let starts = Starts::new((pool, stop), subject, &self.coarse, wanted, starts, self.strides())?;
+        let starts = Starts::new((pool, stop), subject, &self.coarse, wanted, seeds, self.strides())?;
         self.progress.simulated += starts.seconds;
         Ok(starts)
     }
@@ -245,7 +246,7 @@ impl<'a> NicheSearch<'a> {
             self.observer.generation(&figures);
             self.progress.curve.push(figures);
             let pause = if self.shown_natural { LOOK_AGAIN } else { LOOK };
-            if rank == Rank::Leading && self.progress.curve.len().is_multiple_of(pause) {
+            if rank != Rank::Rival && self.progress.curve.len().is_multiple_of(pause) {
                 self.look(stage)?;
             }
         }

@@ -33,10 +33,14 @@ impl Stage {
     }
 }
 
-/// Whether what a refinement finds is the niche's best.
+/// What is made of what a refinement finds.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Rank {
+    /// It is the niche's best.
     Leading,
+    /// It is a motion of the niche where it is natural.
+    Beginning,
+    /// Nothing yet.
     Rival,
 }
 
