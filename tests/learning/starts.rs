@@ -100,7 +100,7 @@ fn a_way_is_set_straight_though_feedback_holds_the_heading() {
     parameters[SIDEWAYS] = 6.0;
     let [before, after] = sideways(&parameters);
     assert!(before > 0.05 && after < 0.05, "{before} before, {after} after");
-    // Three corrections by a unit each take back half of six units, less what is lost as they are found.
+    // With feedback the way jumps where another cell is chosen, at about half of what it was.
     for parameters in steer::by_heading(&parameters) {
         let [before, after] = sideways(&parameters);
         assert!(before > 0.05 && after < 0.55 * before, "{before} before, {after} after");

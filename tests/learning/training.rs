@@ -338,7 +338,7 @@ fn two_legs_walk_and_six_and_eight_legs_go_by_threes_and_fours() {
 fn two_legs_run() {
     let learning = Learning { generations: Some(60), gait_generations: 20, ..Learning::default() };
     let task = Task { froude: Some(0.7), ..gait("run") };
-    let setup = LearningSetup { seed: 1, ..setup("runner.urdf", task, learning, 2) };
+    let setup = LearningSetup { seed: 2, ..setup("runner.urdf", task, learning, 2) };
     let trained = train(&setup, &mut Witness::default(), &Cancel::default(), None).unwrap();
     let motion = &trained.motions[0];
     let checked = motion.check(&setup, &motion.player(&setup.stance.angles)).run(&|| false).unwrap();

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use super::foot_force::peak_forces;
 use super::footfall::Footing;
-use super::harmonics::{harmonics, smooth_shares};
+use super::harmonics::{HarmonicFit, harmonics};
 use super::limb::Limb;
 use super::limits::{self, GaitLimits};
 use super::measure::GaitContext;
@@ -234,7 +234,11 @@ fn joints(
     if stride > 0.0 {
         let slides: Vec<bool> =
             model.bodies.iter().skip(1).map(|body| body.dof == DofKind::Prismatic).collect();
-        let shares = smooth_shares(trace, (stride, harmonics), &slides);
+        let mut fit = HarmonicFit::new(slides.len(), harmonics);
+        for sample in trace.samples.iter().filter(|sample| sample.angles.len() == slides.len()) {
+            fit.add(sample.time / stride, &sample.angles);
+        }
+        let shares = fit.shares(harmonics, &slides);
         found.worst("smoothness", MeasureLimit::at_least(limits::SMOOTHNESS), shares);
     }
 }

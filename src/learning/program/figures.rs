@@ -12,10 +12,13 @@ use super::leg_watch::{LegFigures, LegRule, LegWatch};
 use super::legs::Legs;
 use crate::gait::Detection;
 use crate::gait::foot_force::IMPACT;
-use crate::gait::harmonics::{MOST_HARMONICS, MOVING, harmonics};
+use crate::gait::harmonics::{HarmonicFit, MOST_HARMONICS, harmonics};
 
-/// Steps between two looks at the joints' angles, which change slowly beside the step.
+/// Most steps from one look at the joints' angles, which change slowly beside the step, to the next.
 const POSTURE_STEPS: usize = 4;
+/// Fewest looks in a stride, if it has as many steps: more than three times the harmonics in which short strides are judged. Ten looks do
+/// not show by how much a joint moves, nor the highest point of a swing.
+const FEWEST_LOOKS: usize = 20;
 
 /// What was seen of a gait over the judged strides.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -67,14 +70,6 @@ impl RolloutFigures {
     }
 }
 
-/// Sums over some of the steps for one joint: angle, its square, and its products with the harmonics' sines and cosines.
-#[derive(Debug, Clone, Copy, Default)]
-struct JointSums {
-    sum: f64,
-    square: f64,
-    harmonics: [[f64; 2]; MOST_HARMONICS],
-}
-
 /// Sums up what a gait does, step by step.
 #[derive(Debug)]
 pub(super) struct Watch<'a> {
@@ -89,8 +84,8 @@ pub(super) struct Watch<'a> {
     stride: usize,
     /// Steps judged so far.
     judged: usize,
-    /// Steps whose postures were looked at.
-    postures: usize,
+    /// Steps from one look at the posture to the next.
+    posture_steps: usize,
     leg_of: Vec<Option<usize>>,
     /// Whether the trunk has touched the ground.
     lies: bool,
@@ -98,7 +93,9 @@ pub(super) struct Watch<'a> {
     ground: f64,
     leg_rule: LegRule,
     leg_watches: Vec<LegWatch>,
-    joint_sums: Vec<JointSums>,
+    /// Which joints slide.
+    slides: Vec<bool>,
+    harmonic_fit: HarmonicFit,
     /// Force on each foot, and on each link that is none, N.
     forces: Vec<f64>,
     loads: Vec<f64>,
@@ -135,6 +132,7 @@ impl<'a> Watch<'a> {
         (step, period): (f64, f64),
     ) -> Self {
         let (count, joints) = (legs.legs.len(), model.joint_count());
+        let stride = (period / step).round().max(1.0) as usize;
         let unit_time = (legs.hip_height / gravity).sqrt();
         let detection = Detection::of(legs.mass * gravity, unit_time);
         let leg_rule = LegRule {
@@ -149,15 +147,16 @@ impl<'a> Watch<'a> {
             gravity,
             step,
             period: period / step,
-            stride: (period / step).round().max(1.0) as usize,
+            stride,
             judged: 0,
-            postures: 0,
+            posture_steps: (stride / FEWEST_LOOKS).clamp(1, POSTURE_STEPS),
             leg_of: (0..model.links.len()).map(|link| legs.standing_on(link)).collect(),
             lies: false,
             ground,
             leg_rule,
             leg_watches: vec![LegWatch::default(); count],
-            joint_sums: vec![JointSums::default(); joints],
+            slides: model.bodies.iter().skip(1).map(|body| body.dof == DofKind::Prismatic).collect(),
+            harmonic_fit: HarmonicFit::new(joints, MOST_HARMONICS),
             forces: vec![0.0; count],
             loads: vec![0.0; model.links.len()],
             own: Vec::new(),
@@ -202,7 +201,7 @@ impl<'a> Watch<'a> {
             self.judged += 1;
             self.trunk(simulator);
             self.joints(simulator);
-            if self.judged.is_multiple_of(POSTURE_STEPS) {
+            if self.judged.is_multiple_of(self.posture_steps) {
                 self.posture(simulator.state());
             }
         }
@@ -266,7 +265,7 @@ impl<'a> Watch<'a> {
         for (joint, torque) in simulator.torques().iter().enumerate() {
             self.work += (torque * rates[joint]).abs() * self.step;
             // A force of a joint that slides is counted as if it had the hips' height as its arm.
-            let arm = if self.slides(joint) { self.size() } else { 1.0 };
+            let arm = if self.slides[joint] { self.size() } else { 1.0 };
             self.rates += (arm * (torque - self.torques[joint])).powi(2);
             let actuator = plan.actuator_limits(joint);
             self.bounded += usize::from(actuator.is_bounded());
@@ -278,7 +277,6 @@ impl<'a> Watch<'a> {
     }
 
     fn posture(&mut self, state: &State) {
-        self.postures += 1;
         let Legs { to_way, hip_height, .. } = self.legs;
         let up = to_way * (state.root.orientation.inverse() * Vector3::z());
         for (leg, watch) in self.legs.legs.iter().zip(&mut self.leg_watches) {
@@ -288,17 +286,7 @@ impl<'a> Watch<'a> {
             let height = state.root.position.z + up.dot(&placed.foot) - leg.radius;
             watch.look(leg.extension(&placed), (height - self.ground) / hip_height);
         }
-        let phase = TAU * self.judged as f64 / self.period;
-        let beats: [(f64, f64); MOST_HARMONICS] =
-            std::array::from_fn(|order| ((order + 1) as f64 * phase).sin_cos());
-        for (sums, angle) in self.joint_sums.iter_mut().zip(&state.angles) {
-            sums.sum += angle;
-            sums.square += angle * angle;
-            for (products, (sine, cosine)) in sums.harmonics.iter_mut().zip(&beats) {
-                products[0] += angle * sine;
-                products[1] += angle * cosine;
-            }
-        }
+        self.harmonic_fit.add(self.judged as f64 / self.period, &state.angles);
     }
 
     /// The figures of a run of which the share `upright` was upright, for `seconds`.
@@ -338,33 +326,9 @@ impl<'a> Watch<'a> {
         }
     }
 
-    fn slides(&self, joint: usize) -> bool {
-        self.model.bodies[joint + 1].dof == DofKind::Prismatic
-    }
-
-    /// Least share of a joint's variance in the harmonics of feet with this greatest duty factor, among the joints that move; those
-    /// that slide are compared with each other.
+    /// Least share of a joint's variance in the harmonics of feet with this greatest duty factor, among the joints that move.
     fn smoothness(&self, duty: f64) -> f64 {
-        let held = harmonics(duty);
-        let count = self.postures as f64;
-        let variance = |sums: &JointSums| (sums.square / count - (sums.sum / count).powi(2)).max(0.0);
-        let mut greatest: [f64; 2] = [0.0; 2];
-        for (joint, sums) in self.joint_sums.iter().enumerate() {
-            let of_kind = &mut greatest[usize::from(self.slides(joint))];
-            *of_kind = of_kind.max(variance(sums));
-        }
-        let moving = self.joint_sums.iter().enumerate().filter(|(joint, sums)| {
-            variance(sums) > MOVING * MOVING * greatest[usize::from(self.slides(*joint))]
-        });
-        // Over whole strides the harmonics are orthogonal: each has half the square of its amplitude.
-        let explained = |sums: &JointSums| {
-            sums.harmonics[..held]
-                .iter()
-                .flatten()
-                .map(|product| 2.0 * (product / count).powi(2))
-                .sum::<f64>()
-        };
-        moving.map(|(_, sums)| explained(sums) / variance(sums)).fold(1.0, f64::min)
+        self.harmonic_fit.shares(harmonics(duty), &self.slides).into_iter().fold(1.0, f64::min)
     }
 
     /// Root mean square of the change of the marks from one stride to the next; the first is still of the entry.

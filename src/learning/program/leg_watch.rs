@@ -183,7 +183,7 @@ impl LegWatch {
 }
 
 /// What was seen after so many steps: between two looks on the straight line from one to the other, outside of them the nearest. A few looks
-/// have no middle one that is near enough: feet of fast gaits stand for less than five of them.
+/// have no middle one that is near enough: feet of fast gaits stand for six of them.
 fn at(steps: f64, looks: &[(usize, f64)]) -> Option<f64> {
     let next = looks.partition_point(|(seen, _)| (*seen as f64) < steps);
     let (&(from, first), &(to, second)) = match looks {

@@ -123,6 +123,14 @@ impl Refinement {
         self.kept.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     }
 
+    /// Goes on with the trims of `straight` (see [`Subject::trims`]), where the search leaves them alone: what set one way straight sets
+    /// those of its like nearly straight.
+    pub fn trim_as(&mut self, subject: &Subject, straight: &Candidate) {
+        for index in subject.trims().into_iter().filter(|index| !self.searched.contains(index)) {
+            self.start[index] = straight.parameters[index];
+        }
+    }
+
     /// Tries the best so far again in `arena`, where another step may find them other than the last did.
     ///
     /// # Errors
@@ -189,9 +197,18 @@ impl Refinement {
 
     /// About as many seconds as [`Refinement::finalists`] simulates.
     pub fn seconds_of_finalists(&self, strides: usize) -> f64 {
-        let tries = 3 * FINALISTS + STRAIGHTENED * (2 + TRIMS as usize);
+        let compared = 3.0 * FINALISTS as f64 * self.seconds_of_try(strides);
+        compared + STRAIGHTENED as f64 * self.seconds_to_straighten(strides)
+    }
+
+    /// The same of setting the way of the best straight.
+    pub fn seconds_to_straighten(&self, strides: usize) -> f64 {
+        f64::from(2 + TRIMS) * self.seconds_of_try(strides)
+    }
+
+    fn seconds_of_try(&self, strides: usize) -> f64 {
         let Ring { period, .. } = self.best().ring;
-        tries as f64 * (self.best().ring.lead() + strides as f64 * period)
+        self.best().ring.lead() + strides as f64 * period
     }
 
     fn count(&mut self, tried: &[Candidate]) {

@@ -115,26 +115,29 @@ impl Arena {
         self
     }
 
-    /// The same place where disturbed runs are simulated with `accuracy`: a longer step is one more disturbance.
+    /// The same place where disturbed runs are simulated as accurately as in `other`: a longer step is one more disturbance.
     #[must_use]
-    pub fn disturbed_with(mut self, accuracy: &Accuracy) -> Self {
+    pub fn disturbed_as_in(mut self, other: &Self) -> Self {
         for conditions in std::iter::once(&mut self.weak).chain(&mut self.soft) {
-            conditions.accuracy = *accuracy;
+            conditions.accuracy = other.weak.accuracy;
         }
         self
     }
 
-    /// The same place with soft ground as it is for `gait`.
+    /// The same place with disturbances as they are for `gait`.
     #[must_use]
     pub fn suited(self, gait: &NamedGait) -> Self {
-        let time = disturbance::soft_contact(self.legs.hip_height, self.gravity, leaps(gait.gait));
+        let leaps = leaps(gait.gait);
+        let gains = if leaps { disturbance::GAINS_OF_LEAPS } else { disturbance::GAINS };
+        let weak = Conditions { gains, ..self.weak.clone() };
+        let time = disturbance::soft_contact(self.legs.hip_height, self.gravity, leaps);
         let accuracy = self.weak.accuracy;
         let grip = if gait.gallops() { disturbance::GRIP_OF_GALLOPS } else { 1.0 };
         let soft = self.as_asked.softer(time).map(|soft| {
             let (scene, model) = disturbance::with_friction(grip, &soft.scene, &soft.model);
             Conditions { accuracy, scene, model, ..soft }
         });
-        Self { soft, ..self }
+        Self { weak, soft, ..self }
     }
 
     /// Step of the undisturbed simulation, s.

@@ -11,12 +11,15 @@ use super::steer;
 use super::subject::Subject;
 use crate::learn::{Interrupted, Stop};
 
-/// Corrections by which a way is set straight.
-pub const TRIMS: u32 = 3;
-/// Change of each trim from which its first slope is taken, in units of the parameters.
+/// Most corrections by which a way is set straight.
+pub const TRIMS: u32 = 4;
+/// Change of each trim from which its first slope is taken, and the greatest at once, in units of the parameters.
 const TRIM: f64 = 0.3;
-/// A way is straight where it turns by less than this in a stride, rad, and goes aside by less than this share of its length.
-const STRAIGHT: f64 = 0.001;
+const FARTHEST: f64 = 1.0;
+/// A way is straight where it goes aside by less than this share of its length, both by turning and by itself.
+const STRAIGHT: f64 = 0.005;
+/// What going farther aside costs where the best of the tries is chosen: what turns by little soon goes aside by much.
+const CROOKED: f64 = 500.0;
 /// What a trim changes counts as rounding where it is less than this share of what it changes most.
 const ROUNDING: f64 = 1e-9;
 
@@ -38,7 +41,7 @@ pub struct Straightening<'a> {
 /// A gait whose way was set straight, as far as that helped.
 #[derive(Debug, Clone)]
 pub struct Straightened {
-    /// The gait that costs least of those tried.
+    /// The gait that costs least of those tried, where going aside has a price of its own.
     pub candidate: Candidate,
     /// Gaits tried for it, beside the one that it began with.
     pub evaluations: usize,
@@ -65,40 +68,57 @@ impl Straightening<'_> {
         stop.whole(|| evaluate(subject, arena, wanted, parameters, strides))
     }
 
-    /// `start` with its way set straight by trimming its turn and its way to the side: Newton's method on the change of heading in a
-    /// stride and the way aside, its matrix mended by every try (Broyden 1965).
+    /// `start` with its way set straight by trimming its turn and its way to the side: Newton's method, its matrix mended by every try
+    /// (Broyden 1965), with steps that become shorter where one did not help.
     ///
     /// # Errors
     /// The reason of `stop` to break off.
     pub fn straightened(&self, start: Candidate) -> Result<Straightened, Interrupted> {
-        // Feedback holds the heading against the trims: what they change of it is the heading that it holds, and with that the way.
-        let held = steer::holds_heading(&start.parameters);
-        let off = |candidate: &Candidate| {
-            let RolloutFigures { yaw, sideways, .. } = candidate.figures;
-            Vector2::new(if held { 0.0 } else { yaw }, sideways)
-        };
-        if off(&start).amax() < STRAIGHT {
+        if self.off(&start).amax() < STRAIGHT {
             return Ok(Straightened { candidate: start, evaluations: 0, seconds: 0.0 });
         }
         let moved = |change: Vector2<f64>, from: &Candidate| self.trimmed(change, from, &start);
         let tries = [Vector2::x() * TRIM, Vector2::y() * TRIM];
         let mut tried =
             tries.iter().map(|&change| moved(change, &start)).collect::<Result<Vec<_>, Interrupted>>()?;
-        let slopes = tried.iter().map(|tried| (off(tried) - off(&start)) / TRIM).collect::<Vec<_>>();
+        let slopes =
+            tried.iter().map(|tried| (self.off(tried) - self.off(&start)) / TRIM).collect::<Vec<_>>();
         let mut matrix = Matrix2::from_columns(&slopes);
         let mut now = start.clone();
+        let mut farthest = FARTHEST;
         for _ in 0..TRIMS {
             let Some(inverse) = inverse(&matrix) else { break };
-            let change = (-inverse * off(&now)).map(|change| change.clamp(-1.0, 1.0));
+            let change = (-inverse * self.off(&now)).map(|change| change.clamp(-farthest, farthest));
             let next = moved(change, &now)?;
-            let missed = off(&next) - off(&now) - matrix * change;
+            let missed = self.off(&next) - self.off(&now) - matrix * change;
             matrix += missed * change.transpose() / change.norm_squared().max(f64::MIN_POSITIVE);
-            now = next.clone();
+            let (before, after) = (self.off(&now).amax(), self.off(&next).amax());
+            if after < before {
+                now = next.clone();
+            } else {
+                farthest = 0.5 * change.amax();
+            }
+            let done = after < STRAIGHT || next.figures.upright < 1.0;
             tried.push(next);
+            if done {
+                break;
+            }
         }
         let (evaluations, seconds) = (tried.len(), tried.iter().map(|tried| tried.figures.seconds).sum());
-        let better = |best: Candidate, tried: Candidate| if tried.cost < best.cost { tried } else { best };
+        let price = |tried: &Candidate| tried.cost + CROOKED * (self.off(tried).amax() - STRAIGHT).max(0.0);
+        let better =
+            |best: Candidate, tried: Candidate| if price(&tried) < price(&best) { tried } else { best };
         Ok(Straightened { candidate: tried.into_iter().fold(start, better), evaluations, seconds })
+    }
+
+    /// How far a gait goes aside, over the strides in which it was tried, because it turns, and how far by itself: shares of the way ahead.
+    fn off(&self, candidate: &Candidate) -> Vector2<f64> {
+        let RolloutFigures { yaw, sideways, .. } = candidate.figures;
+        // Feedback holds the heading against the trims: what they change of it is the heading that it holds, and with that the way.
+        let held = steer::holds_heading(&candidate.parameters);
+        // The mean heading of a way that turns evenly is half of the last.
+        let by_turning = if held { 0.0 } else { 0.5 * yaw * self.strides as f64 };
+        Vector2::new(by_turning, sideways - by_turning)
     }
 
     /// `from` with its turn and its way to the side changed by so much; so small a change does not alter what disturbances did to `start`.

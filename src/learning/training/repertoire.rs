@@ -50,12 +50,11 @@ pub(super) fn run(
     }
     let seconds = setup.parameters.budget.seconds();
     let stop = Stop::new(cancel, seconds.map(|seconds| seconds - progress.spent));
-    let coarsely = searched(coarse(setup, subject), subject);
     let shared = Shared {
         setup,
         subject,
-        fine: at(subject, searched(setup.accuracy, subject))?.disturbed_with(&coarsely).until(&stop),
-        coarse: at(subject, coarsely)?.until(&stop),
+        fine: at(subject, searched(setup.accuracy, subject))?.until(&stop),
+        coarse: at(subject, searched(coarse(setup, subject), subject))?.until(&stop),
         pool: ThreadPoolBuilder::new().num_threads(setup.threads.max(1)).build()?,
         stop,
     };

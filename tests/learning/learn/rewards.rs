@@ -226,7 +226,7 @@ fn a_ring_of_eight_is_worth_more_by_natural_cost_than_any_seven_of_its_states() 
 
 #[test]
 fn speed_alone_cuts_a_ring_of_eight_short_and_the_natural_cost_keeps_it() {
-    let gait = learned_trot(10);
+    let gait = learned_trot(20);
     let cache = gait.known();
     // Each state is followed by the next one, all round.
     let whole = |cycle: &[usize]| {

@@ -255,7 +255,7 @@ impl NicheSearch<'_> {
     /// first that is natural.
     fn finish(&mut self, mut leading: Stage, generations: u32) -> Result<(), Interrupted> {
         // What keeps the limits already has only effort left to save.
-        if !self.is_natural(&leading)? {
+        if !self.is_natural(&mut leading)? {
             leading.wanted = leading.wanted.strictly();
             leading.refinement.revalue(self.shared.subject, &leading.wanted);
         }
