@@ -35,6 +35,8 @@ const BEGINNINGS: u32 = 3;
 const BEGINNING: u32 = 8;
 /// Into how many parts the starts are divided where balance is looked for.
 const PARTS: usize = 4;
+/// Shares of the assistance with which balance is looked for, in as many generations each.
+const ASSISTANCE: [f64; 8] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.0, 0.0];
 
 impl NicheSearch<'_> {
     /// Searches, and gives what was found also where the search was broken off: a motion that stays up and gets on, if one was seen a
@@ -170,7 +172,7 @@ impl NicheSearch<'_> {
         count: u32,
         generations: u32,
     ) -> Result<Stage, Interrupted> {
-        let starts = self.starts(wanted, seeds)?;
+        let starts = self.starts((wanted, Fidelity::Coarse), seeds)?;
         let mut leading = self.stage(wanted, &starts, 0);
         self.found = Some(leading.found());
         if self.stages == 1 && leading.best().figures.upright >= 1.0 {
@@ -189,28 +191,37 @@ impl NicheSearch<'_> {
         Ok(leading)
     }
 
-    /// The best of searches from parts of the `seeds`, up to the first that stays up: what falls soon costs little time, and whether it
-    /// learns not to depends on where it began.
+    /// The best of searches from all of the `seeds` and from parts of them, up to the first that stays up: what falls soon costs little
+    /// time, and whether it learns not to depends on where it began.
     fn balanced(&mut self, wanted: &Wanted, seeds: &[Seed], generations: u32) -> Result<Stage, Interrupted> {
-        let mut best = self.first_stage(wanted, seeds)?;
-        let outcome = self.refine(&mut best, Fidelity::Coarse, generations, Rank::Rival);
+        let mut best = self.let_go(wanted, seeds, generations)?;
         // Kept also where the search is broken off.
         self.found = Some(best.found());
-        outcome?;
         for part in 0..PARTS.min(seeds.len()) {
             if best.best().figures.upright >= 1.0 || self.shared.used_up(self.progress).is_some() {
                 break;
             }
             let own: Vec<Seed> = seeds.iter().skip(part).step_by(PARTS).cloned().collect();
-            let mut stage = self.first_stage(wanted, &own)?;
-            let outcome = self.refine(&mut stage, Fidelity::Coarse, generations, Rank::Rival);
+            let stage = self.let_go(wanted, &own, generations)?;
             if stage.best().cost < best.best().cost {
                 best = stage;
                 self.found = Some(best.found());
             }
-            outcome?;
         }
         Ok(best)
+    }
+
+    /// A search from the most promising of `seeds` whose candidates are held up at first, ever less, and at its end not at all; what stays
+    /// up without feedback needs no assistance.
+    fn let_go(&mut self, wanted: &Wanted, seeds: &[Seed], generations: u32) -> Result<Stage, Interrupted> {
+        let shares = if self.stood { &[0.0][..] } else { &ASSISTANCE };
+        let mut stage = self.first_stage((wanted, Fidelity::Assisted(shares[0])), seeds)?;
+        for &share in shares {
+            let fidelity = Fidelity::Assisted(share);
+            self.again(&mut stage, fidelity)?;
+            self.refine(&mut stage, fidelity, generations / shares.len() as u32, Rank::Rival)?;
+        }
+        Ok(stage)
     }
 
     /// The one of `leading` and of refinements at `others` that costs least.
@@ -259,15 +270,12 @@ impl NicheSearch<'_> {
             leading.wanted = leading.wanted.strictly();
             leading.refinement.revalue(self.shared.subject, &leading.wanted);
         }
-        let Shared { pool, stop, subject, .. } = self.shared;
         if self.fine.step() != self.coarse.step() {
             // What is found at the step that was asked for is compared with what is best at that step.
-            let Stage { wanted, refinement } = &mut leading;
-            let before = refinement.seconds;
-            refinement.again_in((pool, stop), subject, &self.fine, wanted)?;
-            self.progress.simulated += refinement.seconds - before;
+            self.again(&mut leading, Fidelity::Fine)?;
         }
         self.refine(&mut leading, Fidelity::Fine, generations, Rank::Leading)?;
+        let Shared { pool, stop, subject, .. } = self.shared;
         let Stage { wanted, mut refinement } = leading;
         let wanted = wanted.as_it_goes();
         let before = refinement.seconds;

@@ -14,7 +14,7 @@ use crate::program::cost::within_limits;
 use crate::program::gaits::NamedGait;
 use crate::program::refine::{PAIRED, Refinement, STRAIGHTENED};
 use crate::program::ring::Wanted;
-use crate::program::rollout::{Arena, STEERED_STRIDES, STRIDES};
+use crate::program::rollout::{Arena, GALLOPING_STRIDES, STEERED_STRIDES, STRIDES};
 use crate::program::seeds::Seed;
 use crate::program::starts::Starts;
 use crate::program::straightening::{Straightened, Straightening};
@@ -177,14 +177,19 @@ impl<'a> NicheSearch<'a> {
         generations: u32,
     ) -> Result<Stage, Interrupted> {
         let wanted = self.wanted(froude);
-        let mut other = self.first_stage(&wanted, &[Seed::far(leading.best().parameters.clone())])?;
+        let seed = Seed::far(leading.best().parameters.clone());
+        let mut other = self.first_stage((&wanted, Fidelity::Coarse), &[seed])?;
         self.refine(&mut other, Fidelity::Coarse, generations, Rank::Rival)?;
         Ok(other)
     }
 
     /// Begins a refinement from the most promising of `seeds`.
-    pub(super) fn first_stage(&mut self, wanted: &Wanted, seeds: &[Seed]) -> Result<Stage, Interrupted> {
-        let starts = self.starts(wanted, seeds)?;
+    pub(super) fn first_stage(
+        &mut self,
+        (wanted, fidelity): (&Wanted, Fidelity),
+        seeds: &[Seed],
+    ) -> Result<Stage, Interrupted> {
+        let starts = self.starts((wanted, fidelity), seeds)?;
         Ok(self.stage(wanted, &starts, 0))
     }
 
@@ -198,10 +203,15 @@ impl<'a> NicheSearch<'a> {
     }
 
     /// Tries `seeds`.
-    pub(super) fn starts(&mut self, wanted: &Wanted, seeds: &[Seed]) -> Result<Starts, Interrupted> {
+    pub(super) fn starts(
+        &mut self,
+        (wanted, fidelity): (&Wanted, Fidelity),
+        seeds: &[Seed],
+    ) -> Result<Starts, Interrupted> {
         let Shared { subject, pool, stop, .. } = self.shared;
         stop.check()?;
-        let starts = Starts::new((pool, stop), subject, &self.coarse, wanted, seeds, self.strides())?;
+        let arena = self.arena(fidelity);
+        let starts = Starts::new((pool, stop), subject, &arena, wanted, seeds, self.strides())?;
         self.progress.simulated += starts.seconds;
         Ok(starts)
     }
@@ -221,7 +231,29 @@ impl<'a> NicheSearch<'a> {
 
     /// Strides over which candidates are tried.
     fn strides(&self) -> usize {
-        if self.steered { STEERED_STRIDES } else { STRIDES }
+        match self.steered {
+            true => STEERED_STRIDES,
+            false if self.niche.gait.gallops() => GALLOPING_STRIDES,
+            false => STRIDES,
+        }
+    }
+
+    fn arena(&self, fidelity: Fidelity) -> Arena {
+        match fidelity {
+            Fidelity::Coarse => self.coarse.clone(),
+            Fidelity::Fine => self.fine.clone(),
+            Fidelity::Assisted(share) => self.coarse.clone().assisted(share),
+        }
+    }
+
+    /// Tries the best of `stage` again, from now on by other means.
+    pub(super) fn again(&mut self, stage: &mut Stage, fidelity: Fidelity) -> Result<(), Interrupted> {
+        let Shared { pool, stop, subject, .. } = self.shared;
+        let Stage { wanted, refinement } = stage;
+        let before = refinement.seconds;
+        refinement.again_in((pool, stop), subject, &self.arena(fidelity), wanted)?;
+        self.progress.simulated += refinement.seconds - before;
+        Ok(())
     }
 
     /// So many generations, or as many as the budget has.
@@ -233,18 +265,15 @@ impl<'a> NicheSearch<'a> {
         rank: Rank,
     ) -> Result<(), Interrupted> {
         let Shared { pool, stop, subject, .. } = self.shared;
+        let arena = self.arena(fidelity);
         for _ in 0..generations {
             self.progress.hurried |= self.is_late(stage);
             if self.shared.used_up(self.progress).is_some() {
                 break;
             }
-            let arena = match fidelity {
-                Fidelity::Coarse => &self.coarse,
-                Fidelity::Fine => &self.fine,
-            };
             let Stage { wanted, refinement } = &mut *stage;
             let (before, begun) = (refinement.seconds, stop.clock().now());
-            refinement.generation((pool, stop), subject, arena, wanted)?;
+            refinement.generation((pool, stop), subject, &arena, wanted)?;
             let simulated = refinement.seconds - before;
             self.step_time = stop.clock().since(begun) * arena.step() / simulated;
             self.progress.simulated += simulated;

@@ -44,9 +44,13 @@ pub(super) enum Rank {
     Rival,
 }
 
-/// At which step candidates are tried.
+/// How candidates are tried.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Fidelity {
+    /// At a longer step.
     Coarse,
+    /// At the step that was asked for.
     Fine,
+    /// At a longer step, with a share of the assistance that holds up what does not balance itself.
+    Assisted(f64),
 }
