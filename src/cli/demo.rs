@@ -18,7 +18,7 @@ use super::failure::CommandError;
 use super::input::{check_budget, to_stdout};
 use super::message::tell;
 use super::serve::{Service, access, interrupted};
-use super::settings::{CONNECTIONS, STREAMS, tokens};
+use super::settings::{CONNECTIONS, STREAMS, cores, tokens};
 use gaitwright::http::{HttpOptions, Tokens, Unprotected};
 
 /// The character of the demonstration.
@@ -62,6 +62,8 @@ impl DemoCommand {
             connections: CONNECTIONS.get(),
             streams: STREAMS.get(),
             caller_streams: STREAMS.get(),
+            simulations: cores().get(),
+            caller_simulations: cores().get(),
         };
         let client = client(token.as_deref())?;
         let runtime = Runtime::new().context("the runtime cannot be started")?;

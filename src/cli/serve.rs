@@ -110,6 +110,8 @@ pub fn offer(settings: &ServiceSettings, listen: SocketAddr) -> Result<HttpOptio
         connections: settings.connections.get(),
         streams: settings.streams.get(),
         caller_streams: settings.caller_streams.get(),
+        simulations: settings.simulations.get(),
+        caller_simulations: settings.caller_simulations.get(),
     })
 }
 

@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use tokio::sync::Semaphore;
-
 use super::caller::Caller;
 use super::figures::ProcessFigures;
 use super::limits::{NoPlace, Place, Places};
@@ -14,10 +12,12 @@ use crate::jobs::Jobs;
 #[derive(Clone)]
 pub(super) struct App {
     pub(super) jobs: Jobs,
-    /// Simulations that may still be started.
-    pub(super) simulations: Arc<Semaphore>,
+    /// Places of simulations.
+    pub(super) simulations: Arc<Places>,
     /// Places of those who follow events and growing recordings.
     pub(super) streams: Arc<Places>,
+    /// Places of large bodies of requests.
+    pub(super) bodies: Arc<Places>,
     pub(super) figures: ProcessFigures,
     /// The description of the interface.
     pub(super) openapi: Arc<serde_json::Value>,
@@ -31,6 +31,16 @@ impl App {
                 ProblemDetails::busy("this caller follows as many streams as one may at once")
             }
             NoPlace::ForAnyone => ProblemDetails::crowded("as many streams are followed as may be at once"),
+        })
+    }
+
+    /// A place for a simulation of `caller`, for as long as it is kept.
+    pub(super) fn simulation(&self, caller: Caller) -> Result<Place, ProblemDetails> {
+        self.simulations.take(caller).map_err(|why| match why {
+            NoPlace::ForCaller => {
+                ProblemDetails::busy("this caller runs as many simulations as one may at once")
+            }
+            NoPlace::ForAnyone => ProblemDetails::busy("as many simulations run as may run at once"),
         })
     }
 }

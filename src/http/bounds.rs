@@ -5,6 +5,10 @@ use std::time::Duration;
 /// Greatest size of a request's body, bytes.
 pub(super) const MAX_BODY: usize = 32 << 20;
 
+/// Large bodies that are in memory at once, and how many of them of one caller; others wait.
+pub(super) const BODIES: usize = 16;
+pub(super) const CALLER_BODIES: usize = 8;
+
 /// Longest time from a request's head to its answer's head.
 pub(super) const TIMEOUT: Duration = Duration::from_secs(60);
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use governor::clock::{Clock, DefaultClock};
 use governor::{DefaultKeyedRateLimiter, Quota};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::sync::{Notify, OwnedSemaphorePermit, Semaphore};
 
 use super::caller::Caller;
 
@@ -51,6 +51,8 @@ pub(super) struct Places {
     share: usize,
     /// Places that a caller has, for those who have any.
     taken: Mutex<HashMap<Caller, usize>>,
+    /// Told when a place has been given back.
+    freed: Notify,
 }
 
 /// A place, given back when it is dropped.
@@ -58,7 +60,7 @@ pub(super) struct Places {
 pub(super) struct Place {
     places: Arc<Places>,
     caller: Caller,
-    _permit: OwnedSemaphorePermit,
+    permit: Option<OwnedSemaphorePermit>,
 }
 
 /// Why there is no place.
@@ -73,7 +75,7 @@ pub(super) enum NoPlace {
 impl Places {
     /// So many places, of which one caller may have `share`.
     pub(super) fn new(places: usize, share: usize) -> Self {
-        Self { free: Arc::new(Semaphore::new(places)), share, taken: Mutex::default() }
+        Self { free: Arc::new(Semaphore::new(places)), share, taken: Mutex::default(), freed: Notify::new() }
     }
 
     /// A place for `caller`.
@@ -90,7 +92,19 @@ impl Places {
         }
         taken.insert(caller.clone(), own + 1);
         drop(taken);
-        Ok(Place { places: Arc::clone(self), caller, _permit: permit })
+        Ok(Place { places: Arc::clone(self), caller, permit: Some(permit) })
+    }
+
+    /// A place for `caller`, as soon as there is one.
+    pub(super) async fn wait(self: &Arc<Self>, caller: Caller) -> Place {
+        loop {
+            // Asked for before the places are looked at, so that none is given back unnoticed in between.
+            let freed = self.freed.notified();
+            if let Ok(place) = self.take(caller.clone()) {
+                return place;
+            }
+            freed.await;
+        }
     }
 
     fn taken(&self) -> MutexGuard<'_, HashMap<Caller, usize>> {
@@ -108,5 +122,8 @@ impl Drop for Place {
                 taken.remove(&self.caller);
             }
         }
+        drop(taken);
+        self.permit = None;
+        self.places.freed.notify_waiters();
     }
 }

@@ -4,6 +4,7 @@ mod accept;
 mod access;
 mod accuracy;
 mod app;
+mod bodies;
 mod bounds;
 mod caller;
 mod characters;
@@ -43,7 +44,6 @@ use axum::http::header::{
 use axum::middleware::{from_fn, from_fn_with_state, map_request, map_response};
 use axum::response::Response;
 use tokio::net::TcpListener;
-use tokio::sync::Semaphore;
 use tokio_util::task::AbortOnDropHandle;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
@@ -59,7 +59,7 @@ use crate::jobs::Jobs;
 use access::Gate;
 pub use access::{AccessPolicy, AccessPolicyError, Unprotected};
 use app::App;
-use bounds::{BODY_TIMEOUT, MAX_BODY, TIMEOUT};
+use bounds::{BODIES, BODY_TIMEOUT, CALLER_BODIES, MAX_BODY, TIMEOUT};
 pub use figures::ProcessFigures;
 use limits::{Places, RequestRate};
 pub use token::{TokenDigest, TokenError, Tokens};
@@ -86,6 +86,10 @@ pub struct HttpOptions {
     pub streams: usize,
     /// How many of them by one caller.
     pub caller_streams: usize,
+    /// Simulations that may run at once.
+    pub simulations: usize,
+    /// How many of them of one caller.
+    pub caller_simulations: usize,
 }
 
 /// Serves `jobs` and the figures of the process on `listener` until they shut down; then waits for open connections, but not for
@@ -133,14 +137,14 @@ async fn offer(
     (routes, openapi): (Router<App>, serde_json::Value),
 ) -> io::Result<()> {
     let shutdown = jobs.shutdown().clone();
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let simulations = Arc::new(Semaphore::new(cores));
+    let simulations = Arc::new(Places::new(options.simulations, options.caller_simulations));
     let streams = Arc::new(Places::new(options.streams, options.caller_streams));
-    let app = App { jobs, simulations, streams, figures, openapi: Arc::new(openapi) };
+    let bodies = Arc::new(Places::new(BODIES, CALLER_BODIES));
+    let app = App { jobs, simulations, streams, bodies, figures, openapi: Arc::new(openapi) };
     let gate = Arc::new(Gate { policy: options.access, rate: options.request_rate.map(RequestRate::new) });
     let kept_up = tokio::spawn(keep_up(app.figures.clone(), Arc::clone(&gate)));
     let _kept_up = AbortOnDropHandle::new(kept_up);
-    let router = layered(routes, gate).with_state(app);
+    let router = layered(routes, &app, gate).with_state(app);
     let serving = server::serve(listener, router, options.connections, shutdown.clone());
     tokio::select! {
         served = serving => served,
@@ -199,13 +203,14 @@ fn routes() -> OpenApiRouter<App> {
 }
 
 /// What every request and every answer goes through, the innermost first.
-fn layered(routes: Router<App>, gate: Arc<Gate>) -> Router<App> {
+fn layered(routes: Router<App>, app: &App, gate: Arc<Gate>) -> Router<App> {
     routes
         .layer(CompressionLayer::new().compress_when(conditional::is_text))
         // The handlers bound what they read, which is what comes out.
         .layer(RequestDecompressionLayer::new())
         .layer(DefaultBodyLimit::max(MAX_BODY))
         .layer(map_request(bound_body))
+        .layer(from_fn_with_state(app.clone(), bodies::wait_for_place))
         .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, TIMEOUT))
         .layer(CsrfLayer::new())
         .layer(CatchPanicLayer::custom(problem::of_panic))

@@ -47,7 +47,7 @@ problems! {
     /// A simulation was not started.
     NotSimulated {
         "422": "What is asked for is impossible, with every fault found, or takes more than 1,000,000 steps",
-        "429": "Too many simulations run at once"
+        "429": "Too many simulations run at once, of all or of this caller"
     }
     /// The id names no character.
     NoSuchCharacter { "404": "No such character" }

@@ -1,7 +1,6 @@
 //! One simulation, as JSON lines.
 
 use std::io;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use axum::body::{Body, Bytes};
@@ -13,6 +12,7 @@ use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
 
 use super::app::App;
+use super::caller::Caller;
 use super::extract::JsonBody;
 use super::problem::ProblemDetails;
 use super::responses::NotSimulated;
@@ -47,10 +47,10 @@ const READER_TIMEOUT: Duration = Duration::from_secs(30);
         NotSimulated))]
 pub(super) async fn simulate(
     State(app): State<App>,
+    caller: Caller,
     JsonBody(body): JsonBody,
 ) -> Result<Response, ProblemDetails> {
-    let permit = Arc::clone(&app.simulations).try_acquire_owned();
-    let permit = permit.map_err(|_| ProblemDetails::busy("as many simulations run as may run at once"))?;
+    let place = app.simulation(caller)?;
     let body = app.jobs.with_character(body.into(), "/character").await?;
     let jobs = app.jobs.clone();
     let prepared = app.jobs.compute(move |given_up| Ok(prepare(&jobs, &body, given_up)?)).await?;
@@ -61,7 +61,7 @@ pub(super) async fn simulate(
         let until = Instant::now() + LONGEST;
         let wanted = || !sender.is_closed() && !shutdown.is_cancelled() && Instant::now() < until;
         let end = prepared.run_while(wanted, |line| send(&runtime, &sender, &line));
-        drop(permit);
+        drop(place);
         if end == ScenarioEnd::Stopped {
             // A body that just ended would look as if it were whole.
             let broken_off = Err(io::Error::other("the simulation was stopped"));

@@ -110,7 +110,9 @@ fn shares_follow_from_who_may_come() {
     assert_eq!(integer(&alone, "caller_queue"), integer(&alone, "queue"));
     assert_eq!(integer(&alone, "request_rate"), 0);
     let one = printed(&["--listen", "0.0.0.0:1"], &[("GAITWRIGHT_TOKEN", "secret")]);
-    assert_eq!(integer(&one, "caller_streams"), integer(&one, "streams"));
+    for places in ["streams", "simulations"] {
+        assert_eq!(integer(&one, &format!("caller_{places}")), integer(&one, places));
+    }
     assert!(integer(&one, "request_rate") > 0);
     for (arguments, environment) in
         [(&["--listen", "0.0.0.0:1", "--insecure"][..], &[][..]), (&[], &[("GAITWRIGHT_TOKENS", "a=1,b=2")])]
@@ -118,6 +120,9 @@ fn shares_follow_from_who_may_come() {
         let several = printed(arguments, environment);
         assert_eq!(2 * integer(&several, "caller_queue"), integer(&several, "queue"));
         assert_eq!(2 * integer(&several, "caller_streams"), integer(&several, "streams"));
+        // Of an odd number of cores, the larger half.
+        let [share, all] = ["caller_simulations", "simulations"].map(|name| integer(&several, name));
+        assert!((all..=all + 1).contains(&(2 * share)), "{share} of {all}");
     }
 }
 

@@ -87,6 +87,11 @@ settings! {
     /// How many of them one caller may follow; half where there may be several callers, otherwise all
     caller_streams: NonZeroUsize, (long, env = "GAITWRIGHT_CALLER_STREAMS")
         = if several_callers(listen, &tokens) { half(streams) } else { streams };
+    /// Simulations that may run at once; as many as there are cores
+    simulations: NonZeroUsize, (long, env = "GAITWRIGHT_SIMULATIONS") = cores();
+    /// How many of them one caller may run; half where there may be several callers, otherwise all
+    caller_simulations: NonZeroUsize, (long, env = "GAITWRIGHT_CALLER_SIMULATIONS")
+        = if several_callers(listen, &tokens) { half(simulations) } else { simulations };
     /// Folder of jobs and results, as far as they are not elsewhere, and of files on their way
     data: PathBuf, (long, env = "GAITWRIGHT_DATA") = "gaitwright-data".into();
     /// Where jobs are kept: `sqlite` in the data folder, or the URL of a PostgreSQL database that any number of servers
@@ -126,6 +131,11 @@ settings! {
 /// Whether requests may come from more than one caller.
 fn several_callers(listen: SocketAddr, tokens: &Tokens) -> bool {
     if tokens.is_empty() { !listen.ip().is_loopback() } else { tokens.len() > 1 }
+}
+
+/// Cores that the process may use.
+pub fn cores() -> NonZeroUsize {
+    std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
 }
 
 fn half(number: NonZeroUsize) -> NonZeroUsize {

@@ -1,5 +1,9 @@
 //! Callers told apart, and what each may have of what all share.
 
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+
 use serde_json::json;
 use tempfile::TempDir;
 
@@ -51,6 +55,64 @@ fn streams_are_shared_out() {
     assert_refused_for_now(&follow(ANNA));
     let _other = Receiver::with(&events, &["-H", BERT]);
     follow(BERT).problem(503);
+}
+
+#[test]
+fn simulations_are_shared_out() {
+    let service = service(&["--simulations", "3", "--caller-simulations", "2"]);
+    let simulation = |duration: f64, every: f64| {
+        json!({ "character": { "urdf": PADDLER }, "duration": duration, "sample_every": every }).to_string()
+    };
+    // Nobody reads all of them, so that they go on.
+    let long = simulation(1999.0, 0.01);
+    let json = ["-H", "content-type: application/json", "-d"];
+    let run = |header: &str, body: &str| {
+        service.curl("/v1/simulations", &[&["-H", header][..], &json, &[body]].concat())
+    };
+    let hold = |header: &str| {
+        Receiver::with(&service.url("/v1/simulations"), &[&["-H", header][..], &json, &[&long]].concat())
+    };
+    let held: Vec<Receiver> = (0..2).map(|_| hold(ANNA)).collect();
+    let short = simulation(0.1, 0.1);
+    assert_refused_for_now(&run(ANNA, &short));
+    assert_eq!(run(BERT, &short).status, 200, "another caller has a place");
+    let other = hold(BERT);
+    assert_refused_for_now(&run(BERT, &short));
+    held.into_iter().chain([other]).for_each(Receiver::leave);
+}
+
+/// Of large bodies a caller may send eight at once; the next waits until one of them is through or has been given up.
+#[test]
+fn large_bodies_wait_for_their_turns() {
+    let service = service(&[]);
+    let address = service.url("");
+    let large = 300 << 10;
+    let begin = |header: &str| {
+        let mut stream = TcpStream::connect(address.trim_start_matches("http://")).unwrap();
+        let head = format!(
+            "POST /v1/characters HTTP/1.1\r\nhost: localhost\r\n{header}\r\n\
+             content-type: application/xml\r\ncontent-length: {large}\r\nconnection: close\r\n\r\n"
+        );
+        stream.write_all(head.as_bytes()).unwrap();
+        stream
+    };
+    let mut held: Vec<TcpStream> = (0..8).map(|_| begin(ANNA)).collect();
+    std::thread::sleep(Duration::from_millis(500));
+    let answer = |mut stream: TcpStream, patience: Duration| {
+        // No URDF, and refused for that as soon as it has been read.
+        let _ = stream.write_all(&vec![b' '; large]);
+        stream.set_read_timeout(Some(patience)).unwrap();
+        let mut answer = [0; 12];
+        stream.read_exact(&mut answer).map(|()| String::from_utf8(answer.to_vec()).unwrap())
+    };
+    assert!(answer(begin(ANNA), Duration::from_secs(2)).is_err(), "a ninth is read");
+    assert_eq!(answer(begin(BERT), Duration::from_secs(30)).unwrap(), "HTTP/1.1 400", "another caller");
+    let small =
+        service.curl("/v1/characters", &["-H", ANNA, "-H", "content-type: application/xml", "-d", "x"]);
+    small.problem(400);
+    let waiting = begin(ANNA);
+    drop(held.pop());
+    assert_eq!(answer(waiting, Duration::from_secs(30)).unwrap(), "HTTP/1.1 400");
 }
 
 #[test]
