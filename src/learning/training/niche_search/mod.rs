@@ -51,14 +51,27 @@ impl NicheSearch<'_> {
             found.is_none_or(|found| !found.natural && (cheapest || found.wanted.speed == seen.wanted.speed))
         };
         let seen = self.seen_natural.clone().filter(in_its_place);
-        let found = seen.or(self.found.take()).filter(|Found { wanted, candidate, .. }| {
-            candidate.figures.upright >= 1.0 && candidate.figures.speed > CRAWL * wanted.speed
-        });
+        let found = seen.or(self.found.take()).filter(|found| self.gets_on(found));
         let motion = |Found { wanted, candidate, trials, .. }: Found| LearnedMotion {
             trials: trials.unwrap_or_default(),
             ..self.motion(&wanted, &candidate)
         };
         (found.map(motion), outcome)
+    }
+
+    /// Whether a motion stays up and gets on. One that does not without feedback has to stay up for as long as it is judged: where it falls,
+    /// QDSEGA does better.
+    fn gets_on(&self, found: &Found) -> bool {
+        let Found { wanted, candidate, natural, .. } = found;
+        let stays_up = || {
+            let motion = self.motion(wanted, candidate);
+            let player = motion.player(&self.shared.setup.stance.angles);
+            let checked = motion.check(self.shared.setup, &player).run(&|| false);
+            checked.is_ok_and(|checked| checked.trace.fell_at.is_none())
+        };
+        candidate.figures.upright >= 1.0
+            && candidate.figures.speed > CRAWL * wanted.speed
+            && (*natural || !self.steered || stays_up())
     }
 
     /// Searches once, with feedback where nothing stays up without, and again with other chances where what was found stays
