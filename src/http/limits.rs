@@ -123,6 +123,7 @@ impl Drop for Place {
             }
         }
         drop(taken);
+        // Those who wait are told only when there is a place for them.
         self.permit = None;
         self.places.freed.notify_waiters();
     }

@@ -15,7 +15,7 @@ pub const GAINS: f64 = 0.75;
 
 /// The same on little friction in the search for leaps. Softer legs push off with less force, so that on less friction as well they do not
 /// show that stiff ones slip: with [`GAINS`] two of five bounds of `anymal_b` slipped on the spot where friction alone was changed in
-/// the trials, with this none of three, and all kept the trial of softer gains too.
+/// the trials, with this none of five, and all kept the trial of softer gains too.
 pub const GAINS_OF_LEAPS: f64 = 1.0;
 
 /// Change of velocity by a push, in √(g h): in the search that of each of two components, in the trials that of the whole.

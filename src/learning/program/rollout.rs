@@ -22,7 +22,7 @@ use crate::learn::Stop;
 /// Strides that are judged, after the entry, in the search.
 pub const STRIDES: usize = 5;
 /// The same of gallops, whose strides are half as long: in MuJoCo, on contacts of 5 ms, two of five of the bundled quadruped that were tried
-/// over five strides fell after 2 to 4 s, and neither of the two of the same seeds that were tried over ten.
+/// over five strides fell after 2 to 4 s, and none of five that were tried over ten.
 pub const GALLOPING_STRIDES: usize = 10;
 /// The same with feedback, which shows what it is worth after more of them.
 pub const STEERED_STRIDES: usize = 15;

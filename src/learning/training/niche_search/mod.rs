@@ -35,7 +35,7 @@ const BEGINNINGS: u32 = 3;
 const BEGINNING: u32 = 8;
 /// Into how many parts the starts are divided where balance is looked for.
 const PARTS: usize = 4;
-/// Shares of the assistance with which balance is looked for, in as many generations each.
+/// Shares of the assistance with which balance is looked for, one after the other, each for an eighth of the generations.
 const ASSISTANCE: [f64; 8] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.0, 0.0];
 
 impl NicheSearch<'_> {
@@ -59,8 +59,8 @@ impl NicheSearch<'_> {
         (found.map(motion), outcome)
     }
 
-    /// Whether a motion stays up and gets on. One that does not without feedback has to stay up for as long as it is judged: where it falls,
-    /// QDSEGA does better.
+    /// Whether a motion stays up and gets on. One that stays up by its feedback alone has to do so for as long as it is judged: where it
+    /// falls, QDSEGA does better.
     fn gets_on(&self, found: &Found) -> bool {
         let Found { wanted, candidate, natural, .. } = found;
         let stays_up = || {
@@ -71,7 +71,7 @@ impl NicheSearch<'_> {
         };
         candidate.figures.upright >= 1.0
             && candidate.figures.speed > CRAWL * wanted.speed
-            && (*natural || !self.steered || stays_up())
+            && (*natural || !self.steered || self.stood || stays_up())
     }
 
     /// Searches once, with feedback where nothing stays up without, and again with other chances where what was found stays
@@ -208,7 +208,7 @@ impl NicheSearch<'_> {
     /// time, and whether it learns not to depends on where it began.
     fn balanced(&mut self, wanted: &Wanted, seeds: &[Seed], generations: u32) -> Result<Stage, Interrupted> {
         let mut best = self.let_go(wanted, seeds, generations)?;
-        // Kept also where the search is broken off.
+        // Kept also where one of those that follow is broken off. What still was held up when its search was broken off is not.
         self.found = Some(best.found());
         for part in 0..PARTS.min(seeds.len()) {
             if best.best().figures.upright >= 1.0 || self.shared.used_up(self.progress).is_some() {
