@@ -139,26 +139,6 @@ fn each_disturbance_is_a_run_of_its_own() {
     }
 }
 
-/// What falls by itself stays up while its trunk is held, and none of that is left where the share is 0.
-#[test]
-fn who_is_held_up_stays_up() {
-    let subject = subject("biped.urdf");
-    let walk = named("walk", &subject.legs).unwrap();
-    let wanted = Wanted::at_froude(&subject.legs, walk, 0.1, subject.gravity());
-    let (ring, gains) = subject.ring(&wanted, &[0.0; PARAMETERS]);
-    let arena = subject.arena().unwrap();
-    let alone = arena.run(&ring, &gains, STRIDES);
-    assert!(alone.upright < 1.0, "it needs no assistance");
-    assert_eq!(arena.clone().assisted(0.0).run(&ring, &gains, STRIDES), alone);
-    let held = arena.clone().assisted(1.0);
-    let plain = held.run(&ring, &gains, STRIDES);
-    assert_eq!(plain.upright, 1.0);
-    assert!(plain.roll < 0.35 && plain.pitch < 0.35, "{} and {} rad", plain.roll, plain.pitch);
-    for disturbed in held.run_disturbed(&plain, &ring, &gains, STRIDES) {
-        assert_eq!(disturbed.upright, 1.0);
-    }
-}
-
 #[test]
 fn a_run_that_is_called_off_ends_at_once() {
     let subject = subject("quadruped.urdf");

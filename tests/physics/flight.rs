@@ -73,36 +73,6 @@ fn space() -> Scene {
     Scene { ground: None, gravity: [0.0; 3], ..Scene::default() }
 }
 
-/// A character that is turned as a whole goes on as a rigid body would that turns about the root's origin, in both coordinate systems.
-#[test]
-fn a_turn_from_outside_moves_the_whole_character() {
-    let model = common::example("quadruped.urdf");
-    let mut rng = ChaCha8Rng::seed_from_u64(7);
-    for (integrator, coordinates) in METHODS {
-        let accuracy = Accuracy { integrator, coordinates, ..Accuracy::default() };
-        let plan = common::plan(&model, &space(), &accuracy, None);
-        let mut simulator = Simulator::new(plan, spinning(&model, &mut rng));
-        // In maximal coordinates the bodies have states of their own from the first step on.
-        simulator.step(Command::Passive).unwrap();
-        let before = simulator.momentum();
-        let mut state = simulator.state().clone();
-        let velocity = three(&mut rng, 2.0);
-        let arm = simulator.center_of_mass() - state.root.position;
-        state.turn(velocity);
-        simulator.set_state(&state);
-        let after = simulator.momentum();
-        let wanted = velocity.cross(&arm) * model.mass;
-        assert!(
-            (after.linear - before.linear - wanted).norm() < 1e-12 * before.linear.norm(),
-            "{coordinates:?}"
-        );
-        simulator.step(Command::Passive).unwrap();
-        let next = simulator.momentum();
-        assert!((next.linear - after.linear).norm() < 1e-9 * after.linear.norm(), "{coordinates:?}");
-        assert!((next.angular - after.angular).norm() < 1e-9 * after.angular.norm(), "{coordinates:?}");
-    }
-}
-
 #[test]
 fn every_bundled_character_keeps_its_momentum_while_it_spins() {
     let mut rng = ChaCha8Rng::seed_from_u64(21);

@@ -27,10 +27,6 @@ pub const GALLOPING_STRIDES: usize = 10;
 /// The same with feedback, which shows what it is worth after more of them.
 pub const STEERED_STRIDES: usize = 15;
 
-/// Angular acceleration with which full assistance turns back a trunk that leans, in g / h a radian: eight times the one at which an
-/// inverted pendulum as high as the hips falls. Its damping ratio is 1 / √2.
-const ASSISTANCE: f64 = 8.0;
-
 /// Where gaits are tried; all threads share it.
 #[derive(Debug, Clone)]
 pub struct Arena {
@@ -61,8 +57,6 @@ struct Conditions {
     gains: f64,
     /// Change of the velocity in the middle of the run, m/s: so much to the left and so much backward.
     push: f64,
-    /// Share of what holds the trunk upright from outside.
-    assistance: f64,
 }
 
 impl Conditions {
@@ -92,7 +86,6 @@ impl Arena {
             accuracy: *accuracy,
             gains: 1.0,
             push: 0.0,
-            assistance: 0.0,
         };
         let (slippery, slipping) = disturbance::with_friction(disturbance::FRICTION[0], scene, model);
         let weak = Conditions {
@@ -150,16 +143,6 @@ impl Arena {
         Self { weak, soft, ..self }
     }
 
-    /// The same place where a trunk that leans is turned back from outside, with a `share` of what holds up even what does not balance itself
-    /// (Yu, Turk & Liu 2018).
-    #[must_use]
-    pub fn assisted(mut self, share: f64) -> Self {
-        for conditions in [&mut self.as_asked, &mut self.weak].into_iter().chain(&mut self.soft) {
-            conditions.assistance = share;
-        }
-        self
-    }
-
     /// Step of the undisturbed simulation, s.
     pub fn step(&self) -> f64 {
         self.as_asked.accuracy.step
@@ -194,7 +177,7 @@ impl Arena {
         gains: &Gains,
         strides: usize,
     ) -> RolloutFigures {
-        let Conditions { model, scene, accuracy, gains: factor, push, assistance } = conditions;
+        let Conditions { model, scene, accuracy, gains: factor, push } = conditions;
         let step = accuracy.step;
         let stride = (ring.period / step).round().max(1.0) as usize;
         let mut watch = Watch::new(
@@ -240,23 +223,8 @@ impl Arena {
             if watch.lies() {
                 break;
             }
-            if *assistance > 0.0 {
-                self.assist(&mut simulator, assistance * step);
-            }
         }
         watch.figures(done as f64 / total as f64, done as f64 * step)
-    }
-
-    /// Turns the character back toward upright for so long, s.
-    fn assist(&self, simulator: &mut Simulator, time: f64) {
-        let mut state = simulator.state().clone();
-        let root = &state.root;
-        let back = self.upright.up(&root.orientation).cross(&Vector3::z());
-        let leaning = Vector3::new(root.angular_velocity.x, root.angular_velocity.y, 0.0);
-        let rate = (self.gravity / self.legs.hip_height).sqrt();
-        let damping = (2.0 * ASSISTANCE).sqrt();
-        state.turn((back * ASSISTANCE * rate - leaning * damping) * (rate * time));
-        simulator.set_state(&state);
     }
 
     /// Changes the trunk's velocity by `speed` (m/s) to the left and by as much backward.

@@ -76,7 +76,8 @@ impl Subject {
                 |changed: &[f64]| ring(model, legs, &self::program(legs, wanted, changed), &gains, wanted);
             let direction = ahead_in_plane(self.direction);
             let limits = TargetLimits::of(&model.character);
-            own.steering = Some(steering((legs, &limits), (wanted, direction), parameters, &own, of));
+            let who = (&**legs, &limits[..], &program.steps[..]);
+            own.steering = Some(steering(who, (wanted, direction), parameters, &own, of));
         }
         (own, gains)
     }

@@ -119,16 +119,6 @@ impl State {
         self.body_states.iter_mut().for_each(|body| body.linear_velocity += velocity);
     }
 
-    /// Adds an angular `velocity` (rad/s, world frame) about the root's origin to the character as a whole; its joints move as before.
-    pub fn turn(&mut self, velocity: Vector3<f64>) {
-        self.root.angular_velocity += velocity;
-        let origin = self.root.position;
-        for body in &mut self.body_states {
-            body.angular_velocity += velocity;
-            body.linear_velocity += velocity.cross(&(body.center - origin));
-        }
-    }
-
     /// Forgets what the last step left beside root and joints: its forces, and in maximal coordinates the body states.
     /// Needed after a change of the root or the joints from outside.
     pub fn forget(&mut self) {

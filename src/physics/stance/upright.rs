@@ -1,6 +1,6 @@
 //! When a character has fallen.
 
-use nalgebra::{Unit, UnitQuaternion, Vector3};
+use nalgebra::{Unit, Vector3};
 
 use super::standing::Stance;
 use crate::model::Model;
@@ -25,11 +25,6 @@ pub struct Upright {
 }
 
 impl Upright {
-    /// What is vertical when the character stands, in the world frame, where its root has this `orientation`.
-    pub fn up(&self, orientation: &UnitQuaternion<f64>) -> Vector3<f64> {
-        orientation * *self.up
-    }
-
     /// For `model` standing as in `stance` on the ground of `scene`.
     ///
     /// A root that carries the character when it stands (a snake's) may be as low as it likes.
@@ -48,7 +43,7 @@ impl Upright {
 
     /// Whether the character is upright in `state`.
     pub fn holds(&self, state: &State) -> bool {
-        let up = self.up(&state.root.orientation);
+        let up = state.root.orientation * self.up;
         let mark = state.root.position + state.root.orientation * self.mark;
         let over = |(ground, least): &(Terrain, f64)| mark.z > ground.height(mark.x, mark.y) + least;
         up.z > FALLEN_TILT.cos() && self.least_height.as_ref().is_none_or(over)

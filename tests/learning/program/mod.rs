@@ -6,6 +6,7 @@ mod legs;
 
 use std::sync::Arc;
 
+use gaitwright_learning::learn::Stop;
 use gaitwright_learning::program::cma::Cma;
 use gaitwright_learning::program::cost::{HOLDS, undisturbed};
 use gaitwright_learning::program::figures::RolloutFigures;
@@ -13,13 +14,17 @@ use gaitwright_learning::program::gaits::{gaits, named};
 use gaitwright_learning::program::leg_watch::LegFigures;
 use gaitwright_learning::program::legs::{LegChain, Legs};
 use gaitwright_learning::program::no_gaits::NoGaits;
+use gaitwright_learning::program::refine::Refinement;
 use gaitwright_learning::program::ring::{PARAMETERS, PERIOD, TURN, Wanted, program};
+use gaitwright_learning::program::rollout::STEERED_STRIDES;
+use gaitwright_learning::program::seeds::Seed;
+use gaitwright_learning::program::starts::Starts;
 use gaitwright_learning::program::steer;
 use gaitwright_learning::program::subject::Subject;
 use gaitwright_learning::program::template::{SAMPLES, shares, stride};
 use gaitwright_physics::character::{Character, read_file};
 use gaitwright_physics::model::{Base, Model};
-use gaitwright_physics::motion::Player;
+use gaitwright_physics::motion::{Player, TrunkMeasure};
 use gaitwright_physics::scene::{Accuracy, Scene};
 use gaitwright_physics::stance::Stance;
 use nalgebra::{Vector2, Vector3};
@@ -347,6 +352,75 @@ fn what_breaks_a_constraint_costs_more_than_all_that_holds_and_limits_come_befor
     ] {
         assert!(cost(&broken) > HOLDS, "{broken:?}");
     }
+}
+
+/// A trunk that leans changes where the feet land, and nothing about the legs that stand: those turn back, within a keyframe, to where
+/// they stand without feedback. Whoever held a foot forward while it stands would push the trunk over.
+#[test]
+fn feedback_places_the_feet_that_swing_and_leaves_those_alone_that_stand() {
+    for (name, gait, froude) in [("biped.urdf", "walk", 0.05), ("quadruped.urdf", "trot", 0.4)] {
+        let subject = subject(name, [1.0, 0.0, 0.0]);
+        let legs = &subject.legs;
+        let wanted = Wanted::at_froude(legs, named(gait, legs).unwrap(), froude, GRAVITY);
+        let seeds = subject.seeds(&wanted.gait);
+        let starts = steer::starts(&seeds[0], true);
+        let drawn = steer::drawn(legs, &wanted, &starts, 20, 3);
+        assert_eq!(drawn, steer::drawn(legs, &wanted, &starts, 20, 3));
+        assert_ne!(drawn, steer::drawn(legs, &wanted, &starts, 20, 4));
+        for seed in starts.iter().chain(&drawn) {
+            let steps = program(legs, &wanted, &seed.parameters).steps;
+            let (ring, _) = subject.ring(&wanted, &seed.parameters);
+            let steering = ring.steering.unwrap();
+            assert_eq!(steering.tables.len(), 5);
+            for table in &steering.tables {
+                let heading = table.measure == TrunkMeasure::Heading;
+                for (leg, step) in legs.legs.iter().zip(&steps) {
+                    let changed = |at: usize| {
+                        let [least, greatest] = [&table.rings[0], table.rings.last().unwrap()].map(|ring| {
+                            leg.joints.iter().map(|&joint| ring[at].angles[joint].abs()).fold(0.0, f64::max)
+                        });
+                        least.max(greatest)
+                    };
+                    let since = |at: usize| (at as f64 / 8.0 - step.phase).rem_euclid(1.0);
+                    let standing = (0..8).filter(|&at| (0.125..step.duty).contains(&since(at)));
+                    assert!(standing.map(changed).all(|change| heading || change == 0.0));
+                    let landing = (0..8).filter(|&at| since(at) > 0.8).map(changed).sum::<f64>();
+                    assert!(heading || landing > 0.0, "{name}: {landing} rad for {:?}", table.measure);
+                }
+            }
+        }
+    }
+}
+
+/// On points nothing stands still: a search finds programs that go on for 15 strides with feedback, and none without.
+#[test]
+#[ignore = "needs robot descriptions: set ROBOT_URDF_DIR"]
+fn feedback_balances_on_points() {
+    let file = read_file(&crate::common::robots().join("bolt.urdf"), Default::default()).unwrap();
+    let subject = subject_of(file.character, [1.0, 0.0, 0.0]);
+    let accuracy = Accuracy { step: 0.004, ..subject.accuracy };
+    let arena = Subject { accuracy, ..subject.clone() }.arena().unwrap();
+    let legs = &subject.legs;
+    let wanted = Wanted::at_froude(legs, named("walk", legs).unwrap(), 0.05, GRAVITY);
+    let pool = rayon::ThreadPoolBuilder::new().build().unwrap();
+    let seeds: Vec<Seed> =
+        subject.seeds(&wanted.gait).iter().flat_map(|it| steer::starts(it, true)).collect();
+    let upright = |steered: bool| {
+        let mut drawn = steer::drawn(legs, &wanted, &seeds, 2000, 1);
+        if !steered {
+            drawn.iter_mut().for_each(|seed| seed.parameters.truncate(PARAMETERS));
+        }
+        let here = (&pool, &Stop::default());
+        let starts = Starts::new(here, &subject, &arena, &wanted, &drawn, STEERED_STRIDES).unwrap();
+        let mut refinement = Refinement::new(&subject, &wanted, (&starts, 0), (STEERED_STRIDES, 0, 1));
+        for _ in 0..60 {
+            refinement.generation(here, &subject, &arena, &wanted).unwrap();
+        }
+        refinement.best().figures.upright
+    };
+    let [alone, steered] = [false, true].map(upright);
+    assert!(alone < 0.9, "{alone} of {STEERED_STRIDES} strides without feedback");
+    assert_eq!(steered, 1.0, "and {alone} without feedback");
 }
 
 /// A trot with its feet sent to the left of where the trunk goes, which turns it, goes straight on when its heading is answered to.

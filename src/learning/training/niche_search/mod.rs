@@ -33,10 +33,11 @@ const HARD_AGAIN: u32 = 2;
 /// How many times a search for a hard gait begins, and which part of the generations of a gait each beginning has.
 const BEGINNINGS: u32 = 3;
 const BEGINNING: u32 = 8;
-/// Into how many parts the starts are divided where balance is looked for.
-const PARTS: usize = 4;
-/// Shares of the assistance with which balance is looked for, one after the other, each for an eighth of the generations.
-const ASSISTANCE: [f64; 8] = [1.0, 0.5, 0.25, 0.125, 0.0625, 0.03125, 0.0, 0.0];
+/// How many searches for a balance there are, each with so many parts fewer generations than a search that has one; how many there are at
+/// most; and from how many programs each may start.
+const BALANCES: u32 = 4;
+const MOST_BALANCES: u32 = 8;
+const DRAWN: usize = 2000;
 
 impl NicheSearch<'_> {
     /// Searches, and gives what was found also where the search was broken off: a motion that stays up and gets on, if one was seen a
@@ -85,6 +86,9 @@ impl NicheSearch<'_> {
         let left = self.generations() > 0 && self.shared.used_up(self.progress).is_none();
         if fallen && promising && left && self.shared.subject.can_steer() {
             self.steered = true;
+            // Whether a balance holds depends on the step: of five that were searched for at twice the step three fell at a quarter of it.
+            self.fine = self.shared.fine.clone().suited(&self.niche.gait);
+            self.coarse = self.fine.clone();
             self.attempt()?;
         }
         let again =
@@ -155,7 +159,8 @@ impl NicheSearch<'_> {
         // What keeps most limits already has the others left.
         let wanted = if self.unfinished.is_some() { wanted.strictly() } else { wanted };
         let (mut leading, spent) = if self.steered {
-            let mut leading = self.balanced(&wanted, &seeds, all)?;
+            let each = if self.stood { all } else { all / BALANCES };
+            let mut leading = self.balanced(&wanted, &seeds, each)?;
             self.refine(&mut leading, Fidelity::Coarse, all / STAGE, Rank::Leading)?;
             (leading, all / STAGE)
         } else {
@@ -204,36 +209,43 @@ impl NicheSearch<'_> {
         Ok(leading)
     }
 
-    /// The best of searches from all of the `seeds` and from parts of them, up to the first that stays up: what falls soon costs little
-    /// time, and whether it learns not to depends on where it began.
+    /// The best of some searches for a balance, and of more where none of these stays up, each from the most promising of `seeds` and of
+    /// programs drawn about them: what falls soon costs little time to try, and how well the rest can go is soon decided.
     fn balanced(&mut self, wanted: &Wanted, seeds: &[Seed], generations: u32) -> Result<Stage, Interrupted> {
-        let mut best = self.let_go(wanted, seeds, generations)?;
-        // Kept also where one of those that follow is broken off. What still was held up when its search was broken off is not.
-        self.found = Some(best.found());
-        for part in 0..PARTS.min(seeds.len()) {
-            if best.best().figures.upright >= 1.0 || self.shared.used_up(self.progress).is_some() {
+        let mut best = self.balance(wanted, seeds, generations)?;
+        // The others are to find another way than what the attempt before has found.
+        let known = self.unfinished.clone();
+        let seeds: Vec<Seed> =
+            seeds.iter().filter(|seed| Some(&seed.parameters) != known.as_ref()).cloned().collect();
+        for search in 1..MOST_BALANCES {
+            let stays_up = best.best().figures.upright >= 1.0;
+            if stays_up && (self.stood || search >= BALANCES) || self.shared.used_up(self.progress).is_some()
+            {
                 break;
             }
-            let own: Vec<Seed> = seeds.iter().skip(part).step_by(PARTS).cloned().collect();
-            let stage = self.let_go(wanted, &own, generations)?;
+            let stage = self.balance(wanted, &seeds, generations)?;
             if stage.best().cost < best.best().cost {
                 best = stage;
-                self.found = Some(best.found());
             }
         }
+        self.found = Some(best.found());
         Ok(best)
     }
 
-    /// A search from the most promising of `seeds` whose candidates are held up at first, ever less, and at its end not at all; what stays
-    /// up without feedback needs no assistance.
-    fn let_go(&mut self, wanted: &Wanted, seeds: &[Seed], generations: u32) -> Result<Stage, Interrupted> {
-        let shares = if self.stood { &[0.0][..] } else { &ASSISTANCE };
-        let mut stage = self.first_stage((wanted, Fidelity::Assisted(shares[0])), seeds)?;
-        for &share in shares {
-            let fidelity = Fidelity::Assisted(share);
-            self.again(&mut stage, fidelity)?;
-            self.refine(&mut stage, fidelity, generations / shares.len() as u32, Rank::Rival)?;
+    /// One of these searches.
+    fn balance(&mut self, wanted: &Wanted, seeds: &[Seed], generations: u32) -> Result<Stage, Interrupted> {
+        let Shared { subject, .. } = self.shared;
+        let mut starts = seeds.to_vec();
+        if !self.stood {
+            starts.extend(steer::drawn(&subject.legs, wanted, seeds, DRAWN, self.chances()));
         }
+        let mut stage = self.first_stage((wanted, Fidelity::Coarse), &starts)?;
+        let outcome = self.refine(&mut stage, Fidelity::Coarse, generations, Rank::Rival);
+        // Kept also where the search is broken off.
+        if self.found.as_ref().is_none_or(|found| stage.best().cost < found.candidate.cost) {
+            self.found = Some(stage.found());
+        }
+        outcome?;
         Ok(stage)
     }
 

@@ -216,12 +216,17 @@ impl<'a> NicheSearch<'a> {
         Ok(starts)
     }
 
+    /// Seed of the random numbers of the refinement that begins next. Steps of the golden ratio keep those of all apart (Steele, Lea &
+    /// Flood 2014).
+    pub(super) fn chances(&self) -> u64 {
+        let number = STREAMS * self.index as u64 + self.stages + 1;
+        self.shared.setup.seed.wrapping_add(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(number))
+    }
+
     /// Begins a refinement from the one of rank `rank` among `starts`.
     pub(super) fn stage(&mut self, wanted: &Wanted, starts: &Starts, rank: usize) -> Stage {
-        let Shared { setup, subject, .. } = self.shared;
-        // Steps of the golden ratio keep the seeds of all stages apart (Steele, Lea & Flood 2014).
-        let number = STREAMS * self.index as u64 + self.stages + 1;
-        let seed = setup.seed.wrapping_add(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(number));
+        let Shared { subject, .. } = self.shared;
+        let seed = self.chances();
         self.stages += 1;
         let paired = if self.steered || self.niche.gait.is_hard() { 0 } else { PAIRED };
         let chances = (self.strides(), paired, seed);
@@ -242,7 +247,6 @@ impl<'a> NicheSearch<'a> {
         match fidelity {
             Fidelity::Coarse => self.coarse.clone(),
             Fidelity::Fine => self.fine.clone(),
-            Fidelity::Assisted(share) => self.coarse.clone().assisted(share),
         }
     }
 

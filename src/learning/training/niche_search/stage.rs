@@ -51,6 +51,4 @@ pub(super) enum Fidelity {
     Coarse,
     /// At the step that was asked for.
     Fine,
-    /// At a longer step, with a share of the assistance that holds up what does not balance itself.
-    Assisted(f64),
 }
