@@ -15,6 +15,7 @@ use gaitwright_physics::scene::{Accuracy, Obstacle, Scene, StepPlan};
 use gaitwright_physics::stance::Stance;
 
 use crate::common::example;
+use crate::program::brisk;
 
 fn subject(name: &str) -> Subject {
     let (model, scene) = (example(name), Scene::default());
@@ -137,6 +138,26 @@ fn each_disturbance_is_a_run_of_its_own() {
             assert_eq!(softer.run_disturbed(&plain, &ring, &gains, STRIDES).len(), runs);
         }
     }
+}
+
+/// What balances is pushed on soft ground too, while it sets out, and its legs are weak there instead of on slippery ground.
+#[test]
+fn what_balances_is_pushed_on_soft_ground_by_weaker_legs() {
+    let subject = subject("quadruped.urdf");
+    let trot = named("trot", &subject.legs).unwrap();
+    let wanted = Wanted::at_froude(&subject.legs, trot, 0.4, subject.gravity());
+    let (ring, gains) = subject.ring(&wanted, &brisk());
+    let arena = subject.arena().unwrap();
+    let plain = arena.run(&ring, &gains, STRIDES);
+    let usual = arena.run_disturbed(&plain, &ring, &gains, STRIDES);
+    let arena = arena.balancing();
+    assert_eq!(arena.run(&ring, &gains, STRIDES), plain);
+    let balancing = arena.run_disturbed(&plain, &ring, &gains, STRIDES);
+    assert_eq!(balancing.len(), 2);
+    assert!(usual.iter().zip(&balancing).all(|(usual, balancing)| usual != balancing));
+    // The legs on slippery ground are those of leaps there, and the push is the same.
+    let bounding = subject.arena().unwrap().suited(&named("bound", &subject.legs).unwrap());
+    assert_eq!(bounding.run_disturbed(&plain, &ring, &gains, STRIDES)[0], balancing[0]);
 }
 
 #[test]

@@ -61,6 +61,11 @@ impl Refinement {
         Self { kept: vec![kept], costs, evaluations: 0, seconds: 0.0, search, searched, start, strides }
     }
 
+    /// Tries candidates over so many strides from now on; those so far have to be tried [again](Self::again_in).
+    pub fn try_over(&mut self, strides: usize) {
+        self.strides = strides;
+    }
+
     /// One generation on the threads of `pool`. What comes out does not depend on their number: candidates are
     /// drawn before any is tried, and compared in the order in which they were drawn.
     ///

@@ -119,18 +119,18 @@ pub(super) fn steering(
         let mut changed = parameters.to_vec();
         changed[parameter] += change;
         let changed = ring_of(&changed);
-        let (width, turns) = match measure {
-            TrunkMeasure::Heading => (width, true),
-            TrunkMeasure::ForwardTilt | TrunkMeasure::LeftTilt => (width, false),
-            TrunkMeasure::ForwardTiltRate | TrunkMeasure::LeftTiltRate => (width * rate, false),
-        };
-        let full = vec![1.0; legs.standing.len()];
+        let rates = matches!(measure, TrunkMeasure::LeftTiltRate | TrunkMeasure::ForwardTiltRate);
+        let width = if rates { width * rate } else { width };
+        let shares = (0..KEYFRAMES).map(|at| match measure {
+            TrunkMeasure::Heading => vec![1.0; legs.standing.len()],
+            _ => placed(legs, steps, at),
+        });
+        let shares: Vec<Vec<f64>> = shares.collect();
         let ring = |cell: i32| {
             let times = f64::from(cell) * strength;
             let keyframe = |at: usize| {
-                let shares = if turns { full.clone() } else { placed(legs, steps, at) };
                 let scaled = |changed: &[f64], base: &[f64]| {
-                    let both = shares.iter().zip(changed.iter().zip(base));
+                    let both = shares[at].iter().zip(changed.iter().zip(base));
                     both.map(|(share, (changed, base))| share * times * (changed - base)).collect()
                 };
                 KeyframeChange {

@@ -17,6 +17,7 @@ pub(super) use search::NicheSearch;
 
 use crate::learn::{Interrupted, StopReason};
 use crate::program::ring::Wanted;
+use crate::program::rollout::BALANCED_STRIDES;
 use crate::program::seeds::Seed;
 use crate::program::steer;
 use crate::program::straightening::Straightening;
@@ -87,7 +88,7 @@ impl NicheSearch<'_> {
         if fallen && promising && left && self.shared.subject.can_steer() {
             self.steered = true;
             // Whether a balance holds depends on the step: of five that were searched for at twice the step three fell at a quarter of it.
-            self.fine = self.shared.fine.clone().suited(&self.niche.gait);
+            self.fine = self.shared.fine.clone().suited(&self.niche.gait).balancing();
             self.coarse = self.fine.clone();
             self.attempt()?;
         }
@@ -161,6 +162,10 @@ impl NicheSearch<'_> {
         let (mut leading, spent) = if self.steered {
             let each = if self.stood { all } else { all / BALANCES };
             let mut leading = self.balanced(&wanted, &seeds, each)?;
+            if !self.stood && leading.best().figures.upright >= 1.0 {
+                leading.refinement.try_over(BALANCED_STRIDES);
+                self.again(&mut leading, Fidelity::Coarse)?;
+            }
             self.refine(&mut leading, Fidelity::Coarse, all / STAGE, Rank::Leading)?;
             (leading, all / STAGE)
         } else {
