@@ -34,8 +34,8 @@ const HARD_AGAIN: u32 = 2;
 /// How many times a search for a hard gait begins, and which part of the generations of a gait each beginning has.
 const BEGINNINGS: u32 = 3;
 const BEGINNING: u32 = 8;
-/// How many searches for a balance there are, each with so many parts fewer generations than a search that has one; how many there are at
-/// most; and from how many programs each may start.
+/// How many searches for a balance there are, which share the generations of an attempt; how many of them at most, where none stays up;
+/// and how many programs are drawn for each to start from.
 const BALANCES: u32 = 4;
 const MOST_BALANCES: u32 = 8;
 const DRAWN: usize = 2000;
