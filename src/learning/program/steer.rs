@@ -28,7 +28,8 @@ struct Answer {
 
 impl Answer {
     /// To a trunk that leans. Cells of 0.05 rad, 3 on either side, were too coarse: a foot that is misplaced by half a cell is taken for
-    /// another lean one step later. `bolt` walked with cells of either width, at a cost of transport of 0.66 and of 0.47.
+    /// another lean one step later. With these one of 4000 random programs of `bolt` stayed up for 15 strides, with those none of 8000, whose
+    /// strengths were drawn from a somewhat other range.
     const fn to_tilt(measure: TrunkMeasure, parameter: usize) -> Self {
         Self { measure, width: 0.02, cells: 7, parameter, change: 0.02 / 0.06 }
     }
@@ -52,7 +53,7 @@ const HEADING: usize = 4;
 const STRENGTHS: [f64; 3] = [0.5, 1.0, 1.5];
 const GREATEST_STRENGTH: f64 = 2.5;
 /// How far from a seed a program is drawn, in units of its parameters.
-const DRAWN: f64 = 1.5;
+const FARTHEST: f64 = 1.5;
 /// Strengths of the answer to the heading that are tried on a gait that has none.
 const BY_HEADING: [f64; 3] = [0.5, 1.0, 2.0];
 
@@ -78,7 +79,7 @@ pub fn drawn(legs: &Legs, wanted: &Wanted, seeds: &[Seed], count: usize, chances
     let searched = searched(legs, wanted, PARAMETERS);
     let around = |seed: &Seed| {
         let mut parameters = seed.parameters.clone();
-        searched.iter().for_each(|&index| parameters[index] += rng.random_range(-DRAWN..DRAWN));
+        searched.iter().for_each(|&index| parameters[index] += rng.random_range(-FARTHEST..FARTHEST));
         let balancing = &mut parameters[PARAMETERS + 1..][..HEADING];
         balancing.iter_mut().for_each(|strength| *strength = rng.random_range(0.0..GREATEST_STRENGTH));
         seed.with(parameters)
@@ -151,8 +152,8 @@ pub(super) fn steering(
 }
 
 /// The share of a changed foothold in each joint's target at a keyframe. A leg takes its foot there while it swings. Then it turns
-/// back, within the time of a keyframe, to the angle at which it stands without feedback, and takes the trunk upright with it: the foot
-/// of a leg that stands farther forward because the trunk leans forward would make the trunk lean back, and that the foot go back.
+/// back, within the time of a keyframe, to the angle at which it stands without feedback, and takes the trunk upright with it. A foot that
+/// stands and is sent forward because the trunk leans forward turns the trunk farther forward, which would send it farther still.
 fn placed(legs: &Legs, steps: &[Step], keyframe: usize) -> Vec<f64> {
     let mut shares = vec![0.0; legs.standing.len()];
     for (leg, step) in legs.legs.iter().zip(steps) {

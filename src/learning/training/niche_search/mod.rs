@@ -195,7 +195,7 @@ impl NicheSearch<'_> {
         count: u32,
         generations: u32,
     ) -> Result<Stage, Interrupted> {
-        let starts = self.starts((wanted, Fidelity::Coarse), seeds)?;
+        let starts = self.starts(wanted, seeds)?;
         let mut leading = self.stage(wanted, &starts, 0);
         self.found = Some(leading.found());
         if self.stages == 1 && leading.best().figures.upright >= 1.0 {
@@ -244,7 +244,7 @@ impl NicheSearch<'_> {
         if !self.stood {
             starts.extend(steer::drawn(&subject.legs, wanted, seeds, DRAWN, self.chances()));
         }
-        let mut stage = self.first_stage((wanted, Fidelity::Coarse), &starts)?;
+        let mut stage = self.first_stage(wanted, &starts)?;
         let outcome = self.refine(&mut stage, Fidelity::Coarse, generations, Rank::Rival);
         // Kept also where the search is broken off.
         if self.found.as_ref().is_none_or(|found| stage.best().cost < found.candidate.cost) {

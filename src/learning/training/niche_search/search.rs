@@ -178,18 +178,14 @@ impl<'a> NicheSearch<'a> {
     ) -> Result<Stage, Interrupted> {
         let wanted = self.wanted(froude);
         let seed = Seed::far(leading.best().parameters.clone());
-        let mut other = self.first_stage((&wanted, Fidelity::Coarse), &[seed])?;
+        let mut other = self.first_stage(&wanted, &[seed])?;
         self.refine(&mut other, Fidelity::Coarse, generations, Rank::Rival)?;
         Ok(other)
     }
 
     /// Begins a refinement from the most promising of `seeds`.
-    pub(super) fn first_stage(
-        &mut self,
-        (wanted, fidelity): (&Wanted, Fidelity),
-        seeds: &[Seed],
-    ) -> Result<Stage, Interrupted> {
-        let starts = self.starts((wanted, fidelity), seeds)?;
+    pub(super) fn first_stage(&mut self, wanted: &Wanted, seeds: &[Seed]) -> Result<Stage, Interrupted> {
+        let starts = self.starts(wanted, seeds)?;
         Ok(self.stage(wanted, &starts, 0))
     }
 
@@ -203,15 +199,10 @@ impl<'a> NicheSearch<'a> {
     }
 
     /// Tries `seeds`.
-    pub(super) fn starts(
-        &mut self,
-        (wanted, fidelity): (&Wanted, Fidelity),
-        seeds: &[Seed],
-    ) -> Result<Starts, Interrupted> {
+    pub(super) fn starts(&mut self, wanted: &Wanted, seeds: &[Seed]) -> Result<Starts, Interrupted> {
         let Shared { subject, pool, stop, .. } = self.shared;
         stop.check()?;
-        let arena = self.arena(fidelity);
-        let starts = Starts::new((pool, stop), subject, &arena, wanted, seeds, self.strides())?;
+        let starts = Starts::new((pool, stop), subject, &self.coarse, wanted, seeds, self.strides())?;
         self.progress.simulated += starts.seconds;
         Ok(starts)
     }

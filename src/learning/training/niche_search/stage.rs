@@ -44,7 +44,7 @@ pub(super) enum Rank {
     Rival,
 }
 
-/// How candidates are tried.
+/// At which step candidates are tried.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Fidelity {
     /// At a longer step.
