@@ -15,6 +15,8 @@ pub(super) struct Found {
     pub(super) candidate: Candidate,
     /// Whether it was found natural in a continuous simulation.
     pub(super) natural: bool,
+    /// Whether it stayed up in that simulation; `None` where there was none.
+    pub(super) stood: Option<bool>,
     /// What was left of it in the trials; `None` where there were none, or no time for all of them.
     pub(super) trials: Option<Vec<Trial>>,
 }
@@ -22,6 +24,8 @@ pub(super) struct Found {
 /// What is known of a motion, from the least to the most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Proof {
+    /// It did not stay up when it was judged.
+    Fallen,
     /// It is not natural, or not known to be.
     Unnatural,
     /// It is natural, and its trials were not made to their end.
@@ -42,12 +46,17 @@ impl Proof {
 
 impl Found {
     pub(super) fn proof(&self) -> Proof {
-        if self.natural { Proof::of(self.trials.as_deref()) } else { Proof::Unnatural }
+        match (self.natural, self.stood) {
+            (true, _) => Proof::of(self.trials.as_deref()),
+            (false, Some(false)) => Proof::Fallen,
+            (false, _) => Proof::Unnatural,
+        }
     }
 
-    /// Whether it did not stay up in one of its trials.
-    pub(super) fn falls_in_a_trial(&self) -> bool {
-        self.trials.as_ref().is_some_and(|trials| trials.iter().any(|trial| !trial.stood()))
+    /// Whether it did not stay up when it was judged or in one of its trials.
+    pub(super) fn falls(&self) -> bool {
+        let falls_in_a_trial = |trials: &Vec<Trial>| trials.iter().any(|trial| !trial.stood());
+        self.stood == Some(false) || self.trials.as_ref().is_some_and(falls_in_a_trial)
     }
 
     /// Whether it is worth more than `other`.

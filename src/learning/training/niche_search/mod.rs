@@ -1,6 +1,7 @@
 //! The search in one niche: seeds, the speed that costs least or the greatest, refinement, a longer comparison.
 
 mod found;
+mod judged;
 mod proof;
 mod search;
 mod stage;
@@ -28,7 +29,8 @@ const CRAWL: f64 = 0.1;
 const FASTER: f64 = 1.25;
 /// How many slower ones are tried where the fastest is not natural.
 const SLOWER: u32 = 3;
-/// How many more times at most a gait is searched for that is not natural or fails a trial; hard gaits, which more searches miss, more often.
+/// How many more times at most a gait is searched for that is not natural or fails a trial; more often hard gaits, which more searches
+/// miss, and those that were given feedback on the way.
 const AGAIN: u32 = 1;
 const HARD_AGAIN: u32 = 2;
 /// How many times a search for a hard gait begins, and which part of the generations of a gait each beginning has.
@@ -73,11 +75,12 @@ impl NicheSearch<'_> {
         };
         candidate.figures.upright >= 1.0
             && candidate.figures.speed > CRAWL * wanted.speed
-            && (*natural || !self.steered || self.stood || stays_up())
+            && (*natural || !self.steered || self.stood || found.stood.unwrap_or_else(stays_up))
     }
 
     /// Searches once, with feedback where nothing stays up without, and again with other chances where what was found stays
-    /// up but is not natural or fails a trial, with feedback where it falls in one; where it was to be the fastest, at lower speeds.
+    /// up in the search but is not natural or fails a trial, with feedback where it falls when judged or in a trial; where it was to be the
+    /// fastest, at lower speeds.
     fn search(&mut self) -> Result<(), Interrupted> {
         self.attempt()?;
         let fallen = self.found.as_ref().is_some_and(|found| found.candidate.figures.upright < 1.0);
@@ -92,21 +95,25 @@ impl NicheSearch<'_> {
             self.coarse = self.fine.clone();
             self.attempt()?;
         }
-        let again =
-            |found: &Found| found.proof() != Proof::ALL_TRIALS_KEPT && found.candidate.figures.upright >= 1.0;
-        let attempts = match self.niche.pace {
-            NichePace::Cheapest { .. } if self.niche.gait.is_hard() => HARD_AGAIN,
+        let again = |search: &Self, found: &Found| {
+            found.proof() != Proof::ALL_TRIALS_KEPT
+                && (found.candidate.figures.upright >= 1.0 || search.stood)
+        };
+        let attempts = |search: &Self| match search.niche.pace {
+            NichePace::Cheapest { .. } if search.niche.gait.is_hard() || search.stood => HARD_AGAIN,
             NichePace::Cheapest { .. } => AGAIN,
             NichePace::Fastest { .. } => SLOWER,
         };
-        for _ in 0..attempts {
-            let Some(before) = self.found.clone().filter(|found| self.generations() > 0 && again(found))
+        let mut again_so_far = 0;
+        while again_so_far < attempts(self) {
+            again_so_far += 1;
+            let Some(before) =
+                self.found.clone().filter(|found| self.generations() > 0 && again(self, found))
             else {
                 break;
             };
-            // What falls under a disturbance is given feedback. Leaps are left out: most of them fall on soft ground alone.
-            let falls = before.falls_in_a_trial() && !self.niche.gait.is_hard();
-            if falls && self.shared.subject.can_steer() && !self.steered {
+            // What falls later, or under a disturbance, is given feedback.
+            if before.falls() && self.may_be_steered() {
                 (self.steered, self.stood) = (true, true);
             }
             if !self.can_spare(self.attempt_takes()) {
@@ -135,6 +142,11 @@ impl NicheSearch<'_> {
             outcome?;
         }
         Ok(())
+    }
+
+    /// Whether a gait that falls can be given feedback. Leaps are left out: most of them fall on soft ground alone.
+    fn may_be_steered(&self) -> bool {
+        !self.steered && self.shared.subject.can_steer() && !self.niche.gait.is_hard()
     }
 
     fn attempt(&mut self) -> Result<(), Interrupted> {

@@ -4,7 +4,9 @@ use gaitwright_physics::motion::Trial;
 use rayon::prelude::*;
 
 use super::found::{Found, Proof};
+use super::judged::Judged;
 use super::search::{LONG, NicheSearch};
+use crate::check::CheckedMotion;
 use crate::learn::Interrupted;
 use crate::program::candidate::Candidate;
 use crate::program::cost::HOLDS;
@@ -14,23 +16,19 @@ use crate::program::straightening::Straightening;
 use crate::training::shared::Shared;
 
 impl NicheSearch<'_> {
-    /// The first of `candidates` that is natural and keeps every trial; where none keeps all, the natural one that keeps most.
-    /// With its trials, where there was time for all of them.
-    fn proven(&mut self, wanted: &Wanted, candidates: &[Candidate]) -> Option<(usize, Option<Vec<Trial>>)> {
-        let Shared { setup, stop, .. } = self.shared;
+    /// The first of the natural among the `judged` that keeps every trial; where none keeps all, the one that keeps most. With its trials,
+    /// where there was time for all of them.
+    fn proven(
+        &mut self,
+        judged: &[(Candidate, Option<Judged>)],
+        wanted: &Wanted,
+    ) -> Option<(usize, Option<Vec<Trial>>)> {
+        let Shared { stop, .. } = self.shared;
         let mut best: Option<(Proof, usize, Option<Vec<Trial>>)> = None;
-        for (index, (candidate, checked)) in
-            candidates.iter().zip(self.natural(wanted, candidates)).enumerate()
-        {
-            let Some(checked) = &checked else { continue };
-            let motion = self.motion(wanted, candidate);
-            let player = motion.player(&setup.stance.angles);
-            let stopped = || stop.check().is_err();
+        for (index, (candidate, judged)) in judged.iter().enumerate() {
+            let Some(Judged { checked, natural: true }) = judged else { continue };
             let begun = stop.clock().now();
-            let trials = motion.check(setup, &player).trials(checked, setup.threads, &stopped).ok();
-            let simulated = trials.iter().flatten().map(|trial| trial.upright_seconds).sum::<f64>();
-            self.progress.simulated += simulated;
-            let trials = trials.filter(|_| !stopped());
+            let trials = self.tried(wanted, candidate, checked);
             let proof = Proof::of(trials.as_deref());
             if best.as_ref().is_none_or(|(others, ..)| proof > *others) {
                 best = Some((proof, index, trials));
@@ -44,13 +42,36 @@ impl NicheSearch<'_> {
         best.map(|(_, index, trials)| (index, trials))
     }
 
+    /// What the trials leave of a motion of which `checked` was seen; `None` where there was no time for all of them.
+    fn tried(
+        &mut self,
+        wanted: &Wanted,
+        candidate: &Candidate,
+        checked: &CheckedMotion,
+    ) -> Option<Vec<Trial>> {
+        let Shared { setup, stop, .. } = self.shared;
+        let motion = self.motion(wanted, candidate);
+        let player = motion.player(&setup.stance.angles);
+        let stopped = || stop.check().is_err();
+        let trials = motion.check(setup, &player).trials(checked, setup.threads, &stopped).ok();
+        self.progress.simulated += trials.iter().flatten().map(|trial| trial.upright_seconds).sum::<f64>();
+        trials.filter(|_| !stopped())
+    }
+
     /// The one of `candidates`, in the order of their cost, that is [proven](Self::proven), or else the first; `None` of none.
     pub(super) fn first_proven(&mut self, wanted: &Wanted, candidates: Vec<Candidate>) -> Option<Found> {
-        let proven = self.proven(wanted, &candidates);
+        let judged = self.judged(wanted, &candidates);
+        let judged: Vec<(Candidate, Option<Judged>)> = candidates.into_iter().zip(judged).collect();
+        let proven = self.proven(&judged, wanted);
         let natural = proven.is_some();
-        let (index, trials) = proven.unwrap_or_default();
-        let candidate = candidates.into_iter().nth(index)?;
-        Some(Found { wanted: wanted.clone(), candidate, natural, trials })
+        let (index, mut trials) = proven.unwrap_or_default();
+        let (candidate, judged) = judged.into_iter().nth(index)?;
+        let stood = judged.as_ref().map(Judged::stood);
+        // What falls in a trial is given feedback, also where it is not natural yet.
+        if let Some(Judged { checked, natural: false }) = judged.filter(|_| self.may_be_steered()) {
+            trials = self.tried(wanted, &candidate, &checked);
+        }
+        Some(Found { wanted: wanted.clone(), candidate, natural, stood, trials })
     }
 
     /// The same gait with feedback that keeps its heading, set straight again, where that makes it natural, keeps more trials, or

@@ -5,13 +5,12 @@ use std::time::Duration;
 use rayon::prelude::*;
 
 use super::found::Found;
+use super::judged::{Judged, judge};
 use super::stage::{Fidelity, Rank, Stage};
-use crate::check::CheckedMotion;
 use crate::gait::leaps;
 use crate::learn::{Generation, Interrupted};
 use crate::program::candidate::Candidate;
 use crate::program::cost::within_limits;
-use crate::program::gaits::NamedGait;
 use crate::program::refine::{PAIRED, Refinement, STRAIGHTENED};
 use crate::program::ring::Wanted;
 use crate::program::rollout::{Arena, GALLOPING_STRIDES, STEERED_STRIDES, STRIDES};
@@ -343,10 +342,13 @@ impl<'a> NicheSearch<'a> {
         self.progress.simulated += seconds;
         refinement.trim_as(subject, &straight);
         let (begun, before) = (stop.clock().now(), self.progress.simulated);
-        let natural = self.natural(wanted, std::slice::from_ref(&straight)).iter().any(Option::is_some);
+        let judged = self.judged(wanted, std::slice::from_ref(&straight)).pop().flatten();
         let checked = self.progress.simulated - before;
         self.check_time = (checked > 0.0).then(|| stop.clock().since(begun) / checked);
-        let found = Found { wanted: wanted.clone(), candidate: straight.clone(), natural, trials: None };
+        let natural = judged.as_ref().is_some_and(|judged| judged.natural);
+        let stood = judged.map(|judged| judged.stood());
+        let found =
+            Found { wanted: wanted.clone(), candidate: straight.clone(), natural, stood, trials: None };
         let better = |seen: &Found| seen.wanted.speed != wanted.speed || found.beats(seen, subject);
         if natural && self.seen_natural.as_ref().is_none_or(better) {
             self.seen_natural = Some(found);
@@ -359,19 +361,15 @@ impl<'a> NicheSearch<'a> {
         Ok(natural)
     }
 
-    /// What was seen of those of `candidates` that are natural when that was checked.
-    pub(super) fn natural(
-        &mut self,
-        wanted: &Wanted,
-        candidates: &[Candidate],
-    ) -> Vec<Option<CheckedMotion>> {
+    /// What was seen of each of `candidates` in one continuous simulation; `None` of what was broken off or could not be simulated.
+    pub(super) fn judged(&mut self, wanted: &Wanted, candidates: &[Candidate]) -> Vec<Option<Judged>> {
         let shared = self.shared;
         let motions: Vec<_> = candidates.iter().map(|candidate| self.motion(wanted, candidate)).collect();
-        let judge = |motion| natural(shared, &self.niche.gait, motion);
-        let judged = || motions.par_iter().with_max_len(1).map(judge).collect();
-        let checked: Vec<(f64, Option<CheckedMotion>)> = shared.pool.install(judged);
-        self.progress.simulated += checked.iter().map(|(seconds, _)| seconds).sum::<f64>();
-        checked.into_iter().map(|(_, natural)| natural).collect()
+        let one = |motion| judge(shared, &self.niche.gait, motion);
+        let all = || motions.par_iter().with_max_len(1).map(one).collect();
+        let judged: Vec<Option<Judged>> = shared.pool.install(all);
+        self.progress.simulated += judged.iter().flatten().map(Judged::seconds).sum::<f64>();
+        judged
     }
 }
 
@@ -382,22 +380,6 @@ fn with_stages(niche: &Niche, generations: u32) -> u32 {
         NichePace::Fastest { .. } => RISES,
     };
     generations.saturating_add(stages.saturating_mul(generations / STAGE))
-}
-
-/// How many seconds of a motion were simulated in one piece to judge it, and what was seen if the motion is natural there, goes by the
-/// name of `gait`, and nothing broke it off. Which variant of a gait it is matters unless the task asks for the gait, whichever way it goes.
-fn natural(shared: &Shared<'_>, gait: &NamedGait, motion: &LearnedMotion) -> (f64, Option<CheckedMotion>) {
-    let player = motion.player(&shared.setup.stance.angles);
-    let check = motion.check(shared.setup, &player);
-    let stopped = || shared.stop.check().is_err();
-    let Ok(checked) = check.run(&stopped) else { return (0.0, None) };
-    let named = checked.gait.gait.as_deref();
-    let any_variant = shared.setup.task.gait == gait.gait;
-    let same_variant = any_variant || checked.gait.variant.as_deref() == gait.variant;
-    let as_wanted = named.is_none() || (named == Some(gait.gait) && same_variant);
-    let seconds = checked.trace.samples.last().map_or(0.0, |sample| sample.time);
-    let natural = checked.gait.natural && as_wanted && !stopped();
-    (seconds, natural.then_some(checked))
 }
 
 /// From 0 to 1, the more the less a gait costs.

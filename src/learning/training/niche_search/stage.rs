@@ -23,7 +23,7 @@ impl Stage {
 
     pub(super) fn found(&self) -> Found {
         let (wanted, candidate) = (self.wanted.clone(), self.best().clone());
-        Found { wanted, candidate, natural: false, trials: None }
+        Found { wanted, candidate, natural: false, stood: None, trials: None }
     }
 
     /// Whether it does what is wanted for less than `other`.
