@@ -1,6 +1,8 @@
 //! Contact with obstacles and height fields.
 
-use gaitwright_physics::scene::{Accuracy, Effect, Ground, Scene, Switch};
+use gaitwright_physics::scene::{
+    Accuracy, Effect, FrictionCone, Ground, Scene, SolverChoice, SolverKind, Switch,
+};
 use gaitwright_physics::sim::contact::Against;
 use gaitwright_physics::sim::{Command, Simulator, State};
 use gaitwright_physics::stance::Stance;
@@ -68,10 +70,19 @@ fn a_cube_between_walls_that_are_too_close_stays_there() {
     ));
     let scene = Scene { obstacles: vec![ceiling], ..Scene::default() };
     let (model, weight) = (body(CUBE), 2.0 * GRAVITY);
-    for step in [0.002, 0.008] {
+    let cases = [
+        (SolverKind::Newton, FrictionCone::Cone, 0.002),
+        (SolverKind::Newton, FrictionCone::Cone, 0.008),
+        (SolverKind::Newton, FrictionCone::Pyramid, 0.002),
+        // Pivoting finds that the overlaps have no solution, and says so.
+        (SolverKind::Lemke, FrictionCone::Pyramid, 0.002),
+    ];
+    for (kind, friction_cone, step) in cases {
         let mut state = State::new(&model);
         state.root.position = middle;
-        let mut simulator = simulator(&model, &scene, step, state);
+        let solver = SolverChoice { kind, iterations: 1000, tolerance: 1e-9 };
+        let accuracy = Accuracy { step, solver, friction_cone, ..Accuracy::default() };
+        let mut simulator = Simulator::new(common::plan(&model, &scene, &accuracy, None), state);
         run(&mut simulator, 2.0);
         let root = simulator.state().root;
         let away = (root.position - middle).norm();

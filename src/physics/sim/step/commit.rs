@@ -24,6 +24,12 @@ impl<C: CoordinateSystem> Stages<'_, C> {
             return self.recovery();
         }
         let StepData { model, state, work, .. } = &mut self.data;
+        if status == SolveStatus::Ray {
+            // Overlaps of which none can be made smaller without making another greater, as of a body that is squeezed between two
+            // walls, stay as they are.
+            work.recovers = false;
+            return Ok(());
+        }
         fail_unless_usable(status, model, state, &work.problem.rows)?;
         let Workspace { placed, free, problem, recovery, changes, .. } = &mut **work;
         recovery.rates.copy_from_slice(&free.rates);
