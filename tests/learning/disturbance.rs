@@ -140,24 +140,41 @@ fn each_disturbance_is_a_run_of_its_own() {
     }
 }
 
-/// What balances is pushed on soft ground too, while it sets out, and its legs are weak there instead of on slippery ground.
+/// What balances is pushed on soft ground too, while it sets out, and its legs are weak there and on usual ground instead of on slippery ground.
+/// It sets out three times more, which takes no more than the first strides.
 #[test]
-fn what_balances_is_pushed_on_soft_ground_by_weaker_legs() {
+fn what_balances_is_pushed_on_soft_ground_by_weaker_legs_and_sets_out_again() {
     let subject = subject("quadruped.urdf");
     let trot = named("trot", &subject.legs).unwrap();
     let wanted = Wanted::at_froude(&subject.legs, trot, 0.4, subject.gravity());
     let (ring, gains) = subject.ring(&wanted, &brisk());
     let arena = subject.arena().unwrap();
+    let accuracy = Accuracy { step: 2.0 * subject.accuracy.step, ..subject.accuracy };
+    let longer = Subject { accuracy, ..subject.clone() }.arena().unwrap();
     let plain = arena.run(&ring, &gains, STRIDES);
     let usual = arena.run_disturbed(&plain, &ring, &gains, STRIDES);
-    let arena = arena.balancing();
+    let arena = arena.balancing(&longer);
     assert_eq!(arena.run(&ring, &gains, STRIDES), plain);
     let balancing = arena.run_disturbed(&plain, &ring, &gains, STRIDES);
-    assert_eq!(balancing.len(), 2);
+    assert_eq!(balancing.len(), 6);
     assert!(usual.iter().zip(&balancing).all(|(usual, balancing)| usual != balancing));
     // The legs on slippery ground are those of leaps there, and the push is the same.
     let bounding = subject.arena().unwrap().suited(&named("bound", &subject.legs).unwrap());
     assert_eq!(bounding.run_disturbed(&plain, &ring, &gains, STRIDES)[0], balancing[0]);
+    // What is seen while it sets out differs each time, and does not depend on how long the other runs are.
+    let setting_out = &balancing[3..];
+    for (index, figures) in setting_out.iter().enumerate() {
+        assert!(figures.upright == 1.0 && *figures != plain);
+        assert!(setting_out[..index].iter().all(|other| other != figures));
+    }
+    let long = arena.run_disturbed(&plain, &ring, &gains, 2 * STRIDES);
+    assert_eq!(&long[3..], setting_out);
+    assert!(long[..3].iter().zip(&balancing).all(|(long, short)| long.seconds > 1.5 * short.seconds));
+    // One of them takes the longer step, the others do not.
+    let as_long = subject.arena().unwrap().balancing(&subject.arena().unwrap());
+    let as_long = as_long.run_disturbed(&plain, &ring, &gains, STRIDES);
+    let same: Vec<bool> = balancing.iter().zip(&as_long).map(|(one, other)| one == other).collect();
+    assert_eq!(same, [true, true, true, false, true, true]);
 }
 
 #[test]

@@ -144,7 +144,7 @@ impl MotionCheck<'_> {
         }
         let gains = disturbance::GAINS;
         changes.push(Change { gains, ..Change::none(format!("gains times {gains}")) });
-        for factor in [0.9, 1.1] {
+        for factor in disturbance::MASS {
             changes.push(Change { mass: factor, ..Change::none(format!("mass times {factor}")) });
         }
         let push = self.push();

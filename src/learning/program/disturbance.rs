@@ -10,6 +10,9 @@ use gaitwright_physics::scene::Scene;
 /// Factors of the coefficient of friction.
 pub const FRICTION: [f64; 2] = [0.6, 1.4];
 
+/// Factors of every mass and rotational inertia.
+pub const MASS: [f64; 2] = [0.9, 1.1];
+
 /// Factor of stiffness and damping.
 pub const GAINS: f64 = 0.75;
 

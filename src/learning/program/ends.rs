@@ -5,7 +5,7 @@
 use super::ring::{
     AIM, APART, ASIDE_LAGS, DAMPING, DUTY, EXTENSION, FOOTHOLD, FORE_DUTY, FORE_FOOTHOLD, FORE_LIFT,
     FORE_PUSH, FORE_WIDTH, HEAVE, LEAN, LIFT, PARAMETERS, PERIOD, PUSH, RETRACTION, SKEW, SPEED, STIFFNESS,
-    SWAY,
+    SWAY, WIDTH,
 };
 
 /// Numbers on which searches agreed, rounded, and numbers in which they differed, with values of each: others begin at every combination
@@ -119,6 +119,33 @@ pub(super) const GALLOPS: Ends = Ends {
         (AIM, &[1.2, 2.2]),
     ],
 };
+
+/// Of six searches for a walk of `bolt` on point feet, with [`STRENGTHS_OF_BALANCES`] of their feedback: short strides of wide steps, a trunk
+/// that hardly heaves, soft legs.
+pub(super) const BALANCES: Ends = Ends {
+    agreed: &[
+        (PERIOD, -2.4),
+        (DUTY, 2.4),
+        (SPEED, -3.5),
+        (FOOTHOLD, -1.1),
+        (WIDTH, 0.95),
+        (HEAVE, -0.9),
+        (RETRACTION, 1.9),
+        (SKEW, 0.7),
+        (STIFFNESS, -1.2),
+        (DAMPING, -0.95),
+        (AIM, -0.35),
+    ],
+    differed: &[
+        (LIFT, &[-2.4, -0.7]),
+        (EXTENSION, &[-3.0, -1.2]),
+        (SWAY, &[-2.3, -4.2]),
+        (LEAN, &[0.0, 1.7]),
+    ],
+};
+
+/// In the order of what feedback answers to: leaning aside and how fast, leaning forward and how fast, the heading.
+pub(super) const STRENGTHS_OF_BALANCES: [f64; 5] = [1.1, 0.75, 2.1, 1.3, 2.3];
 
 impl Ends {
     /// Parameters of every combination.

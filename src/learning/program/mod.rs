@@ -15,7 +15,7 @@
 //! | [`gaits`], [`no_gaits`] | phases and duty factors by name; why a character has none |
 //! | [`gains`] | springs and dampers of the drive |
 //! | [`template`] | forces of the legs, and how the trunk moves under them |
-//! | [`ring`] | a stride as a ring of keyframes |
+//! | [`ring`], [`entry`] | a stride as a ring of keyframes, and what leads into it |
 //! | [`steer`] | feedback through cells of the trunk |
 //! | [`spine`], [`wave`] | bodies without legs, and their waves as such rings |
 //! | [`disturbance`] | what a gait has to withstand |
@@ -33,6 +33,7 @@ pub mod cma;
 pub mod cost;
 pub mod disturbance;
 mod ends;
+pub mod entry;
 pub mod figures;
 pub mod gains;
 pub mod gaits;

@@ -11,6 +11,7 @@ use gaitwright_physics::motion::{Player, Steering, TargetLimits, shape};
 use gaitwright_physics::scene::Gains;
 
 use super::closing::Following;
+use super::entry::{Entered, LEAST_STRIDES, STEPPING_STRIDES, entry, strides};
 use super::gaits::NamedGait;
 use super::legs::{LegChain, Legs};
 use super::template::{Program, SAMPLES, Step, StrideSample, stride};
@@ -18,10 +19,6 @@ use crate::learn::{Behaviour, Posture, Weights};
 
 /// Keyframes of a stride.
 pub const KEYFRAMES: usize = 8;
-/// Fewest strides of the entry, over which the standing pose grows into the gait, and its greatest mean acceleration, as a share of
-/// gravity.
-const ENTRY_STRIDES: f64 = 2.0;
-const ENTRY_ACCELERATION: f64 = 0.2;
 /// Number of a program's parameters. What each of them is: indices, and its unit. Those that make fore legs differ from hind legs are
 /// added to the former and taken from the latter; they do nothing where the legs are a single row.
 pub const PARAMETERS: usize = 26;
@@ -87,6 +84,8 @@ const PHASE_SHIFT: f64 = 0.04;
 const PAIR_SHIFT: f64 = 0.1;
 /// The most by which a stride is slowed down for the sake of the motors' greatest speeds; slower ones take shorter ways.
 const SLOWEST: f64 = 4.0;
+/// Unit of the parameters that say where feet stand, in hip heights.
+pub(super) const FOOTHOLD_UNIT: f64 = 0.06;
 /// Least and greatest stride time over that of animals.
 const PERIODS: [f64; 2] = [0.5, 2.0];
 /// The least of gallops. Leaps end at the least, since the trunk pitches less in shorter strides; gallops at half of animals' kept all
@@ -184,8 +183,8 @@ pub fn program(legs: &Legs, wanted: &Wanted, parameters: &[f64]) -> Program {
             _ => leg.hip.x,
         };
         let neutral = Vector2::new(
-            below + 0.06 * size * (p(FOOTHOLD) + p(FORE_FOOTHOLD) * fore),
-            leg.foot.y + 0.06 * size * (p(ASIDE) + side * (p(WIDTH) + p(FORE_WIDTH) * fore)),
+            below + FOOTHOLD_UNIT * size * (p(FOOTHOLD) + p(FORE_FOOTHOLD) * fore),
+            leg.foot.y + FOOTHOLD_UNIT * size * (p(ASIDE) + side * (p(WIDTH) + p(FORE_WIDTH) * fore)),
         );
         Step {
             phase,
@@ -259,9 +258,26 @@ impl Ring {
     }
 }
 
-/// The ring of `program` for joints driven with `gains`. Its targets stay within the joints' ranges and speeds.
-pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, wanted: &Wanted) -> Ring {
-    let moments = stride(legs, program, wanted.gravity);
+/// The ring of `program` for joints driven with `gains`. Its targets stay within the joints' ranges and speeds. Where it `steps_at_once`
+/// it is entered by stepping on the spot.
+pub fn ring(
+    model: &Model,
+    legs: &Legs,
+    program: &Program,
+    gains: &Gains,
+    (wanted, steps_at_once): (&Wanted, bool),
+) -> Ring {
+    let (cycle, missed) = cycle(model, legs, program, gains, wanted.gravity);
+    let still = || Program { speed: 0.0, sideways: 0.0, turn: 0.0, ..program.clone() };
+    let on_the_spot = steps_at_once.then(|| self::cycle(model, legs, &still(), gains, wanted.gravity).0);
+    let moved = Wanted { speed: program.speed, ..wanted.clone() };
+    let ring = within_joint_limits(model, &legs.standing, (cycle, on_the_spot), program.period, &moved);
+    Ring { missed, ..ring }
+}
+
+/// The postures of one stride of `program`, and the greatest distance by which a foot misses its path, m.
+fn cycle(model: &Model, legs: &Legs, program: &Program, gains: &Gains, gravity: f64) -> (Vec<Posture>, f64) {
+    let moments = stride(legs, program, gravity);
     let dt = program.period / SAMPLES as f64;
     let (paths, mut missed) = foot_paths(legs, &moments);
     let mut cycle = vec![Posture::resting(&legs.standing); KEYFRAMES];
@@ -287,9 +303,7 @@ pub fn ring(model: &Model, legs: &Legs, program: &Program, gains: &Gains, wanted
             }
         }
     }
-    let moved = Wanted { speed: program.speed, ..wanted.clone() };
-    let ring = within_joint_limits(model, &legs.standing, cycle, program.period, &moved);
-    Ring { missed, ..ring }
+    (cycle, missed)
 }
 
 /// The angles of each leg's joints, from the trunk outward, with which its foot keeps to its path, at each moment of a stride; and the greatest
@@ -374,11 +388,11 @@ fn loads(
 }
 
 /// The ring of a `cycle` of `period` seconds, entered from the pose `standing`, with targets that stay within the joints' ranges
-/// and speeds: ways are shortened, or all is slowed down.
+/// and speeds: ways are shortened, or all is slowed down. With a second cycle, `on_the_spot`, the entry steps there at first.
 pub fn within_joint_limits(
     model: &Model,
     standing: &[f64],
-    mut cycle: Vec<Posture>,
+    (mut cycle, mut on_the_spot): (Vec<Posture>, Option<Vec<Posture>>),
     period: f64,
     wanted: &Wanted,
 ) -> Ring {
@@ -386,11 +400,14 @@ pub fn within_joint_limits(
     let limits = TargetLimits::of(&model.character);
     for (joint, limits) in limits.iter().enumerate() {
         if let Some(speed) = limits.speed {
-            shorten(&mut cycle, joint, standing[joint], speed, duration);
+            let cycles = std::iter::once(&mut cycle).chain(&mut on_the_spot);
+            cycles.for_each(|cycle| shorten(cycle, joint, standing[joint], speed, duration));
         }
     }
-    let strides = entry_strides(wanted.speed, wanted.gravity, period);
-    let mut entry = entry(standing, &cycle, duration, strides);
+    let strides = strides(wanted.speed, wanted.gravity, period);
+    let on_the_spot = on_the_spot.iter().map(|cycle| Entered { cycle, strides: STEPPING_STRIDES });
+    let entered: Vec<Entered<'_>> = on_the_spot.chain([Entered { cycle: &cycle, strides }]).collect();
+    let mut entry = entry(standing, &entered, duration);
     let first = entry.len();
     let mut postures: Vec<_> = entry.iter_mut().chain(&mut cycle).map(Posture::parts_mut).collect();
     let slowed = shape(standing, &mut postures, first, duration, &limits);
@@ -445,7 +462,7 @@ fn fitted(course: &[f64; SAMPLES], period: f64) -> [[f64; 2]; KEYFRAMES] {
 fn shorten(cycle: &mut [Posture], joint: usize, standing: f64, speed: f64, duration: f64) {
     let angle = |knot: usize| cycle[knot % cycle.len()].angles[joint];
     // On the entry its distance from the standing pose grows at this rate as well.
-    let growing = 0.25 * TAU / (ENTRY_STRIDES * cycle.len() as f64);
+    let growing = 0.25 * TAU / (LEAST_STRIDES * cycle.len() as f64);
     let way = |knot| (angle(knot + 1) - angle(knot)).abs() + growing * (angle(knot) - standing).abs();
     let farthest = (0..cycle.len()).map(way).fold(0.0, f64::max);
     let share = SLOWEST * duration * speed / (1.5 * farthest);
@@ -455,30 +472,4 @@ fn shorten(cycle: &mut [Posture], joint: usize, standing: f64, speed: f64, durat
             posture.velocities[joint] *= share;
         }
     }
-}
-
-/// Strides of `period` seconds in which a gait is entered at whose end it goes at `speed` (m/s) under `gravity` (m/s²).
-pub fn entry_strides(speed: f64, gravity: f64, period: f64) -> usize {
-    (speed / (ENTRY_ACCELERATION * gravity * period)).ceil().max(ENTRY_STRIDES) as usize
-}
-
-/// From the standing pose at rest into the cycle, `duration` seconds between two of its postures: its own postures, grown from
-/// nothing over so many strides.
-pub fn entry(standing: &[f64], cycle: &[Posture], duration: f64, strides: usize) -> Vec<Posture> {
-    let count = strides * cycle.len();
-    let length = count as f64 * duration;
-    (1..count)
-        .map(|index| {
-            let part = index as f64 / count as f64;
-            let grown = 0.5 - 0.5 * (0.5 * TAU * part).cos();
-            let growing = 0.25 * TAU * (0.5 * TAU * part).sin() / length;
-            let posture = &cycle[index % cycle.len()];
-            let away = |joint: usize| posture.angles[joint] - standing[joint];
-            let angles = (0..standing.len()).map(|joint| standing[joint] + grown * away(joint)).collect();
-            let velocities = (0..standing.len())
-                .map(|joint| grown * posture.velocities[joint] + growing * away(joint))
-                .collect();
-            Posture { angles, velocities }
-        })
-        .collect()
 }

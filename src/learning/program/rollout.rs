@@ -28,6 +28,8 @@ pub const GALLOPING_STRIDES: usize = 10;
 pub const STEERED_STRIDES: usize = 15;
 /// The same of what balances by it: a walk of `bolt` that had been tried over half as many fell after 19 and 36 strides in two trials.
 pub const BALANCED_STRIDES: usize = 30;
+/// The same where it is only to be seen how it sets out.
+const FIRST_STRIDES: usize = 5;
 
 /// Where gaits are tried; all threads share it.
 #[derive(Debug, Clone)]
@@ -45,6 +47,10 @@ pub struct Arena {
     weak: Conditions,
     /// Soft ground, unless that of the scene is as soft.
     soft: Option<Conditions>,
+    /// Weak actuators alone, for what balances.
+    weak_legs: Option<Conditions>,
+    /// Under what it sets out again, for [`FIRST_STRIDES`] only.
+    setting_out: Vec<Conditions>,
     /// What breaks off runs.
     stop: Stop,
 }
@@ -57,10 +63,16 @@ struct Conditions {
     accuracy: Accuracy,
     /// Factor of stiffness and damping.
     gains: f64,
-    /// Change of the velocity, m/s: so much to the left and so much backward.
-    push: f64,
-    /// Whether it comes in the middle of the entry, and not of the strides after it.
-    early: bool,
+    push: Option<Push>,
+}
+
+/// A change of the trunk's velocity.
+#[derive(Debug, Clone, Copy)]
+struct Push {
+    /// Parts of the entry, and from 1 on of the strides after it.
+    at: f64,
+    /// To the left and backward, m/s.
+    velocity: [f64; 2],
 }
 
 impl Conditions {
@@ -89,15 +101,14 @@ impl Arena {
             scene: scene.clone(),
             accuracy: *accuracy,
             gains: 1.0,
-            push: 0.0,
-            early: false,
+            push: None,
         };
         let (slippery, slipping) = disturbance::with_friction(disturbance::FRICTION[0], scene, model);
         let weak = Conditions {
             model: slipping,
             scene: slippery,
             gains: disturbance::GAINS,
-            push: disturbance::push(height, gravity),
+            push: Some(Push { at: 1.5, velocity: [disturbance::push(height, gravity); 2] }),
             ..as_asked.clone()
         };
         let soft = as_asked.softer(disturbance::soft_contact(height, gravity, false));
@@ -112,6 +123,8 @@ impl Arena {
             as_asked,
             weak,
             soft,
+            weak_legs: None,
+            setting_out: Vec::new(),
             stop: Stop::default(),
         })
     }
@@ -149,17 +162,39 @@ impl Arena {
     }
 
     /// The same place for what balances by its feedback. On soft ground it is pushed, to the other side, while it sets out: of seven walks of
-    /// `bolt` that were not, four fell in some trial within the first 2 s. Legs are weak there, not on slippery ground: weak ones hide that
-    /// others slip. Of six walks of `bolt` that were tried with both at once four fell with less friction alone, and five with softer
-    /// gains alone.
+    /// `bolt` that were not, four fell in some trial within the first 2 s. Legs are weak there, and on usual ground, not on slippery ground:
+    /// weak ones hide that others slip. Of six walks of `bolt` that were tried with both at once four fell with less friction alone, and
+    /// five with softer gains alone; of three that were tried with weak legs on usual ground for few strides only all fell with them later.
+    ///
+    /// It sets out three more times, each time otherwise changed, once with the step of `longer`, and pushed another way at another moment.
+    /// What a push leaves is soon made up for, or it falls soon, and few strides show which. Of two walks of `bolt` that had not been tried
+    /// so one fell in four trials of ten within 2 s.
     #[must_use]
-    pub fn balancing(mut self) -> Self {
+    pub fn balancing(mut self, longer: &Self) -> Self {
+        let plain = self.as_asked.clone();
+        let soft = self.soft.clone().unwrap_or_else(|| plain.clone());
+        let of_mass = |factor: f64| disturbance::heavier(factor, &plain.model);
+        let [lighter, heavier] = disturbance::MASS.map(of_mass);
+        let with_step = Conditions { accuracy: longer.as_asked.accuracy, ..plain.clone() };
+        self.setting_out = vec![
+            Conditions { push: self.pushed(0.25, [1.0, -1.0]), ..with_step },
+            Conditions { model: lighter, push: self.pushed(0.5, [-1.0, 1.0]), ..soft },
+            Conditions { model: heavier, push: self.pushed(1.0, [-1.0, -1.0]), ..plain.clone() },
+        ];
         self.weak.gains = 1.0;
-        let push = -self.weak.push;
+        let push = self.pushed(0.5, [-1.0, -1.0]);
         if let Some(soft) = &mut self.soft {
-            *soft = Conditions { gains: disturbance::GAINS, push, early: true, ..soft.clone() };
+            (soft.gains, soft.push) = (disturbance::GAINS, push);
         }
+        let push = self.pushed(0.75, [1.0, 1.0]);
+        self.weak_legs = Some(Conditions { gains: disturbance::GAINS, push, ..plain });
         self
+    }
+
+    /// The push of disturbed runs, so many times to the left and backward.
+    fn pushed(&self, at: f64, [left, backward]: [f64; 2]) -> Option<Push> {
+        let speed = disturbance::push(self.legs.hip_height, self.gravity);
+        Some(Push { at, velocity: [left * speed, backward * speed] })
     }
 
     /// Step of the undisturbed simulation, s.
@@ -173,8 +208,8 @@ impl Arena {
         self.run_under(&self.as_asked, ring, gains, strides)
     }
 
-    /// The same under every disturbance, where the undisturbed run was as in `plain`: what does not stay up by itself does not
-    /// when it is disturbed, and is not simulated.
+    /// The same under every disturbance, those of [`balancing`](Self::balancing) over the first strides last, where the undisturbed run
+    /// was as in `plain`: what does not stay up by itself does not when it is disturbed, and is not simulated.
     pub fn run_disturbed(
         &self,
         plain: &RolloutFigures,
@@ -182,11 +217,14 @@ impl Arena {
         gains: &Gains,
         strides: usize,
     ) -> Vec<RolloutFigures> {
-        let run = |conditions| match plain.upright < 1.0 {
+        let run = |(conditions, strides)| match plain.upright < 1.0 {
             true => RolloutFigures::default(),
             false => self.run_under(conditions, ring, gains, strides),
         };
-        std::iter::once(&self.weak).chain(&self.soft).map(run).collect()
+        let all = std::iter::once(&self.weak).chain(&self.soft).chain(&self.weak_legs);
+        let all = all.map(|conditions| (conditions, strides));
+        let first = self.setting_out.iter().map(|conditions| (conditions, FIRST_STRIDES.min(strides)));
+        all.chain(first).map(run).collect()
     }
 
     fn run_under(
@@ -196,7 +234,7 @@ impl Arena {
         gains: &Gains,
         strides: usize,
     ) -> RolloutFigures {
-        let Conditions { model, scene, accuracy, gains: factor, push, early } = conditions;
+        let Conditions { model, scene, accuracy, gains: factor, push } = conditions;
         let step = accuracy.step;
         let stride = (ring.period / step).round().max(1.0) as usize;
         let mut watch = Watch::new(
@@ -214,8 +252,11 @@ impl Arena {
         let player = ring.player(&self.stance.angles);
         let lead = (ring.lead() / step).round() as usize;
         let total = lead + strides * stride;
-        let middle = if *early { lead / 2 } else { lead + stride * strides / 2 };
-        let pushed = (*push != 0.0).then_some(middle);
+        let pushed = push.map(|Push { at, .. }| {
+            let (of_entry, of_strides) =
+                (at.min(1.0) * lead as f64, (at - 1.0).max(0.0) * (stride * strides) as f64);
+            (of_entry + of_strides) as usize
+        });
         let joints = self.model.joint_count();
         let (mut now, mut next) = (vec![0.0; joints], vec![0.0; joints]);
         let mut playing = Playing::new(&player, &self.stance.state.root);
@@ -228,8 +269,8 @@ impl Arena {
             if done == lead {
                 watch.begin(&simulator);
             }
-            if Some(done) == pushed {
-                self.push(&mut simulator, *push);
+            if let Some(push) = push.filter(|_| Some(done) == pushed) {
+                self.push(&mut simulator, push.velocity);
             }
             std::mem::swap(&mut now, &mut next);
             let root = simulator.state().root;
@@ -247,11 +288,11 @@ impl Arena {
         watch.figures(done as f64 / total as f64, done as f64 * step)
     }
 
-    /// Changes the trunk's velocity by `speed` (m/s) to the left and by as much backward.
-    fn push(&self, simulator: &mut Simulator, speed: f64) {
+    /// Changes the trunk's velocity by so much to the left and backward, m/s.
+    fn push(&self, simulator: &mut Simulator, [left, backward]: [f64; 2]) {
         let mut state = simulator.state().clone();
         let [x, y] = self.direction;
-        state.push(Vector3::new(-x - y, x - y, 0.0) * speed);
+        state.push(Vector3::new(-y * left - x * backward, x * left - y * backward, 0.0));
         simulator.set_state(&state);
     }
 }

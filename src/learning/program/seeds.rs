@@ -25,7 +25,8 @@ impl Seed {
         Self { parameters, reach: Self::FAR }
     }
 
-    fn near(parameters: Vec<f64>) -> Self {
+    /// A start where others of the same gait ended.
+    pub(super) fn near(parameters: Vec<f64>) -> Self {
         Self { parameters, reach: Self::NEAR }
     }
 

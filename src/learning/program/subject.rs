@@ -15,7 +15,7 @@ use super::no_gaits::NoGaits;
 use super::ring::{PARAMETERS, Ring, SIDEWAYS, TURN, Wanted, program, ring};
 use super::rollout::Arena;
 use super::seeds::{Seed, seeds};
-use super::steer::steering;
+use super::steer::{balances, steering};
 use super::wave::{self, WAVE_SIDEWAYS, WAVE_TURN, softness};
 
 /// Who is to move, and where.
@@ -70,10 +70,11 @@ impl Subject {
         }
         let program = program(legs, wanted, parameters);
         let gains = self.gains_times([program.stiffness, program.damping]);
-        let mut own = ring(model, legs, &program, &gains, wanted);
+        let mut own = ring(model, legs, &program, &gains, (wanted, balances(parameters)));
         if parameters.len() > PARAMETERS {
-            let of =
-                |changed: &[f64]| ring(model, legs, &self::program(legs, wanted, changed), &gains, wanted);
+            let of = |changed: &[f64]| {
+                ring(model, legs, &self::program(legs, wanted, changed), &gains, (wanted, false))
+            };
             let direction = ahead_in_plane(self.direction);
             let limits = TargetLimits::of(&model.character);
             let who = (&**legs, &limits[..], &program.steps[..]);

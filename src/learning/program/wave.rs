@@ -103,7 +103,7 @@ pub fn ring(model: &Model, legs: &Legs, spine: &Spine, wanted: &Wanted, paramete
             posture.velocities[joint.joint] = change / waves.period;
         }
     }
-    within_joint_limits(model, &legs.standing, cycle, waves.period, wanted)
+    within_joint_limits(model, &legs.standing, (cycle, None), waves.period, wanted)
 }
 
 /// How the springs and dampers change with `parameters`: factors of both.

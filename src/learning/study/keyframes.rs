@@ -6,7 +6,8 @@ use super::arena::StudyArena;
 use super::trail::Found;
 use crate::learn::grid::Grid;
 use crate::learn::{Behaviour, LearnError, Learning, Posture, Repair, Repairs, reference_gravity};
-use crate::program::ring::{KEYFRAMES, PERIOD, Ring, entry, entry_strides};
+use crate::program::entry::{Entered, entry, strides};
+use crate::program::ring::{KEYFRAMES, PERIOD, Ring};
 use crate::program::seeds::Seed;
 
 /// Keyframes of half a ring.
@@ -70,8 +71,9 @@ impl<'a> Keyframes<'a> {
         let mirrored: Vec<Posture> = half.iter().map(|posture| self.mirrored(posture)).collect();
         let cycle: Vec<Posture> = half.into_iter().chain(mirrored).collect();
         let standing = &self.arena.subject.stance.angles;
-        let strides = entry_strides(self.arena.speed, self.arena.subject.gravity(), period);
-        let entry = entry(standing, &cycle, period / cycle.len() as f64, strides);
+        let strides = strides(self.arena.speed, self.arena.subject.gravity(), period);
+        let entered = [Entered { cycle: &cycle, strides }];
+        let entry = entry(standing, &entered, period / cycle.len() as f64);
         Ring { period, entry, cycle, missed: 0.0, steering: None }
     }
 

@@ -1,6 +1,7 @@
 //! Leg programs: forces against hand-computed equilibria, inverse kinematics against forward kinematics and the simulator's own,
 //! the evolution strategy on published test functions, and the whole for determinism.
 
+mod entry;
 mod judged;
 mod legs;
 
@@ -28,6 +29,7 @@ use gaitwright_physics::motion::{Player, TrunkMeasure};
 use gaitwright_physics::scene::{Accuracy, Scene};
 use gaitwright_physics::stance::Stance;
 use nalgebra::{Vector2, Vector3};
+use rayon::prelude::*;
 
 pub const GRAVITY: f64 = 9.81;
 
@@ -421,6 +423,15 @@ fn feedback_balances_on_points() {
     let [alone, steered] = [false, true].map(upright);
     assert!(alone < 0.9, "{alone} of {STEERED_STRIDES} strides without feedback");
     assert_eq!(steered, 1.0, "and {alone} without feedback");
+
+    // About where searches ended it takes few programs to find one that goes on.
+    let about_ends = steer::drawn(legs, &wanted, &steer::ends(), 200, 1);
+    let stands = |seed: &Seed| {
+        let (ring, gains) = subject.ring(&wanted, &seed.parameters);
+        arena.run(&ring, &gains, STEERED_STRIDES).upright == 1.0
+    };
+    let count = pool.install(|| about_ends.par_iter().filter(|seed| stands(seed)).count());
+    assert!(count >= 5, "{count} of 200 about where searches ended");
 }
 
 /// A trot with its feet sent to the left of where the trunk goes, which turns it, goes straight on when its heading is answered to.

@@ -91,7 +91,7 @@ impl NicheSearch<'_> {
         if fallen && promising && left && self.shared.subject.can_steer() {
             self.steered = true;
             // Whether a balance holds depends on the step: of five that were searched for at twice the step three fell at a quarter of it.
-            self.fine = self.shared.fine.clone().suited(&self.niche.gait).balancing();
+            self.fine = self.shared.fine.clone().suited(&self.niche.gait).balancing(&self.shared.coarse);
             self.coarse = self.fine.clone();
             self.attempt()?;
         }
@@ -227,7 +227,8 @@ impl NicheSearch<'_> {
     }
 
     /// The best of some searches for a balance, and of more where none of these stays up, each from the most promising of `seeds` and of
-    /// programs drawn about them: what falls soon costs little time to try, and how well the rest can go is soon decided.
+    /// programs drawn about them and about where others ended: what falls soon costs little time to try, and how well the rest can go is
+    /// soon decided.
     fn balanced(&mut self, wanted: &Wanted, seeds: &[Seed], generations: u32) -> Result<Stage, Interrupted> {
         let mut best = self.balance(wanted, seeds, generations)?;
         // The others are to find another way than what the attempt before has found.
@@ -254,7 +255,11 @@ impl NicheSearch<'_> {
         let Shared { subject, .. } = self.shared;
         let mut starts = seeds.to_vec();
         if !self.stood {
-            starts.extend(steer::drawn(&subject.legs, wanted, seeds, DRAWN, self.chances()));
+            let ends = steer::ends();
+            for about in [seeds, &ends] {
+                starts.extend(steer::drawn(&subject.legs, wanted, about, DRAWN / 2, self.chances()));
+            }
+            starts.extend(ends);
         }
         let mut stage = self.first_stage(wanted, &starts)?;
         let outcome = self.refine(&mut stage, Fidelity::Coarse, generations, Rank::Rival);
