@@ -121,7 +121,7 @@ pub(super) const GALLOPS: Ends = Ends {
 };
 
 /// Of six searches for a walk of `bolt` on point feet, with [`STRENGTHS_OF_BALANCES`] of their feedback: short strides of wide steps, a trunk
-/// that hardly heaves, soft legs.
+/// that hardly heaves, soft legs. The cells of how fast the trunk leans were fifteen then.
 pub(super) const BALANCES: Ends = Ends {
     agreed: &[
         (PERIOD, -2.4),

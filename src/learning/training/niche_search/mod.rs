@@ -95,53 +95,57 @@ impl NicheSearch<'_> {
             self.coarse = self.fine.clone();
             self.attempt()?;
         }
-        let again = |search: &Self, found: &Found| {
-            found.proof() != Proof::ALL_TRIALS_KEPT
-                && (found.candidate.figures.upright >= 1.0 || search.stood)
-        };
-        let attempts = |search: &Self| match search.niche.pace {
-            NichePace::Cheapest { .. } if search.niche.gait.is_hard() || search.stood => HARD_AGAIN,
-            NichePace::Cheapest { .. } => AGAIN,
-            NichePace::Fastest { .. } => SLOWER,
-        };
-        let mut again_so_far = 0;
-        while again_so_far < attempts(self) {
-            again_so_far += 1;
-            let Some(before) =
-                self.found.clone().filter(|found| self.generations() > 0 && again(self, found))
-            else {
-                break;
-            };
-            // What falls later, or under a disturbance, is given feedback.
-            if before.falls() && self.may_be_steered() {
-                (self.steered, self.stood) = (true, true);
-            }
-            if !self.can_spare(self.attempt_takes()) {
-                break;
-            }
-            self.found = None;
-            // What only fails a trial is better left for another way to go; what is not natural yet, or falls, may do better in as many
-            // generations more.
-            self.unfinished = (!before.natural || self.stood).then(|| before.candidate.parameters.clone());
-            if matches!(self.niche.pace, NichePace::Fastest { .. }) {
-                // Whoever is too fast to be natural may be so when slower.
-                let tried = before.wanted.froude(&self.shared.subject.legs);
-                self.greatest_froude = self.greatest_froude.min(tried) / FASTER;
-                if self.greatest_froude < self.niche.gait.froude[0] {
-                    self.found = Some(before);
-                    break;
-                }
-            }
-            let outcome = self.attempt();
-            // What was broken off is not known to be better.
-            if outcome.is_err()
-                || !self.found.as_ref().is_some_and(|next| next.beats(&before, self.shared.subject))
-            {
-                self.found = Some(before);
-            }
-            outcome?;
+        let mut again = 0;
+        while again < self.most_attempts_again() && self.attempt_again()? {
+            again += 1;
         }
         Ok(())
+    }
+
+    /// How many more times the gait is searched for at most.
+    fn most_attempts_again(&self) -> u32 {
+        match self.niche.pace {
+            NichePace::Cheapest { .. } if self.niche.gait.is_hard() || self.stood => HARD_AGAIN,
+            NichePace::Cheapest { .. } => AGAIN,
+            NichePace::Fastest { .. } => SLOWER,
+        }
+    }
+
+    /// Searches once more if that may be of use, and keeps the better of what was found before and now; whether it did.
+    fn attempt_again(&mut self) -> Result<bool, Interrupted> {
+        let of_use = |found: &Found| {
+            found.proof() != Proof::ALL_TRIALS_KEPT
+                && (found.candidate.figures.upright >= 1.0 || self.stood)
+                && self.generations() > 0
+        };
+        let Some(before) = self.found.clone().filter(of_use) else { return Ok(false) };
+        // What falls later, or under a disturbance, is given feedback.
+        if before.falls() && self.may_be_steered() {
+            (self.steered, self.stood) = (true, true);
+        }
+        if !self.can_spare(self.attempt_takes()) {
+            return Ok(false);
+        }
+        if matches!(self.niche.pace, NichePace::Fastest { .. }) {
+            // Whoever is too fast to be natural may be so when slower.
+            let tried = before.wanted.froude(&self.shared.subject.legs);
+            self.greatest_froude = self.greatest_froude.min(tried) / FASTER;
+            if self.greatest_froude < self.niche.gait.froude[0] {
+                return Ok(false);
+            }
+        }
+        self.found = None;
+        // What only fails a trial is better left for another way to go; what is not natural yet, or falls, may do better in as many
+        // generations more.
+        self.unfinished = (!before.natural || self.stood).then(|| before.candidate.parameters.clone());
+        let outcome = self.attempt();
+        // What was broken off is not known to be better.
+        if outcome.is_err()
+            || !self.found.as_ref().is_some_and(|next| next.beats(&before, self.shared.subject))
+        {
+            self.found = Some(before);
+        }
+        outcome.map(|()| true)
     }
 
     /// Whether a gait that falls can be given feedback. Leaps are left out: most of them fall on soft ground alone.
