@@ -119,12 +119,15 @@ impl NicheSearch<'_> {
                 && self.generations() > 0
         };
         let Some(before) = self.found.clone().filter(of_use) else { return Ok(false) };
-        // What falls later, or under a disturbance, is given feedback.
-        if before.falls() && self.may_be_steered() {
-            (self.steered, self.stood) = (true, true);
-        }
         if !self.can_spare(self.attempt_takes()) {
             return Ok(false);
+        }
+        // What falls later, or under a disturbance, is given feedback.
+        if self.may_be_steered() && self.falls(&before) {
+            (self.steered, self.stood) = (true, true);
+            if !self.can_spare(self.attempt_takes()) {
+                return Ok(false);
+            }
         }
         if matches!(self.niche.pace, NichePace::Fastest { .. }) {
             // Whoever is too fast to be natural may be so when slower.

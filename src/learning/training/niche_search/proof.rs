@@ -64,14 +64,22 @@ impl NicheSearch<'_> {
         let judged: Vec<(Candidate, Option<Judged>)> = candidates.into_iter().zip(judged).collect();
         let proven = self.proven(&judged, wanted);
         let natural = proven.is_some();
-        let (index, mut trials) = proven.unwrap_or_default();
+        let (index, trials) = proven.unwrap_or_default();
         let (candidate, judged) = judged.into_iter().nth(index)?;
-        let stood = judged.as_ref().map(Judged::stood);
-        // What falls in a trial is given feedback, also where it is not natural yet.
-        if let Some(Judged { checked, natural: false }) = judged.filter(|_| self.may_be_steered()) {
-            trials = self.tried(wanted, &candidate, &checked);
-        }
+        let stood = judged.map(|judged| judged.stood());
         Some(Found { wanted: wanted.clone(), candidate, natural, stood, trials })
+    }
+
+    /// Whether what was found falls when it is judged or in a trial. What is not natural was not tried before.
+    pub(super) fn falls(&mut self, found: &Found) -> bool {
+        if found.natural || found.stood == Some(false) {
+            return found.falls();
+        }
+        let judged = self.judged(&found.wanted, std::slice::from_ref(&found.candidate)).pop().flatten();
+        judged.is_some_and(|Judged { checked, .. }| {
+            let trials = self.tried(&found.wanted, &found.candidate, &checked);
+            checked.trace.fell_at.is_some() || trials.iter().flatten().any(|trial| !trial.stood())
+        })
     }
 
     /// The same gait with feedback that keeps its heading, set straight again, where that makes it natural, keeps more trials, or
