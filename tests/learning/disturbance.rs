@@ -140,8 +140,8 @@ fn each_disturbance_is_a_run_of_its_own() {
     }
 }
 
-/// What balances is pushed on soft ground too, while it sets out, and its legs are weak there and on usual ground instead of on slippery ground.
-/// It sets out three times more, which takes no more than the first strides.
+/// What balances is pushed on soft ground too, while it sets out, and its legs are weak there and on usual ground instead of on slippery
+/// ground. It sets out three times more, which takes no more than the first strides.
 #[test]
 fn what_balances_is_pushed_on_soft_ground_by_weaker_legs_and_sets_out_again() {
     let subject = subject("quadruped.urdf");

@@ -10,7 +10,7 @@ const ACCELERATION: f64 = 0.2;
 
 /// Strides within which a gait that balances by its feedback comes to step on the spot. Feet that are lifted too little cannot be placed
 /// where the trunk leans to: with the lift growing as slowly as the way, searches for a walk of `bolt` ended at costs of 43 to 264 (four
-/// of 60 generations each), with this at 19 to 39.
+/// of 60 generations each, of one seed), with this at 19 to 39.
 pub(super) const STEPPING_STRIDES: usize = 1;
 
 /// A cycle that is entered, and in how many strides.

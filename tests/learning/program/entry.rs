@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use gaitwright_learning::learn::Posture;
 use gaitwright_learning::program::entry::{Entered, entry, strides};
 use gaitwright_learning::program::gaits::named;
-use gaitwright_learning::program::ring::{KEYFRAMES, Wanted};
+use gaitwright_learning::program::legs::LegChain;
+use gaitwright_learning::program::ring::{KEYFRAMES, Ring, Wanted};
 use gaitwright_learning::program::steer;
 use gaitwright_physics::motion::TrunkMeasure;
 use nalgebra::Vector3;
@@ -74,17 +75,17 @@ fn what_balances_steps_before_it_goes() {
     assert_eq!(plain.entry, heading.entry);
     assert_eq!(plain.cycle, balancing.cycle);
     assert_eq!(plain.entry.len(), balancing.entry.len());
-    let measures = |ring: &gaitwright_learning::program::ring::Ring| {
+    let measures = |ring: &Ring| {
         ring.steering
             .as_ref()
             .map_or(0, |it| it.tables.iter().filter(|table| table.measure != TrunkMeasure::Heading).count())
     };
     assert_eq!(rings.each_ref().map(measures), [0, 0, 4]);
-    // Heights and ways of the feet against the trunk, between the end of the first stride and the same keyframes of the cycle.
     let count = strides(wanted.speed, wanted.gravity, plain.period);
     assert_eq!(plain.entry.len(), count * KEYFRAMES - 1);
+    // How far feet go up and down, or back and forth, against the trunk: of the leg that does so least.
     let spread = |postures: &[Posture], axis: usize| {
-        let of_leg = |leg: &gaitwright_learning::program::legs::LegChain| {
+        let of_leg = |leg: &LegChain| {
             let place = |posture: &Posture| {
                 let own: Vec<f64> = leg.joints.iter().map(|&joint| posture.angles[joint]).collect();
                 let foot: Vector3<f64> = leg.place(&own).foot;
@@ -101,10 +102,8 @@ fn what_balances_steps_before_it_goes() {
         legs.legs.iter().map(of_leg).fold(f64::INFINITY, f64::min)
     };
     // A stride that begins half-way through the first. A foot is highest in the middle of its swing, the first at three quarters of the
-    // first stride, where steps have grown to 0.85 of their size, and the way to 0.31.
-    let early = |ring: &gaitwright_learning::program::ring::Ring| {
-        ring.entry[KEYFRAMES / 2..KEYFRAMES + KEYFRAMES / 2].to_vec()
-    };
+    // first stride, where steps have grown to 0.85 of their size, and the way to 0.31; at the end of this stride to 0.69.
+    let early = |ring: &Ring| ring.entry[KEYFRAMES / 2..KEYFRAMES + KEYFRAMES / 2].to_vec();
     let [lift_of_plain, lift_of_balancing, lift] =
         [&early(plain), &early(balancing), &plain.cycle].map(|postures| spread(postures, 2));
     assert!(lift_of_balancing > 0.8 * lift, "{lift_of_balancing} m of {lift} m");

@@ -80,7 +80,9 @@ fn a_cube_between_walls_that_are_too_close_stays_there() {
     for (kind, friction_cone, step) in cases {
         let mut state = State::new(&model);
         state.root.position = middle;
-        let solver = SolverChoice { kind, iterations: 1000, tolerance: 1e-9 };
+        let usual = SolverChoice::default();
+        let iterations = if kind == SolverKind::Lemke { 1000 } else { usual.iterations };
+        let solver = SolverChoice { kind, iterations, ..usual };
         let accuracy = Accuracy { step, solver, friction_cone, ..Accuracy::default() };
         let mut simulator = Simulator::new(common::plan(&model, &scene, &accuracy, None), state);
         run(&mut simulator, 2.0);

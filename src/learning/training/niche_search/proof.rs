@@ -76,10 +76,9 @@ impl NicheSearch<'_> {
             return found.falls();
         }
         let judged = self.judged(&found.wanted, std::slice::from_ref(&found.candidate)).pop().flatten();
-        judged.is_some_and(|Judged { checked, .. }| {
-            let trials = self.tried(&found.wanted, &found.candidate, &checked);
-            checked.trace.fell_at.is_some() || trials.iter().flatten().any(|trial| !trial.stood())
-        })
+        let Some(judged) = judged else { return false };
+        let trials = self.tried(&found.wanted, &found.candidate, &judged.checked);
+        Found { stood: Some(judged.stood()), trials, ..found.clone() }.falls()
     }
 
     /// The same gait with feedback that keeps its heading, set straight again, where that makes it natural, keeps more trials, or
