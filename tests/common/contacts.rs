@@ -17,7 +17,14 @@ impl Numbers {
     pub fn problem(&self, cone: bool) -> Problem<'_> {
         let n = self.bounds.len();
         let symmetric = (0..n * n).all(|at| self.matrix[at] == self.matrix[at % n * n + at / n]);
-        Problem { matrix: &self.matrix, symmetric, offset: &self.offset, bounds: &self.bounds, cone }
+        Problem {
+            matrix: &self.matrix,
+            symmetric,
+            offset: &self.offset,
+            bounds: &self.bounds,
+            cone,
+            enough: 0.0,
+        }
     }
 
     /// A = J M⁻¹ Jᵀ and b = J v for given J, M and v.

@@ -11,7 +11,8 @@ use proptest::prelude::*;
 #[test]
 fn an_empty_problem_is_solved() {
     for (name, mut solver) in solvers() {
-        let problem = Problem { matrix: &[], symmetric: true, offset: &[], bounds: &[], cone: true };
+        let problem =
+            Problem { matrix: &[], symmetric: true, offset: &[], bounds: &[], cone: true, enough: 0.0 };
         let solution = solver.solve(&problem, &mut []);
         assert_eq!(
             solution,
@@ -67,6 +68,7 @@ fn problems_that_are_none_are_refused() {
             offset: &[-1.0; 3],
             bounds: &bounds,
             cone: false,
+            enough: 0.0,
         };
         assert!(residual(&problem, &[0.0; 3]).is_nan());
         for (name, mut solver) in solvers() {

@@ -11,7 +11,14 @@ use rand::RngExt;
 fn the_residual_is_the_velocity_error_row_by_row() {
     let one = |bound: Bound, b: f64, force: f64| {
         residual(
-            &Problem { matrix: &[2.0], symmetric: true, offset: &[b], bounds: &[bound], cone: false },
+            &Problem {
+                matrix: &[2.0],
+                symmetric: true,
+                offset: &[b],
+                bounds: &[bound],
+                cone: false,
+                enough: 0.0,
+            },
             &[force],
         )
     };
@@ -31,7 +38,14 @@ fn the_residual_is_the_velocity_error_row_by_row() {
     let at = |force: [f64; 3], cone: bool| {
         let offset = [-1.0, 0.6 - force[1], 0.8 - force[2]];
         residual(
-            &Problem { matrix: identity.as_slice(), symmetric: true, offset: &offset, bounds: &bounds, cone },
+            &Problem {
+                matrix: identity.as_slice(),
+                symmetric: true,
+                offset: &offset,
+                bounds: &bounds,
+                cone,
+                enough: 0.0,
+            },
             &force,
         )
     };

@@ -37,7 +37,7 @@ fn solve(name: &str, matrix: &[f64], offset: &[f64], pivots: usize) -> Vec<f64> 
     assert!(solution.residual <= 1e-10, "{name}: {solution:?}");
     assert!(solution.iterations as usize <= pivots, "{name} took {solution:?}");
     let bounds = vec![Bound::NonNegative; n];
-    let problem = Problem { matrix, symmetric: false, offset, bounds: &bounds, cone: false };
+    let problem = Problem { matrix, symmetric: false, offset, bounds: &bounds, cone: false, enough: 0.0 };
     assert_laws(&problem, &z, 1e-10);
     // The iterative ones are not made for every one of these, but state so.
     for (_, mut solver) in solvers() {
@@ -55,7 +55,7 @@ fn refuse(name: &str, matrix: &[f64], offset: &[f64]) {
     let Solution { status, .. } = Lemke::new(100).solve_standard(matrix, offset, &mut vec![0.0; n]);
     assert_eq!(status, SolveStatus::Ray, "{name}");
     let bounds = vec![Bound::NonNegative; n];
-    let problem = Problem { matrix, symmetric: false, offset, bounds: &bounds, cone: false };
+    let problem = Problem { matrix, symmetric: false, offset, bounds: &bounds, cone: false, enough: 0.0 };
     for (solver_name, mut solver) in solvers() {
         let status = solver.solve(&problem, &mut vec![0.0; n]).status;
         assert_ne!(status, SolveStatus::Solved, "{solver_name} on {name}");
@@ -104,6 +104,7 @@ fn textbook_problems_are_solved_or_have_no_solution() {
             offset: &problem.offset,
             bounds: &bounds,
             cone: false,
+            enough: 0.0,
         };
         for known in &problem.solutions {
             assert_laws(&numbers, known, 1e-12);

@@ -192,7 +192,7 @@ impl<S: Solver> Equality<S> {
         if !residual.is_finite() {
             return SolveStatus::NotFinite;
         }
-        if residual <= self.tolerance {
+        if residual <= self.tolerance.max(problem.enough) {
             return SolveStatus::Solved;
         }
         let rounding = match is_beyond_numbers(problem, lambda, self.tolerance, TRUSTED) {
@@ -232,6 +232,7 @@ impl<S: Solver> Solver for Equality<S> {
                 offset: &self.offset,
                 bounds: &self.bounds,
                 cone: problem.cone,
+                enough: problem.enough,
             };
             left = self.inner.solve(&problem, &mut self.force);
             if left.residual.is_nan() && left.status != SolveStatus::Ray {

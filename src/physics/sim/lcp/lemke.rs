@@ -70,8 +70,10 @@ impl Lemke {
         let mut bounds = std::mem::take(&mut self.bounds);
         bounds.clear();
         bounds.resize(offset.len(), Bound::NonNegative);
-        let solution =
-            self.solve(&Problem { matrix, symmetric: false, offset, bounds: &bounds, cone: false }, z);
+        let solution = self.solve(
+            &Problem { matrix, symmetric: false, offset, bounds: &bounds, cone: false, enough: 0.0 },
+            z,
+        );
         self.bounds = bounds;
         solution
     }

@@ -439,6 +439,9 @@ impl Solver for Newton {
         self.trial.clear();
         self.trial.extend_from_slice(lambda);
         let (mut iterations, mut contradiction) = self.walk(problem, lambda, &mut residual, self.iterations);
+        if residual <= problem.enough {
+            return Solution { status: SolveStatus::Solved, iterations, residual };
+        }
         if residual > self.tolerance {
             iterations += self.approach(problem, lambda, &mut residual);
         }

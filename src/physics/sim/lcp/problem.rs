@@ -41,6 +41,9 @@ pub struct Problem<'a> {
     pub bounds: &'a [Bound],
     /// Friction as a circular cone; otherwise as a pyramid.
     pub cone: bool,
+    /// Residual, m/s or rad/s, that counts as solved where the solver's own tolerance takes more than Newton steps from the forces at
+    /// hand; 0 where that tolerance alone counts.
+    pub enough: f64,
 }
 
 impl Problem<'_> {

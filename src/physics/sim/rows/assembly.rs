@@ -218,6 +218,7 @@ impl Rows {
             offset: &self.offset,
             bounds: &self.bounds,
             cone,
+            enough: 0.0,
         };
         (problem, &mut self.force)
     }

@@ -50,7 +50,7 @@ impl WithoutImpact {
         }
         if !self.rows.is_empty() {
             let Self { matrix, offset, bounds, force, .. } = self;
-            let problem = Problem { matrix, symmetric: true, offset, bounds, cone: false };
+            let problem = Problem { matrix, symmetric: true, offset, bounds, cone: false, enough: 0.0 };
             solver.solve(&problem, force);
         }
         self.forces.clear();
