@@ -380,6 +380,42 @@ fn a_hull_of_many_corners_rests_on_its_lowest() {
     assert_eq!(stance.support, [0]);
 }
 
+/// The quadruped with hind legs of 0.63 times the length of its fore legs, which bend the more for it.
+#[test]
+fn legs_of_different_lengths_stand_under_a_level_trunk() {
+    let mut character = (*common::example("quadruped.urdf").character).clone();
+    for link in character.links.iter_mut().filter(|link| link.name.contains("H_")) {
+        if link.name.ends_with("thigh") || link.name.ends_with("shank") {
+            link.collisions.clear();
+        }
+        if link.name.ends_with("shank") || link.name.ends_with("foot") {
+            link.joint.as_mut().unwrap().origin.translation.vector *= 0.63;
+        }
+    }
+    let model = Arc::new(Model::new(Arc::new(character), Base::Floating));
+    let stance = Stance::find(&model, &Scene::default());
+    assert!(stance.stable && stance.support.len() == 4, "{:?}", stance.support);
+    let tilt = stance.state.root.orientation.transform_vector(&Vector3::z()).angle(&Vector3::z());
+    assert!(tilt < 0.05, "{tilt} rad");
+}
+
+/// A pose inside an obstacle leaves every step unsolved, for which the solver tries all that it can: a few of them are enough.
+#[test]
+fn a_pose_inside_an_obstacle_is_soon_found_not_to_be_stable() {
+    let model = common::example("quadruped.urdf");
+    let scene = serde_json::json!({
+        "obstacles": [{ "shape": { "kind": "box", "size": [1, 1, 1], "pose": { "position": [0, 0, 0.5] } } }],
+    });
+    let scene: Scene = serde_json::from_value(scene).unwrap();
+    let steps = std::cell::Cell::new(0);
+    let stance = Stance::find_until(&model, &scene, &|| {
+        steps.set(steps.get() + 1);
+        false
+    });
+    assert!(!stance.stable);
+    assert!((1..100).contains(&steps.get()), "{} steps", steps.get());
+}
+
 /// Nine hundred links that stand on a point each: one step of as many rows may take minutes, so that it is not begun.
 #[test]
 fn a_character_on_very_many_points_counts_as_not_stable_without_being_simulated() {

@@ -112,6 +112,10 @@ fn segment(model: &Model, body: usize) -> f64 {
     }
 }
 
+/// A limb stands whose end, stretched down, is no higher above the lowest of all than this share of the longest limb: longer ones bend
+/// as far.
+const LOW: f64 = 0.4;
+
 /// Limbs that reach the ground: chains of bodies from a branching of the tree (or the root) to its
 /// end, of those nearly as low as the lowest when all hang down. Where some are alike, those that are like no other are none: a tail
 /// may be longer than the legs.
@@ -166,7 +170,7 @@ pub fn limbs(model: &Model, posed: &Posed) -> Vec<Limb> {
     let bottom = |limb: &Limb| posed.bodies.at(limb.first_long).origin.z - limb.length;
     let lowest = limbs.iter().map(&bottom).fold(f64::INFINITY, f64::min);
     let longest = limbs.iter().map(|limb| limb.length).fold(0.0, f64::max);
-    limbs.retain(|limb| bottom(limb) < lowest + 0.3 * longest);
+    limbs.retain(|limb| bottom(limb) < lowest + LOW * longest);
     // Of more than two legs the end of a shank is no sole, even if it is flat: level ones could not bend.
     if limbs.len() > 2 {
         limbs.iter_mut().for_each(|limb| limb.flat &= limb.bodies.last() != Some(&limb.last_long));

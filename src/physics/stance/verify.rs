@@ -29,6 +29,10 @@ const LEAST_WORK: f64 = 3e4;
 /// that it has.
 const FIRST_STEP: f64 = 10.0;
 
+/// A pose that leaves more steps unsolved than this, as of a body that stands in an obstacle, counts as not stable: each of them tries
+/// every method that the solver has.
+const MOST_UNSOLVED: u64 = 20;
+
 /// How many times as stiff the springs may be that hold a pose, the softest first: where weight bends the joints between small feet
 /// and a high trunk, soft ones let the centre of mass wander beyond the feet.
 const STIFFER: [f64; 3] = [1.0, 2.0, 4.0];
@@ -110,7 +114,8 @@ enum Held {
     Fallen,
 }
 
-/// Holds the pose of `stance`; `None` where that cannot be simulated, exceeds [`WORK`], or `stop` returns true.
+/// Holds the pose of `stance`; `None` where that cannot be simulated, exceeds [`WORK`] or [`MOST_UNSOLVED`], or `stop`
+/// returns true.
 fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> bool) -> Option<Held> {
     let mut scene = scene.clone();
     scene.effects.insert(Effect::TrunkRotationLock, Switch::Off);
@@ -128,7 +133,7 @@ fn hold(model: &Arc<Model>, scene: &Scene, stance: &Stance, stop: &dyn Fn() -> b
         let before = simulator.substeps();
         simulator.step(targets).ok()?;
         work += (simulator.substeps() - before) as f64 * work_of(simulator.rows().len());
-        if work > WORK {
+        if work > WORK || simulator.record().unsolved_steps > MOST_UNSOLVED {
             return None;
         }
     }
