@@ -20,6 +20,7 @@ use gaitwright_physics::scene::{Accuracy, Scene, StepPlan, usual_step};
 use gaitwright_physics::sim::link_poses;
 use gaitwright_physics::stance::{Stance, Upright};
 use nalgebra::Vector3;
+use serde_json::Value;
 
 const GRAVITY: f64 = 9.81;
 
@@ -409,6 +410,41 @@ fn without_seeds_qdsega_searches() {
     }
 }
 
+/// The first five segments of the snake, on ground without friction: no wave gets them anywhere.
+fn without_friction(learning: Learning) -> LearningSetup {
+    let text = std::fs::read_to_string(crate::common::example_path("snake.json")).unwrap();
+    let mut document: Value = serde_json::from_str(&text).unwrap();
+    document["links"].as_array_mut().unwrap().truncate(5);
+    document["joints"].as_array_mut().unwrap().truncate(4);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("snake.json");
+    std::fs::write(&path, document.to_string()).unwrap();
+    let reading = read_file(&path, Default::default()).unwrap();
+    let model = Arc::new(Model::new(Arc::new(reading.character), Base::Floating));
+    let scene = Scene { friction: 0.0, ..Scene::default() };
+    setup_of(model, (scene, Accuracy::default()), gait("undulation"), learning, 2)
+}
+
+/// Where no gait gets on, QDSEGA takes over with what is left of the budget, also where the clock decided that one gait was not
+/// searched for again; what is learned then depends on the clock, which the result says.
+#[test]
+fn qdsega_takes_over_where_no_gait_gets_on() {
+    // One attempt takes four generations. In the second case there are generations for another, but no time.
+    let cases = [(7, None, StopReason::Generations), (8, Some(10.0), StopReason::Seconds)];
+    for (generations, seconds, ended) in cases {
+        let seeds = Seeds::Templates;
+        let learning = Learning { gait_generations: 1, seconds, seeds, ..brief_qdsega(generations) };
+        let setup = without_friction(learning);
+        let cancel = Cancel::of_learner_with(Clock::of_readings(Duration::from_micros(5)));
+        let trained = train(&setup, &mut Witness::default(), &cancel, None).unwrap();
+        let gaits: Vec<Option<&str>> = trained.curve.iter().map(|figures| figures.gait.as_deref()).collect();
+        let (in_gaits, after) = gaits.split_at(4.min(gaits.len()));
+        assert!(in_gaits.iter().all(|gait| *gait == Some("undulation")), "{gaits:?}");
+        assert_eq!(after, vec![None; generations as usize - 4]);
+        assert_eq!(trained.ended, ended);
+    }
+}
+
 /// Where QDSEGA took over from the search gait by gait, a resumed training still knows what that one showed.
 #[test]
 fn what_was_shown_before_qdsega_took_over_is_not_lost_when_it_is_resumed() {
@@ -423,7 +459,9 @@ fn what_was_shown_before_qdsega_took_over_is_not_lost_when_it_is_resumed() {
     train(&qdsega, &mut witness, &Cancel::default(), None).unwrap();
     let Some(TrainingCheckpoint::Qdsega { learner, .. }) = witness.checkpoints.pop() else { panic!() };
     let before = trot.curve.clone();
-    let resumed = TrainingCheckpoint::Qdsega { learner, before, shown: shown.clone(), spent: 0.0 };
+    let shown_before = shown.clone();
+    let resumed =
+        TrainingCheckpoint::Qdsega { learner, before, shown: shown_before, spent: 0.0, by_the_clock: false };
 
     let more = setup("quadruped.urdf", Task::default(), brief_qdsega(2 + trot.curve.len() as u32), 2);
     let mut witness = Witness::default();

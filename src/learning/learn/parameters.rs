@@ -144,7 +144,8 @@ parameters! {
     seeds: Seeds = Seeds::default();
     /// Whether gaits from seeds are refined; without it each is the best of its seeds.
     refine: bool = true;
-    /// Generations for which each gait is refined.
+    /// Generations for which a walk or a trot is refined; leaps and runs on two legs have three times as many, waves and balances four
+    /// times.
     gait_generations: u32 = 60;
     /// What is changed in the algorithm as published.
     repairs: Repairs = Repairs::default();

@@ -105,6 +105,11 @@ impl Stop {
         self.cancel.clock()
     }
 
+    /// Whether it was cancelled; time may be over without.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.is_cancelled()
+    }
+
     /// Counts a candidate that has been tried.
     pub fn count(&self) {
         self.cancel.0.tried.fetch_add(1, Ordering::Relaxed);

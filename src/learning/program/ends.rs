@@ -1,4 +1,4 @@
-//! Where searches for leaps ended, which is where others begin.
+//! Where searches for leaps and for balances ended, which is where others begin.
 //!
 //! Numbers are in the units of the parameters in [`ring`](super::ring), costs are costs of transport.
 

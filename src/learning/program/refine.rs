@@ -200,9 +200,9 @@ impl Refinement {
         Ok(finalists)
     }
 
-    /// About as many seconds as [`Refinement::finalists`] simulates.
-    pub fn seconds_of_finalists(&self, strides: usize) -> f64 {
-        let compared = 3.0 * FINALISTS as f64 * self.seconds_of_try(strides);
+    /// About as many seconds as [`Refinement::finalists`] simulates in `arena`.
+    pub fn seconds_of_finalists(&self, arena: &Arena, strides: usize) -> f64 {
+        let compared = arena.runs(strides) * FINALISTS as f64 * self.seconds_of_try(strides);
         compared + STRAIGHTENED as f64 * self.seconds_to_straighten(strides)
     }
 

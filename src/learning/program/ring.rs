@@ -54,11 +54,11 @@ pub const EXTENSION: usize = 12;
 pub const SIDEWAYS: usize = 13;
 /// Turn: 0.03 rad in a hip height of the way ahead.
 pub const TURN: usize = 14;
-/// How much of the computed heave the trunk has: 0.4 of it.
+/// How much of the computed heave and pitch the trunk has: 0.4 of them.
 pub const HEAVE: usize = 15;
-/// The same of its pitch.
+/// How much the forces of the feet lean toward the hips: 0.4 of the way there.
 pub const LEAN: usize = 16;
-/// The same of its sway.
+/// How much of the computed sway the trunk has: 0.4 of it.
 pub const SWAY: usize = 24;
 /// How much later fore legs touch down than hind legs: 0.04 of the stride.
 pub const APART: usize = 17;

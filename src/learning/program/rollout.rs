@@ -43,11 +43,11 @@ pub struct Arena {
     /// Height of the ground where it stands, m.
     ground: f64,
     as_asked: Conditions,
-    /// Weak actuators on slippery ground.
-    weak: Conditions,
+    /// Slippery ground and a push, with weaker actuators where these do not hide that others slip.
+    slippery: Conditions,
     /// Soft ground, unless that of the scene is as soft.
     soft: Option<Conditions>,
-    /// Weak actuators alone, for what balances.
+    /// Weaker actuators alone, for what balances.
     weak_legs: Option<Conditions>,
     /// Under what it sets out again, for [`FIRST_STRIDES`] only.
     setting_out: Vec<Conditions>,
@@ -103,10 +103,10 @@ impl Arena {
             gains: 1.0,
             push: None,
         };
-        let (slippery, slipping) = disturbance::with_friction(disturbance::FRICTION[0], scene, model);
-        let weak = Conditions {
+        let (slippery_scene, slipping) = disturbance::with_friction(disturbance::FRICTION[0], scene, model);
+        let slippery = Conditions {
             model: slipping,
-            scene: slippery,
+            scene: slippery_scene,
             gains: disturbance::GAINS,
             push: Some(Push { at: 1.5, velocity: [disturbance::push(height, gravity); 2] }),
             ..as_asked.clone()
@@ -121,7 +121,7 @@ impl Arena {
             gravity,
             ground: scene.ground.as_ref().map_or(0.0, |ground| Terrain::new(ground).height(0.0, 0.0)),
             as_asked,
-            weak,
+            slippery,
             soft,
             weak_legs: None,
             setting_out: Vec::new(),
@@ -139,8 +139,8 @@ impl Arena {
     /// The same place where disturbed runs are simulated as accurately as in `other`: a longer step is one more disturbance.
     #[must_use]
     pub fn disturbed_as_in(mut self, other: &Self) -> Self {
-        for conditions in std::iter::once(&mut self.weak).chain(&mut self.soft) {
-            conditions.accuracy = other.weak.accuracy;
+        for conditions in std::iter::once(&mut self.slippery).chain(&mut self.soft) {
+            conditions.accuracy = other.slippery.accuracy;
         }
         self
     }
@@ -150,15 +150,15 @@ impl Arena {
     pub fn suited(self, gait: &NamedGait) -> Self {
         let leaps = leaps(gait.gait);
         let gains = if leaps { disturbance::GAINS_OF_LEAPS } else { disturbance::GAINS };
-        let weak = Conditions { gains, ..self.weak.clone() };
+        let slippery = Conditions { gains, ..self.slippery.clone() };
         let time = disturbance::soft_contact(self.legs.hip_height, self.gravity, leaps);
-        let accuracy = self.weak.accuracy;
+        let accuracy = self.slippery.accuracy;
         let grip = if gait.gallops() { disturbance::GRIP_OF_GALLOPS } else { 1.0 };
         let soft = self.as_asked.softer(time).map(|soft| {
             let (scene, model) = disturbance::with_friction(grip, &soft.scene, &soft.model);
             Conditions { accuracy, scene, model, ..soft }
         });
-        Self { weak, soft, ..self }
+        Self { slippery, soft, ..self }
     }
 
     /// The same place for what balances by its feedback. On soft ground it is pushed, to the other side, while it sets out: of seven walks of
@@ -181,7 +181,7 @@ impl Arena {
             Conditions { model: lighter, push: self.pushed(0.5, [-1.0, 1.0]), ..soft },
             Conditions { model: heavier, push: self.pushed(1.0, [-1.0, -1.0]), ..plain.clone() },
         ];
-        self.weak.gains = 1.0;
+        self.slippery.gains = 1.0;
         let push = self.pushed(0.5, [-1.0, -1.0]);
         if let Some(soft) = &mut self.soft {
             (soft.gains, soft.push) = (disturbance::GAINS, push);
@@ -221,10 +221,21 @@ impl Arena {
             true => RolloutFigures::default(),
             false => self.run_under(conditions, ring, gains, strides),
         };
-        let all = std::iter::once(&self.weak).chain(&self.soft).chain(&self.weak_legs);
-        let all = all.map(|conditions| (conditions, strides));
-        let first = self.setting_out.iter().map(|conditions| (conditions, FIRST_STRIDES.min(strides)));
-        all.chain(first).map(run).collect()
+        self.disturbances(strides).map(run).collect()
+    }
+
+    /// About how many undisturbed runs over `strides` strides take as long as one and all disturbed ones.
+    pub fn runs(&self, strides: usize) -> f64 {
+        let share = |(_, its_own): (&Conditions, usize)| its_own as f64 / strides.max(1) as f64;
+        1.0 + self.disturbances(strides).map(share).sum::<f64>()
+    }
+
+    /// What a gait is disturbed by, and over how many of `strides` strides.
+    fn disturbances(&self, strides: usize) -> impl Iterator<Item = (&Conditions, usize)> {
+        let all = std::iter::once(&self.slippery).chain(&self.soft).chain(&self.weak_legs);
+        let all = all.map(move |conditions| (conditions, strides));
+        let first = self.setting_out.iter().map(move |conditions| (conditions, FIRST_STRIDES.min(strides)));
+        all.chain(first)
     }
 
     fn run_under(

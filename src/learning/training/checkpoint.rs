@@ -24,6 +24,9 @@ pub enum TrainingCheckpoint {
         /// s of the wall clock that they took.
         #[serde(default)]
         spent: f64,
+        /// Whether the clock decided what of them was searched for.
+        #[serde(default)]
+        by_the_clock: bool,
     },
     /// Of the search gait by gait; handed out when one is done.
     Gaits {
@@ -68,6 +71,8 @@ pub(super) struct Earlier {
     pub(super) milestones: Vec<Milestone>,
     /// s of the wall clock that it took: more than the curve says, which ends with the last generation.
     pub(super) spent: f64,
+    /// Whether the clock decided what was searched for.
+    pub(super) by_the_clock: bool,
 }
 
 impl TrainingCheckpoint {

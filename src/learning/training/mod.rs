@@ -55,7 +55,7 @@ pub fn train(
         let niches = niche::niches(&setup.task, &subject);
         let (trained, earlier) = repertoire::run(setup, &subject, &niches, observer, cancel, resume)?;
         if !trained.motions.is_empty() || trained.ended != StopReason::Complete {
-            return Ok(trained);
+            return Ok(trained.decided_by_the_clock(earlier.by_the_clock));
         }
         // None of its gaits keeps this character up: it is taught as one without legs, with what is left of the budget.
         return qdsega::run(setup, observer, cancel, None, earlier);

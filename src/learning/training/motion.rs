@@ -73,3 +73,14 @@ pub struct Trained {
     /// The learning curve: one point a generation, in order.
     pub curve: Vec<Generation>,
 }
+
+impl Trained {
+    /// The same, where the clock decided what was searched for: another run might search for something else.
+    pub(super) fn decided_by_the_clock(self, decided: bool) -> Self {
+        let ended = match self.ended {
+            StopReason::Generations | StopReason::Complete if decided => StopReason::Seconds,
+            ended => ended,
+        };
+        Self { ended, ..self }
+    }
+}

@@ -24,8 +24,8 @@ pub(super) fn run(
 ) -> Result<Trained, LearnError> {
     let (learner, earlier) = match resume {
         None => (None, earlier),
-        Some(TrainingCheckpoint::Qdsega { learner, before, shown, spent }) => {
-            (Some(*learner), Earlier { curve: before, milestones: shown, spent })
+        Some(TrainingCheckpoint::Qdsega { learner, before, shown, spent, by_the_clock }) => {
+            (Some(*learner), Earlier { curve: before, milestones: shown, spent, by_the_clock })
         }
         Some(TrainingCheckpoint::Gaits { .. }) => {
             let reason = "the checkpoint was made by another search";
@@ -38,14 +38,15 @@ pub(super) fn run(
     let left = LearningSetup { parameters, task: in_speed(setup), ..setup.clone() };
     let mut adapter = Adapter { observer, unnamed: unnamed.clone(), earlier };
     let Learned { ended, best, curve, .. } = learn(&left, &mut adapter, cancel, learner)?;
-    let Adapter { observer, earlier: Earlier { curve: before, .. }, .. } = adapter;
+    let Adapter { observer, earlier: Earlier { curve: before, by_the_clock, .. }, .. } = adapter;
     let best = best.map(|best| unnamed.motion(best, before.len() as u32));
     if let Some(best) = &best {
         observer.finished(best);
     }
     let later: Vec<Generation> = curve.iter().map(|figures| figures.after(&before)).collect();
     let curve = before.into_iter().chain(later).collect();
-    Ok(Trained { ended, motions: best.into_iter().collect(), curve })
+    let trained = Trained { ended, motions: best.into_iter().collect(), curve };
+    Ok(trained.decided_by_the_clock(by_the_clock))
 }
 
 /// Passes on what the learner reports.
@@ -65,8 +66,9 @@ impl Observer for Adapter<'_> {
     }
 
     fn checkpoint(&mut self, checkpoint: &Checkpoint) {
-        let Earlier { curve: before, milestones: shown, spent } = self.earlier.clone();
+        let Earlier { curve: before, milestones: shown, spent, by_the_clock } = self.earlier.clone();
         let learner = Box::new(checkpoint.clone());
-        self.observer.checkpoint(&TrainingCheckpoint::Qdsega { learner, before, shown, spent });
+        let checkpoint = TrainingCheckpoint::Qdsega { learner, before, shown, spent, by_the_clock };
+        self.observer.checkpoint(&checkpoint);
     }
 }

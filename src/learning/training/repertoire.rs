@@ -80,14 +80,11 @@ pub(super) fn run(
     {
         ended = reason;
     }
-    if ended == StopReason::Complete && progress.by_the_clock {
-        ended = StopReason::Seconds;
-    }
     let spent = progress.elapsed();
-    let Progress { milestones, curve, .. } = progress;
+    let Progress { milestones, curve, by_the_clock, .. } = progress;
     let finished = milestones.iter().filter(|milestone| milestone.finished);
     let motions = finished.map(|milestone| milestone.motion.clone()).collect();
-    let earlier = Earlier { curve: curve.clone(), milestones, spent };
+    let earlier = Earlier { curve: curve.clone(), milestones, spent, by_the_clock };
     Ok((Trained { ended, motions, curve }, earlier))
 }
 

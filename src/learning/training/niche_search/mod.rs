@@ -1,11 +1,13 @@
 //! The search in one niche: seeds, the speed that costs least or the greatest, refinement, a longer comparison.
 
+mod feedback;
 mod found;
 mod judged;
 mod proof;
 mod search;
 mod stage;
 
+use feedback::{Balances, Feedback};
 use found::{Found, Proof};
 use search::{LONG, STAGE};
 use stage::{Fidelity, Rank, Stage};
@@ -36,10 +38,7 @@ const HARD_AGAIN: u32 = 2;
 /// How many times a search for a hard gait begins, and which part of the generations of a gait each beginning has.
 const BEGINNINGS: u32 = 3;
 const BEGINNING: u32 = 8;
-/// How many searches for a balance there are, which share the generations of an attempt; how many of them at most, where none stays up;
-/// and how many programs are drawn for each to start from.
-const BALANCES: u32 = 4;
-const MOST_BALANCES: u32 = 8;
+/// How many programs are drawn for each search for a balance to start from.
 const DRAWN: usize = 2000;
 
 impl NicheSearch<'_> {
@@ -70,12 +69,13 @@ impl NicheSearch<'_> {
         let stays_up = || {
             let motion = self.motion(wanted, candidate);
             let player = motion.player(&self.shared.setup.stance.angles);
-            let checked = motion.check(self.shared.setup, &player).run(&|| false);
+            let stopped = || self.shared.stop.is_cancelled();
+            let checked = motion.check(self.shared.setup, &player).run(&stopped);
             checked.is_ok_and(|checked| checked.trace.fell_at.is_none())
         };
         candidate.figures.upright >= 1.0
             && candidate.figures.speed > CRAWL * wanted.speed
-            && (*natural || !self.steered || self.stood || found.stood.unwrap_or_else(stays_up))
+            && (*natural || self.feedback != Feedback::Balances || found.stood.unwrap_or_else(stays_up))
     }
 
     /// Searches once, with feedback where nothing stays up without, and again with other chances where what was found stays
@@ -89,7 +89,10 @@ impl NicheSearch<'_> {
             self.index == 0 || self.progress.milestones.iter().any(|milestone| milestone.finished);
         let left = self.generations() > 0 && self.shared.used_up(self.progress).is_none();
         if fallen && promising && left && self.shared.subject.can_steer() {
-            self.steered = true;
+            self.feedback = Feedback::Balances;
+            if self.index > 0 && !self.can_spare(self.attempt_takes()) {
+                return Ok(());
+            }
             // Whether a balance holds depends on the step: of five that were searched for at twice the step three fell at a quarter of it.
             self.fine = self.shared.fine.clone().suited(&self.niche.gait).balancing(&self.shared.coarse);
             self.coarse = self.fine.clone();
@@ -105,7 +108,7 @@ impl NicheSearch<'_> {
     /// How many more times the gait is searched for at most.
     fn most_attempts_again(&self) -> u32 {
         match self.niche.pace {
-            NichePace::Cheapest { .. } if self.niche.gait.is_hard() || self.stood => HARD_AGAIN,
+            NichePace::Cheapest { .. } if self.niche.gait.is_hard() || self.keeps() => HARD_AGAIN,
             NichePace::Cheapest { .. } => AGAIN,
             NichePace::Fastest { .. } => SLOWER,
         }
@@ -115,7 +118,7 @@ impl NicheSearch<'_> {
     fn attempt_again(&mut self) -> Result<bool, Interrupted> {
         let of_use = |found: &Found| {
             found.proof() != Proof::ALL_TRIALS_KEPT
-                && (found.candidate.figures.upright >= 1.0 || self.stood)
+                && (found.candidate.figures.upright >= 1.0 || self.keeps())
                 && self.generations() > 0
         };
         let Some(before) = self.found.clone().filter(of_use) else { return Ok(false) };
@@ -124,7 +127,7 @@ impl NicheSearch<'_> {
         }
         // What falls later, or under a disturbance, is given feedback.
         if self.may_be_steered() && self.falls(&before) {
-            (self.steered, self.stood) = (true, true);
+            self.feedback = Feedback::Keeps;
             if !self.can_spare(self.attempt_takes()) {
                 return Ok(false);
             }
@@ -140,12 +143,15 @@ impl NicheSearch<'_> {
         self.found = None;
         // What only fails a trial is better left for another way to go; what is not natural yet, or falls, may do better in as many
         // generations more.
-        self.unfinished = (!before.natural || self.stood).then(|| before.candidate.parameters.clone());
+        self.unfinished = (!before.natural || self.keeps()).then(|| before.candidate.parameters.clone());
         let outcome = self.attempt();
+        let better = |next: &Found| match self.niche.pace {
+            NichePace::Cheapest { .. } => next.beats(&before, self.shared.subject),
+            // This one is slower.
+            NichePace::Fastest { .. } => next.proof() > before.proof(),
+        };
         // What was broken off is not known to be better.
-        if outcome.is_err()
-            || !self.found.as_ref().is_some_and(|next| next.beats(&before, self.shared.subject))
-        {
+        if outcome.is_err() || !self.found.as_ref().is_some_and(better) {
             self.found = Some(before);
         }
         outcome.map(|()| true)
@@ -153,24 +159,22 @@ impl NicheSearch<'_> {
 
     /// Whether a gait that falls can be given feedback. Leaps are left out: most of them fall on soft ground alone.
     fn may_be_steered(&self) -> bool {
-        !self.steered && self.shared.subject.can_steer() && !self.niche.gait.is_hard()
+        !self.feedback.is_given() && self.shared.subject.can_steer() && !self.niche.gait.is_hard()
+    }
+
+    fn keeps(&self) -> bool {
+        self.feedback == Feedback::Keeps
     }
 
     fn attempt(&mut self) -> Result<(), Interrupted> {
         let all = self.generations();
         // What other gaits have found is often a better start than the template.
         let known = self.progress.milestones.iter().filter(|milestone| milestone.finished);
-        let mut seeds: Vec<Seed> = self
-            .shared
-            .subject
-            .seeds(&self.niche.gait)
-            .into_iter()
-            .chain(known.map(|milestone| Seed::far(milestone.motion.parameters.clone())))
-            .chain(self.unfinished.clone().map(Seed::far))
-            .collect();
-        if self.shared.subject.can_steer() {
-            seeds = seeds.iter().flat_map(|seed| steer::starts(seed, self.steered)).collect();
-        }
+        let known = known.map(|milestone| Seed::far(milestone.motion.parameters.clone()));
+        let seeds = self.shared.subject.seeds(&self.niche.gait).into_iter().chain(known);
+        let others = self.with_feedback(seeds);
+        let unfinished = self.with_feedback(self.unfinished.clone().map(Seed::far).into_iter());
+        let seeds = [&others[..], &unfinished].concat();
         let first = match &self.niche.pace {
             NichePace::Cheapest { first, .. } => *first,
             NichePace::Fastest { first } => first.min(self.greatest_froude),
@@ -178,10 +182,9 @@ impl NicheSearch<'_> {
         let wanted = self.wanted(first);
         // What keeps most limits already has the others left.
         let wanted = if self.unfinished.is_some() { wanted.strictly() } else { wanted };
-        let (mut leading, spent) = if self.steered {
-            let each = if self.stood { all } else { all / BALANCES };
-            let mut leading = self.balanced(&wanted, &seeds, each)?;
-            if !self.stood && leading.best().figures.upright >= 1.0 {
+        let (mut leading, spent) = if self.feedback.is_given() {
+            let mut leading = self.balanced(&wanted, (&seeds, &others), all)?;
+            if !self.keeps() && leading.best().figures.upright >= 1.0 {
                 leading.refinement.try_over(BALANCED_STRIDES);
                 self.again(&mut leading, Fidelity::Coarse)?;
             }
@@ -193,7 +196,7 @@ impl NicheSearch<'_> {
             (self.begun(&wanted, &seeds, count, each)?, count * each)
         };
         let fallen = leading.best().figures.upright < 1.0;
-        if all > 0 && fallen && !self.steered && self.shared.used_up(self.progress).is_none() {
+        if all > 0 && fallen && !self.feedback.is_given() && self.shared.used_up(self.progress).is_none() {
             // Whoever does not learn to stay up at first does not learn it at all.
             return Ok(());
         }
@@ -233,22 +236,34 @@ impl NicheSearch<'_> {
         Ok(leading)
     }
 
-    /// The best of some searches for a balance, and of more where none of these stays up, each from the most promising of `seeds` and of
-    /// programs drawn about them and about where others ended: what falls soon costs little time to try, and how well the rest can go is
-    /// soon decided.
-    fn balanced(&mut self, wanted: &Wanted, seeds: &[Seed], generations: u32) -> Result<Stage, Interrupted> {
+    /// `seeds` as they are, or with feedback where this search has some.
+    fn with_feedback(&self, seeds: impl Iterator<Item = Seed>) -> Vec<Seed> {
+        match self.shared.subject.can_steer() {
+            true => seeds.flat_map(|seed| steer::starts(&seed, self.feedback.is_given())).collect(),
+            false => seeds.collect(),
+        }
+    }
+
+    /// The best of the searches for a balance of an attempt of so many generations, and of more where none of these stays up and they can
+    /// be spared, each from the most promising of some seeds and of programs drawn about them and about where searches ended: what falls
+    /// soon costs little time to try, and how well the rest can go is soon decided. The first begins with `seeds`, the further ones,
+    /// which are to find another way than the attempt before, with `others`.
+    fn balanced(
+        &mut self,
+        wanted: &Wanted,
+        (seeds, others): (&[Seed], &[Seed]),
+        generations: u32,
+    ) -> Result<Stage, Interrupted> {
+        let Balances { generations, usual, most } = self.feedback.searches(generations);
         let mut best = self.balance(wanted, seeds, generations)?;
-        // The others are to find another way than what the attempt before has found.
-        let known = self.unfinished.clone();
-        let seeds: Vec<Seed> =
-            seeds.iter().filter(|seed| Some(&seed.parameters) != known.as_ref()).cloned().collect();
-        for search in 1..MOST_BALANCES {
+        for search in 1..most {
+            let further = search >= usual;
             let stays_up = best.best().figures.upright >= 1.0;
-            if stays_up && (self.stood || search >= BALANCES) || self.shared.used_up(self.progress).is_some()
-            {
+            let used_up = self.shared.used_up(self.progress).is_some();
+            if used_up || further && (stays_up || !self.can_spare(generations)) {
                 break;
             }
-            let stage = self.balance(wanted, &seeds, generations)?;
+            let stage = self.balance(wanted, others, generations)?;
             if stage.best().cost < best.best().cost {
                 best = stage;
             }
@@ -261,10 +276,10 @@ impl NicheSearch<'_> {
     fn balance(&mut self, wanted: &Wanted, seeds: &[Seed], generations: u32) -> Result<Stage, Interrupted> {
         let Shared { subject, .. } = self.shared;
         let mut starts = seeds.to_vec();
-        if !self.stood {
+        if self.feedback == Feedback::Balances {
             let ends = steer::ends();
-            for about in [seeds, &ends] {
-                starts.extend(steer::drawn(&subject.legs, wanted, about, DRAWN / 2, self.chances()));
+            for (about, chances) in [(seeds, self.chances()), (&ends, !self.chances())] {
+                starts.extend(steer::drawn(&subject.legs, wanted, about, DRAWN / 2, chances));
             }
             starts.extend(ends);
         }

@@ -85,7 +85,7 @@ impl NicheSearch<'_> {
     /// lets it hold constraints that it does not hold without.
     pub(super) fn steered_by_heading(&mut self, found: &Found) -> Result<Option<Found>, Interrupted> {
         let Shared { pool, stop, subject, .. } = self.shared;
-        if self.steered || !subject.can_steer() || self.generations() == 0 {
+        if self.feedback.is_given() || !subject.can_steer() || self.generations() == 0 {
             return Ok(None);
         }
         let straightening =

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
+use super::feedback::{Balances, Feedback};
 use super::found::Found;
 use super::judged::{Judged, judge};
 use super::stage::{Fidelity, Rank, Stage};
@@ -13,7 +14,7 @@ use crate::program::candidate::Candidate;
 use crate::program::cost::within_limits;
 use crate::program::refine::{PAIRED, Refinement, STRAIGHTENED};
 use crate::program::ring::Wanted;
-use crate::program::rollout::{Arena, GALLOPING_STRIDES, STEERED_STRIDES, STRIDES};
+use crate::program::rollout::Arena;
 use crate::program::seeds::Seed;
 use crate::program::starts::Starts;
 use crate::program::straightening::{Straightened, Straightening};
@@ -25,19 +26,14 @@ use crate::training::shared::{Progress, Shared};
 /// Greatest share of the time for a niche that its end may take, and how many times its estimate is kept for it.
 const LONGEST_END: f64 = 0.4;
 const MARGIN: f64 = 1.2;
-/// About how many times a trial all of them take: as many as there are, one of them at a quarter of the step, and one in an engine whose
-/// steps take as long as many of ours.
-const TRIALS: f64 = 30.0;
 /// Strides over which the best of a niche are compared at its end.
 pub(super) const LONG: usize = 40;
 /// A stage at another speed has this part of the generations of a gait.
 pub(super) const STAGE: u32 = 6;
-/// With so many rises of the speed is reckoned where the greatest is looked for: those of a running trot from its usual Froude number,
-/// 1, to its greatest, 3, in steps of a quarter.
+/// With so many rises of the speed is reckoned where the greatest is looked for: most end long before the greatest Froude number that is
+/// tried. A running trot has so many from its usual one, 1, to its greatest, 3, in steps of a quarter.
 const RISES: u32 = 5;
-/// How many times the generations of a gait it takes to balance it by feedback.
-const STEERED_TIMES: u32 = 4;
-/// Numbers of random streams kept for one niche: more than it has stages.
+/// Random streams that are numbered on from one niche to the next; those of further stages are numbered apart.
 const STREAMS: u64 = 64;
 /// Generations from one look whether the best is natural to the next: until one is, and from then on.
 const LOOK: usize = 5;
@@ -62,17 +58,14 @@ pub(in crate::training) struct NicheSearch<'a> {
     pub(super) begun: Duration,
     /// Refinements begun so far.
     pub(super) stages: u64,
-    /// Whether gaits have feedback.
-    pub(super) steered: bool,
-    /// Whether what has feedback stayed up without: it takes no longer to refine than other gaits.
-    pub(super) stood: bool,
+    pub(super) feedback: Feedback,
     /// Greatest Froude number that is tried where the greatest speed is looked for.
     pub(super) greatest_froude: f64,
     /// The best so far at the speed that leads.
     pub(super) found: Option<Found>,
     /// Parameters of what the attempt before this one found, where that was not natural.
     pub(super) unfinished: Option<Vec<f64>>,
-    /// The natural motion on the way that costs least.
+    /// The natural motion on the way that goes for least, or, where the greatest speed is looked for, the one at the greatest.
     pub(super) seen_natural: Option<Found>,
     /// Whether a natural motion has been shown.
     pub(super) shown_natural: bool,
@@ -110,8 +103,7 @@ impl<'a> NicheSearch<'a> {
             progress,
             observer,
             stages: 0,
-            steered: false,
-            stood: false,
+            feedback: Feedback::Open,
             greatest_froude: niches[index].gait.froude[2],
             found: None,
             unfinished: None,
@@ -126,15 +118,15 @@ impl<'a> NicheSearch<'a> {
     /// Generations of one attempt at its own speed.
     pub(super) fn generations(&self) -> u32 {
         let parameters = &self.shared.setup.parameters;
-        let times = if self.steered && !self.stood { STEERED_TIMES } else { 1 };
-        if parameters.refine { parameters.gait_generations * self.niche.gait.share() * times } else { 0 }
+        let share = self.niche.gait.share() * self.feedback.times();
+        if parameters.refine { parameters.gait_generations.saturating_mul(share) } else { 0 }
     }
 
-    /// How many generations one more attempt takes.
+    /// How many generations one more attempt takes, without searches for a balance beyond the usual.
     pub(super) fn attempt_takes(&self) -> u32 {
         let all = self.generations();
-        let for_balance = if self.steered { all } else { 0 };
-        with_stages(self.niche, all).saturating_add(for_balance)
+        let Balances { generations, usual, .. } = self.feedback.searches(all);
+        with_stages(self.niche, all).saturating_add(generations.saturating_mul(usual))
     }
 
     /// Whether so many more generations take nothing of the budget from the gaits that are still to come.
@@ -161,10 +153,10 @@ impl<'a> NicheSearch<'a> {
         let check = motion.check(self.shared.setup, &player);
         // One more look comes first, on one of the threads.
         let threads = self.shared.pool.current_num_threads() as f64;
-        let compared = stage.refinement.seconds_of_finalists(LONG)
+        let compared = stage.refinement.seconds_of_finalists(&self.fine, LONG)
             + threads * stage.refinement.seconds_to_straighten(LOOK_STRIDES);
         let looks = (STRAIGHTENED as f64 + threads) * check.seconds();
-        let needed = MARGIN * (searched * compared + checked * (looks + TRIALS * check.trial_seconds()));
+        let needed = MARGIN * (searched * compared + checked * (looks + check.seconds_of_trials()));
         left < needed && needed < LONGEST_END * (left + self.shared.stop.clock().since(self.begun))
     }
 
@@ -201,7 +193,8 @@ impl<'a> NicheSearch<'a> {
     pub(super) fn starts(&mut self, wanted: &Wanted, seeds: &[Seed]) -> Result<Starts, Interrupted> {
         let Shared { subject, pool, stop, .. } = self.shared;
         stop.check()?;
-        let starts = Starts::new((pool, stop), subject, &self.coarse, wanted, seeds, self.strides())?;
+        let strides = self.feedback.strides(&self.niche.gait);
+        let starts = Starts::new((pool, stop), subject, &self.coarse, wanted, seeds, strides)?;
         self.progress.simulated += starts.seconds;
         Ok(starts)
     }
@@ -209,7 +202,8 @@ impl<'a> NicheSearch<'a> {
     /// Seed of the random numbers of the refinement that begins next. Steps of the golden ratio keep those of all apart (Steele, Lea &
     /// Flood 2014).
     pub(super) fn chances(&self) -> u64 {
-        let number = STREAMS * self.index as u64 + self.stages + 1;
+        let further = (self.stages / STREAMS) << 32;
+        let number = STREAMS * self.index as u64 + self.stages % STREAMS + 1 + further;
         self.shared.setup.seed.wrapping_add(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(number))
     }
 
@@ -218,19 +212,10 @@ impl<'a> NicheSearch<'a> {
         let Shared { subject, .. } = self.shared;
         let seed = self.chances();
         self.stages += 1;
-        let paired = if self.steered || self.niche.gait.is_hard() { 0 } else { PAIRED };
-        let chances = (self.strides(), paired, seed);
+        let paired = if self.feedback.is_given() || self.niche.gait.is_hard() { 0 } else { PAIRED };
+        let chances = (self.feedback.strides(&self.niche.gait), paired, seed);
         let refinement = Refinement::new(subject, wanted, (starts, rank), chances);
         Stage { wanted: wanted.clone(), refinement }
-    }
-
-    /// Strides over which candidates are tried.
-    fn strides(&self) -> usize {
-        match self.steered {
-            true => STEERED_STRIDES,
-            false if self.niche.gait.gallops() => GALLOPING_STRIDES,
-            false => STRIDES,
-        }
     }
 
     fn arena(&self, fidelity: Fidelity) -> Arena {
@@ -349,7 +334,12 @@ impl<'a> NicheSearch<'a> {
         let stood = judged.map(|judged| judged.stood());
         let found =
             Found { wanted: wanted.clone(), candidate: straight.clone(), natural, stood, trials: None };
-        let better = |seen: &Found| seen.wanted.speed != wanted.speed || found.beats(seen, subject);
+        let cost_of_transport = |found: &Found| found.candidate.figures.cost_of_transport;
+        let better = |seen: &Found| match &self.niche.pace {
+            _ if seen.wanted.speed == wanted.speed => found.beats(seen, subject),
+            NichePace::Cheapest { .. } => cost_of_transport(&found) < cost_of_transport(seen),
+            NichePace::Fastest { .. } => true,
+        };
         if natural && self.seen_natural.as_ref().is_none_or(better) {
             self.seen_natural = Some(found);
         }
