@@ -220,15 +220,21 @@ impl RunWatcher for Progress {
     fn improved(&mut self, motion: &LearnedMotion, gait: &GaitReport) {
         // What is not natural yet is shown in the recording alone.
         if gait.natural {
-            let figures = outcome(gait.speed, gait.cost_of_transport, gait.gait.as_deref(), true);
+            let figures = outcome(gait.speed, gait.cost_of_transport, gait.gait.as_deref(), "natural");
             self.print(format!("{} after {:.0} s: {figures}", motion.name, self.elapsed));
         }
     }
 
     fn learned(&mut self, entry: &RepertoireEntry) {
         let RepertoireEntry { number, name, metrics, .. } = entry;
-        let Metrics { speed, cost_of_transport, gait, natural, .. } = metrics;
-        let figures = outcome(*speed, *cost_of_transport, gait.as_deref(), *natural);
+        let Metrics { speed, cost_of_transport, gait, natural, validity, .. } = metrics;
+        let verdict = match (natural, validity.valid) {
+            (true, true) => "natural",
+            (true, false) => "natural, not valid",
+            (false, true) => "not natural",
+            (false, false) => "not natural, not valid",
+        };
+        let figures = outcome(*speed, *cost_of_transport, gait.as_deref(), verdict);
         self.print(format!("motion {number}, {name}: {figures}"));
     }
 
@@ -238,8 +244,7 @@ impl RunWatcher for Progress {
 }
 
 /// Speed (m/s), cost of transport, gait and verdict in words.
-fn outcome(speed: f64, cost: Option<f64>, gait: Option<&str>, natural: bool) -> String {
+fn outcome(speed: f64, cost: Option<f64>, gait: Option<&str>, verdict: &str) -> String {
     let cost = cost.map_or(String::new(), |cost| format!(", cost of transport {cost:.2}"));
-    let natural = if natural { "natural" } else { "not natural" };
-    format!("{speed:.2} m/s{cost}, {}, {natural}", gait.unwrap_or("no name"))
+    format!("{speed:.2} m/s{cost}, {}, {verdict}", gait.unwrap_or("no name"))
 }

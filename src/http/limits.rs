@@ -84,12 +84,14 @@ impl Places {
     ///
     /// When there is none.
     pub(super) fn take(self: &Arc<Self>, caller: Caller) -> Result<Place, NoPlace> {
-        let permit = Arc::clone(&self.free).try_acquire_owned().map_err(|_| NoPlace::ForAnyone)?;
         let mut taken = self.taken();
         let own = taken.get(&caller).copied().unwrap_or_default();
+        // First, so that whoever has its share takes no place from others, not even for a moment.
         if own >= self.share {
-            return Err(NoPlace::ForCaller);
+            let none_left = self.free.available_permits() == 0;
+            return Err(if none_left { NoPlace::ForAnyone } else { NoPlace::ForCaller });
         }
+        let permit = Arc::clone(&self.free).try_acquire_owned().map_err(|_| NoPlace::ForAnyone)?;
         taken.insert(caller.clone(), own + 1);
         drop(taken);
         Ok(Place { places: Arc::clone(self), caller, permit: Some(permit) })

@@ -86,13 +86,17 @@ fn export_format(extension: &str) -> Result<ExportFormat, ProblemDetails> {
 
 /// Name of the file of the motion with this number.
 async fn file(app: &App, job: &Job, number: &str) -> Result<String, ProblemDetails> {
+    // Written as it is served, so that there is one address of each.
+    let read = number.parse::<u32>().ok().filter(|read| *read > 0 && read.to_string() == number);
+    let Some(read) = read else {
+        let detail = format!("motions are numbered from 1; there is no motion {number}");
+        return Err(ProblemDetails::not_found(detail));
+    };
     let repertoire = app.jobs.repertoire(job.id).await?.filter(|repertoire| !repertoire.motions.is_empty());
     let Some(repertoire) = repertoire else {
         return Err(not_ready(job, &format!("motion {number}")));
     };
-    // Written as it is served, so that there is one address of each.
-    let entry = number.parse::<u32>().ok().filter(|read| read.to_string() == number);
-    let entry = entry.and_then(|number| repertoire.entry(number));
+    let entry = repertoire.entry(read);
     entry.map(|entry| entry.file.clone()).ok_or_else(|| {
         let count = repertoire.motions.len();
         ProblemDetails::not_found(format!(

@@ -21,6 +21,9 @@ use tower_http::services::ServeFile;
 use super::conditional::is_known;
 use crate::jobs::Joined;
 
+/// A position beyond every file, with digits that every reader of ranges takes.
+const BEYOND: u64 = 999_999_999_999_999_999;
+
 /// Bytes of a file in an object store that are fetched at once.
 pub(super) const CHUNK: u64 = 1 << 20;
 
@@ -175,5 +178,8 @@ fn position(digits: &str) -> Option<Option<u64>> {
     if digits.is_empty() {
         return Some(None);
     }
-    digits.bytes().all(|digit| digit.is_ascii_digit()).then(|| Some(digits.parse().unwrap_or(u64::MAX)))
+    digits
+        .bytes()
+        .all(|digit| digit.is_ascii_digit())
+        .then(|| Some(digits.parse().map_or(BEYOND, |at: u64| at.min(BEYOND))))
 }

@@ -198,6 +198,15 @@ impl Job {
         }
     }
 
+    /// Has an attempt go on after the generations of `curve`, whatever one before it has come to.
+    pub fn begin_after(&mut self, curve: &[Generation]) {
+        if let Work::Learning(learned) = &mut self.work {
+            (learned.best_fitness, learned.cache_hit_rate) = (None, None);
+        }
+        self.progress = Progress { evaluations: self.progress.evaluations, ..Progress::default() };
+        curve.iter().for_each(|figures| self.advance(figures));
+    }
+
     /// Takes in the figures of a generation.
     pub fn advance(&mut self, figures: &Generation) {
         let Work::Learning(learned) = &mut self.work else { return };
@@ -253,6 +262,11 @@ impl Job {
     /// Whether what an earlier run has left is still the job's.
     pub fn has_earlier_results(&self) -> bool {
         matches!(&self.work, Work::Learning(learned) if learned.earlier.is_some())
+    }
+
+    /// Whether it has learned a motion.
+    pub fn has_motions(&self) -> bool {
+        matches!(&self.work, Work::Learning(learned) if !learned.motions.is_empty())
     }
 
     /// Whether it has ended with motions and without the figures of the one that is the job's.

@@ -106,6 +106,11 @@ impl<'a> Reporter<'a> {
         }
     }
 
+    /// Whether it is time to write a checkpoint again.
+    fn may_keep(&self) -> bool {
+        self.kept.is_none_or(|kept| kept.elapsed() >= CHECKPOINT_EVERY)
+    }
+
     fn keep(&mut self) {
         let Some(checkpoint) = self.checkpoint.take() else { return };
         let written = serde_json::to_vec(&checkpoint)
@@ -119,7 +124,10 @@ impl<'a> Reporter<'a> {
                 None if self.job.get_further() => self.record(),
                 None => {}
             },
-            Err(error) => tracing::error!(%error, "the checkpoint could not be written"),
+            Err(error) => {
+                tracing::error!(%error, "the checkpoint could not be written");
+                self.checkpoint = Some(checkpoint);
+            }
         }
         self.kept = Some(Instant::now());
     }
@@ -170,7 +178,9 @@ impl RunWatcher for Reporter<'_> {
         self.unwritten.push(figures.clone());
         self.live.push(figures.clone());
         self.meter.count(self.job, figures);
-        if self.recorded.elapsed() >= RECORD_EVERY {
+        if self.checkpoint.is_some() && self.may_keep() {
+            self.flush();
+        } else if self.recorded.elapsed() >= RECORD_EVERY {
             self.record();
         }
     }
@@ -192,7 +202,7 @@ impl RunWatcher for Reporter<'_> {
 
     fn checkpoint(&mut self, checkpoint: &TrainingCheckpoint) {
         self.checkpoint = Some(checkpoint.clone());
-        if self.kept.is_none_or(|kept| kept.elapsed() >= CHECKPOINT_EVERY) {
+        if self.may_keep() {
             self.flush();
         }
     }

@@ -156,10 +156,10 @@ impl Worker {
     async fn take(&self) -> Result<Option<(Job, Arc<Live>)>, ServiceError> {
         let length = self.shared.lease;
         let now = Instant::now();
-        let Some(Claimed { claim, job }) = self.shared.store.claim(&self.name, length).await? else {
+        let Some(Claimed { claim, job, first }) = self.shared.store.claim(&self.name, length).await? else {
             return Ok(None);
         };
-        if job.attempts == 1 && job.progress.generations == 0 {
+        if first {
             figures::taken_up_first(&job);
         }
         let live = Arc::new(Live::new(claim, job.progress.evaluations, now));
@@ -221,6 +221,7 @@ impl Worker {
         if let Some((folder, _)) = &place
             && !whole
             && !had_earlier
+            && !job.has_motions()
             && job.state == JobState::Failed
             && !live.is_lost()
         {
@@ -350,6 +351,7 @@ impl Worker {
         }
         // Generations after the checkpoint are gone through again.
         let curve = checkpoint.as_ref().map(TrainingCheckpoint::curve).unwrap_or_default();
+        job.begin_after(&curve);
         if checkpoint.is_some() {
             tracing::info!(generations = curve.len(), "goes on from its checkpoint");
         }

@@ -27,6 +27,9 @@ use gaitwright_physics::playback::Trace;
 /// How long a motion on the way is recorded after it has entered its loop, s.
 const SHOWN: f64 = 3.0;
 
+/// A motion on the way that takes longer to play is not shown before it is finished: the search waits meanwhile, and its time passes.
+const LONGEST_PREVIEW: Duration = Duration::from_secs(5);
+
 /// What an earlier run of the job had reached: its checkpoint, and the motions finished there as they were checked again.
 pub(super) struct EarlierRun<'a> {
     pub(super) checkpoint: &'a TrainingCheckpoint,
@@ -142,11 +145,16 @@ impl<'a> Recorder<'a> {
         milestones.try_for_each(|shown| show(self, shown))
     }
 
-    /// Records a motion on the way.
+    /// Records a motion on the way, unless it takes [too long](LONGEST_PREVIEW) to play.
     fn play(&mut self, motion: &LearnedMotion) -> Result<(), RunError> {
         let player = motion.player(&self.prepared.setup.stance.angles);
         let check = motion.check(&self.prepared.setup, &player);
-        let checked = check.run(&|| self.limit.is_cancelled())?;
+        let since = Instant::now();
+        let takes_too_long = || since.elapsed() >= LONGEST_PREVIEW;
+        let checked = check.run(&|| self.limit.is_cancelled() || takes_too_long())?;
+        if takes_too_long() {
+            return Ok(());
+        }
         self.watcher.improved(motion, &checked.gait);
         if let Some(files) = self.shelved.on_the_way((self.order, self.prepared), motion, &checked)? {
             self.on_the_way = files;

@@ -58,6 +58,8 @@ pub struct Claimed {
     pub claim: Claim,
     /// Its record.
     pub job: Job,
+    /// Whether it was never taken before.
+    pub first: bool,
 }
 
 /// How a worker holds its job.
@@ -84,6 +86,7 @@ impl Store {
             writing.leave().await?;
             return Ok(None);
         };
+        let first = job.timings.started.is_none();
         job.take_up();
         let query = self.dialect.query(
             "UPDATE jobs SET record = $1, fence = $2, worker = $3, lease_until = {now} + $4 WHERE id = $5",
@@ -97,7 +100,7 @@ impl Store {
         writing.execute(query.bind(job.caller.as_str())).await?;
         writing.tell(job.id, Happened::Changed).await?;
         writing.commit().await?;
-        Ok(Some(Claimed { claim: Claim { id: job.id, fence }, job }))
+        Ok(Some(Claimed { claim: Claim { id: job.id, fence }, job, first }))
     }
 
     /// Prolongs a claim to `lease` from now.

@@ -90,29 +90,43 @@ fn large_bodies_wait_for_their_turns() {
     let begin = |header: &str| {
         let mut stream = TcpStream::connect(address.trim_start_matches("http://")).unwrap();
         let head = format!(
-            "POST /v1/characters HTTP/1.1\r\nhost: localhost\r\n{header}\r\n\
+            "POST /v1/characters HTTP/1.1\r\nhost: localhost\r\n{header}\r\nexpect: 100-continue\r\n\
              content-type: application/xml\r\ncontent-length: {large}\r\nconnection: close\r\n\r\n"
         );
         stream.write_all(head.as_bytes()).unwrap();
         stream
     };
-    let mut held: Vec<TcpStream> = (0..8).map(|_| begin(ANNA)).collect();
-    std::thread::sleep(Duration::from_millis(500));
-    let answer = |mut stream: TcpStream, patience: Duration| {
-        // No URDF, and refused for that as soon as it has been read.
-        let _ = stream.write_all(&vec![b' '; large]);
+    // A server that is asked to says when it begins to read a body (RFC 9110, section 10.1.1).
+    let is_read = |stream: &mut TcpStream, patience: Duration| {
+        let expected = b"HTTP/1.1 100 Continue\r\n\r\n";
+        let mut answer = [0; 25];
         stream.set_read_timeout(Some(patience)).unwrap();
-        let mut answer = [0; 12];
-        stream.read_exact(&mut answer).map(|()| String::from_utf8(answer.to_vec()).unwrap())
+        stream.read_exact(&mut answer).is_ok_and(|()| &answer == expected)
     };
-    assert!(answer(begin(ANNA), Duration::from_secs(2)).is_err(), "a ninth is read");
-    assert_eq!(answer(begin(BERT), Duration::from_secs(30)).unwrap(), "HTTP/1.1 400", "another caller");
+    let (soon, long) = (Duration::from_secs(2), Duration::from_secs(30));
+    let refused = |mut stream: TcpStream| {
+        // No URDF, and refused for that as soon as it has been read.
+        stream.write_all(&vec![b' '; large]).unwrap();
+        let mut answer = [0; 12];
+        stream.read_exact(&mut answer).unwrap();
+        assert_eq!(&answer, b"HTTP/1.1 400");
+    };
+    let mut held: Vec<TcpStream> = (0..8).map(|_| begin(ANNA)).collect();
+    for stream in &mut held {
+        assert!(is_read(stream, long), "one of eight is not read");
+    }
+    let mut ninth = begin(ANNA);
+    assert!(!is_read(&mut ninth, soon), "a ninth is read");
+    let mut another_callers = begin(BERT);
+    assert!(is_read(&mut another_callers, long), "another caller waits");
+    refused(another_callers);
     let small =
         service.curl("/v1/characters", &["-H", ANNA, "-H", "content-type: application/xml", "-d", "x"]);
     small.problem(400);
-    let waiting = begin(ANNA);
     drop(held.pop());
-    assert_eq!(answer(waiting, Duration::from_secs(30)).unwrap(), "HTTP/1.1 400");
+    assert!(is_read(&mut ninth, long), "a place is free");
+    refused(ninth);
+    refused(held.remove(0));
 }
 
 #[test]

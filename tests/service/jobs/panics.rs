@@ -3,8 +3,8 @@
 use std::fmt::Debug;
 use std::time::Duration;
 
-use gaitwright::jobs::{Job, JobTerms, Jobs, Posting, ServiceOptions, start};
-use serde_json::json;
+use gaitwright::jobs::{Job, JobTerms, Jobs, Posting, ServiceOptions, Stage, Work, start};
+use serde_json::{Value, json};
 use tempfile::TempDir;
 use tokio::runtime::Handle;
 use tokio_util::sync::CancellationToken;
@@ -12,19 +12,21 @@ use tracing::field::{Field, Visit};
 use tracing::{Event, Subscriber};
 use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
 
-use crate::http::client::PADDLER;
+use crate::http::client::{PADDLER, QUADRUPED};
 
-/// What a worker logs in the middle of a job whose checkpoint is damaged.
-const DAMAGED: &str = "the checkpoint cannot be read";
+/// What a worker logs in the middle of a job whose checkpoint is damaged, and of one whose checkpoint has no place, once it has learned
+/// a gait.
+const DEFECTS: [&str; 2] = ["the checkpoint cannot be read", "the checkpoint could not be written"];
 
-/// A log that panics when that is logged, on the thread and in the place that logs it.
+/// A log that panics when one of them is logged, on the thread and in the place that logs it.
 struct Panicking;
 
 struct Message(bool);
 
 impl Visit for Message {
     fn record_debug(&mut self, field: &Field, value: &dyn Debug) {
-        self.0 |= field.name() == "message" && format!("{value:?}").starts_with(DAMAGED);
+        let message = format!("{value:?}");
+        self.0 |= field.name() == "message" && DEFECTS.iter().any(|defect| message.starts_with(defect));
     }
 }
 
@@ -39,9 +41,13 @@ impl<S: Subscriber> Layer<S> for Panicking {
 async fn post(jobs: &Jobs) -> Job {
     let terms = json!({ "seed": 2, "learning": { "population": 4, "islands": 1, "elite": 1, "episodes": 2,
         "trial_seconds": 0.5, "check_seconds": 1.0, "generations": 1 } });
+    post_of(jobs, PADDLER, &terms).await
+}
+
+async fn post_of(jobs: &Jobs, urdf: &str, terms: &Value) -> Job {
     let terms = JobTerms::parse(terms.to_string().as_bytes()).unwrap();
     let posting = Posting { caller: String::new(), key: None };
-    jobs.submit_bytes((PADDLER.as_bytes().to_vec(), None, ""), terms, posting).await.unwrap()
+    jobs.submit_bytes((urdf.as_bytes().to_vec(), None, ""), terms, posting).await.unwrap()
 }
 
 async fn ended(jobs: &Jobs, job: &Job) -> Job {
@@ -78,6 +84,23 @@ async fn a_panic_in_a_job_fails_that_job_alone() {
         assert!(!other.error.unwrap_or_default().contains("broke off"));
         assert_eq!(other.progress.generations, 1);
     }
+    // What was learned before the defect stays.
+    let terms = json!({ "seed": 2, "task": { "speed": 0.9 },
+        "learning": { "generations": 24, "gait_generations": 12 } });
+    let learned = post_of(&jobs, QUADRUPED, &terms).await;
+    let folder = data.path().join("jobs").join(learned.id.to_string());
+    // Not before it has been looked for a checkpoint to go on from.
+    while jobs.job(learned.id).await.unwrap().stage != Some(Stage::Learning) {
+        tokio::time::sleep(Duration::from_millis(2)).await;
+    }
+    std::fs::create_dir_all(folder.join("checkpoint.json/in the way")).unwrap();
+    let learned = ended(&jobs, &learned).await;
+    assert!(learned.error.as_ref().unwrap().contains("broke off"), "{:?}", learned.error);
+    let Work::Learning(found) = &learned.work else { panic!("not one that learns") };
+    assert_eq!(found.motions.len(), 1);
+    assert!(found.metrics.is_some() && found.outcome.is_some(), "{found:?}");
+    assert_eq!(std::fs::read_dir(folder.join("motions")).unwrap().count(), 1);
+    assert!(folder.join("motions.json").exists());
     assert_eq!(jobs.workers(), 1);
     shutdown.cancel();
     while jobs.workers() > 0 {
