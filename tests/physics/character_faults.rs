@@ -171,6 +171,14 @@ fn all_faults_are_found_and_not_only_the_first() {
         .replace(r#"damping="0.1""#, r#"damping="none""#)
         .replace(r#"lower="-1" upper="1""#, r#"lower="1" upper="-1""#);
     assert_eq!(impossible(text.as_bytes(), Source::Urdf).len(), 5);
+
+    let mut changed = document();
+    changed["name"] = json!("");
+    changed["links"][0]["mass"] = json!(-1);
+    changed["joints"][0]["axis"] = json!([0, 0, 0]);
+    let faults = impossible(changed.to_string().as_bytes(), Source::Json);
+    let places: Vec<&str> = faults.iter().map(|fault| fault.pointer.as_str()).collect();
+    assert_eq!(places, ["/name", "/links/0/mass", "/joints/0/axis"]);
 }
 
 #[test]

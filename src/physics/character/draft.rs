@@ -29,7 +29,12 @@ pub fn name_fault(name: &str) -> Option<String> {
         return Some("the name is empty".to_owned());
     }
     let bytes = name.len();
-    (bytes > NAME_BYTES).then(|| format!("the name is {bytes} bytes long; at most {NAME_BYTES} are allowed"))
+    is_long(name).then(|| format!("the name is {bytes} bytes long; at most {NAME_BYTES} are allowed"))
+}
+
+/// Whether a name is too long to be one.
+pub fn is_long(name: &str) -> bool {
+    name.len() > NAME_BYTES
 }
 
 /// A character as its document describes it.

@@ -9,10 +9,10 @@ use super::step_totals::StepTotals;
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 pub struct StepRecord {
     /// Greatest residual of a step's complementarity problem, m/s or rad/s (see
-    /// [`lcp::residual`](super::lcp::residual())).
+    /// [`lcp::residual`](super::lcp::residual())); not of the one of the velocities that correct positions.
     pub greatest_residual: f64,
-    /// Steps that went on with forces that do not solve their complementarity problem: the solver's budget had ended, a
-    /// row that has to move cannot be moved, or actuators went to and from their bounds without end.
+    /// Steps that went on with forces that do not solve their complementarity problem, or that of the velocities that correct positions:
+    /// the solver's budget had ended, a row that has to move cannot be moved, or actuators went to and from their bounds without end.
     pub unsolved_steps: u64,
     /// Steps that were divided into substeps.
     pub divided_steps: u64,

@@ -93,11 +93,18 @@ impl Simulator {
     }
 
     /// Finds the fastest pendulum under joint tension before the first step. Tensions that last show in two steps,
-    /// which are taken back.
+    /// which are taken back; shorter ones where such are refused.
     fn measure_pendulum(&mut self, command: Command<'_>) -> Result<(), Failure> {
         self.step_control.before_measurement.clone_from(&self.state);
-        for _ in 0..2 {
-            self.substep(command, 0.0, self.plan.step())?;
+        let whole = self.plan.step();
+        let (mut length, mut done) = (whole, 0);
+        while done < 2 && length * MAX_SUBSTEPS >= whole {
+            if self.substep(command, 0.0, length)? == StepOutcome::Completed {
+                done += 1;
+            } else {
+                self.state.clone_from(&self.step_control.before_measurement);
+                (length, done) = (0.5 * length, 0);
+            }
         }
         let found = &mut self.state.memory;
         let kept = &mut self.step_control.before_measurement.memory;

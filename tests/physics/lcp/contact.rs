@@ -50,6 +50,33 @@ fn pyramids_obey_the_law_and_agree_where_friction_is_small() {
     }
 }
 
+/// Contacts that occur twice: a residual that is enough ends the search for another where Newton's steps from the forces at hand come so
+/// far, and changes nothing where they solve the problem.
+#[test]
+fn what_is_enough_is_solved_no_further() {
+    let mut rng = rng(22);
+    let (mut fewer, mut same) = (0, 0);
+    for case in 0..200 {
+        let numbers = repeated(&random_contacts(&mut rng, 1 + case % 8, 0.7));
+        let exactly = numbers.problem(true);
+        let roughly = Problem { enough: 1e-2, ..exactly };
+        let [(exact, exact_forces), (rough, rough_forces)] = [exactly, roughly].map(|problem| {
+            let mut forces = vec![0.0; problem.rows()];
+            (Newton::new(50, TOLERANCE).solve(&problem, &mut forces), forces)
+        });
+        assert_eq!(rough.status, SolveStatus::Solved, "case {case}");
+        assert!(residual(&exactly, &rough_forces) <= 1e-2, "case {case}: {rough:?}");
+        assert!(rough.iterations <= exact.iterations, "case {case}: {rough:?}, {exact:?}");
+        if rough.iterations < exact.iterations {
+            fewer += 1;
+        } else {
+            assert_eq!(rough_forces, exact_forces, "case {case}");
+            same += 1;
+        }
+    }
+    assert!(fewer > 0 && same > 0, "{fewer}, {same}");
+}
+
 #[test]
 fn a_quadruped_is_solved_exactly_whatever_its_mass_ratio() {
     let mut rng = rng(3);

@@ -8,7 +8,9 @@ use wire::{DirectionalFriction, FrictionDocument};
 use nalgebra::{Isometry3, Matrix3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::bounds::{LENGTH, check_axis, shape_fault, unit};
-use super::draft::{At, Diagnostics, Draft, DraftInertial, DraftJoint, DraftLink, DraftLoop, name_fault};
+use super::draft::{
+    At, Diagnostics, Draft, DraftInertial, DraftJoint, DraftLink, DraftLoop, is_long, name_fault,
+};
 use super::solid::Solid;
 use super::{About, Friction, JointKind, LoopKind, NoteKind, Placed, Shape, SurfaceMaterial, mesh};
 use crate::fault::{self, Fault, InputError};
@@ -32,11 +34,14 @@ pub fn draft(bytes: &[u8]) -> Result<Draft, InputError> {
             return Err(InputError::TooLarge(Fault::new(format!("/{what}"), reason)));
         }
     }
-    let faults = name_faults(&document);
-    if !faults.is_empty() {
+    let faults = names(&document)
+        .filter_map(|(place, name)| name_fault(name).map(|reason| Fault::new(place, reason)))
+        .collect();
+    // What is told of the rest would repeat them.
+    if names(&document).any(|(_, name)| is_long(name)) {
         return Err(InputError::Impossible(faults));
     }
-    let mut diagnostics = Diagnostics::default();
+    let mut diagnostics = Diagnostics { faults, ..Diagnostics::default() };
     let links = document
         .links
         .into_iter()
@@ -67,19 +72,14 @@ pub fn draft(bytes: &[u8]) -> Result<Draft, InputError> {
     Ok(Draft { name: document.name, links, joints, loops, standing, complete: true, diagnostics })
 }
 
-/// What is wrong with the document's names.
-fn name_faults(document: &wire::Document) -> Vec<Fault> {
+/// The document's names, each with its place.
+fn names(document: &wire::Document) -> impl Iterator<Item = (String, &String)> {
     let links = document.links.iter().enumerate().map(|(i, link)| (format!("/links/{i}/name"), &link.name));
     let joints =
         document.joints.iter().enumerate().map(|(i, joint)| (format!("/joints/{i}/name"), &joint.name));
     let loops =
         document.loops.iter().enumerate().map(|(i, closing)| (format!("/loops/{i}/name"), &closing.name));
-    std::iter::once(("/name".to_owned(), &document.name))
-        .chain(links)
-        .chain(joints)
-        .chain(loops)
-        .filter_map(|(place, name)| name_fault(name).map(|reason| Fault::new(place, reason)))
-        .collect()
+    std::iter::once(("/name".to_owned(), &document.name)).chain(links).chain(joints).chain(loops)
 }
 
 fn read_link(diagnostics: &mut Diagnostics, index: usize, link: wire::LinkDocument) -> DraftLink {

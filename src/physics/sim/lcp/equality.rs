@@ -192,7 +192,7 @@ impl<S: Solver> Equality<S> {
         if !residual.is_finite() {
             return SolveStatus::NotFinite;
         }
-        if residual <= self.tolerance.max(problem.enough) {
+        if residual <= self.tolerance || inner == SolveStatus::Solved && residual <= problem.enough {
             return SolveStatus::Solved;
         }
         let rounding = match is_beyond_numbers(problem, lambda, self.tolerance, TRUSTED) {

@@ -439,7 +439,7 @@ impl Solver for Newton {
         self.trial.clear();
         self.trial.extend_from_slice(lambda);
         let (mut iterations, mut contradiction) = self.walk(problem, lambda, &mut residual, self.iterations);
-        if residual <= problem.enough {
+        if residual <= problem.enough && !is_beyond_numbers(problem, lambda, problem.enough, NEGLIGIBLE) {
             return Solution { status: SolveStatus::Solved, iterations, residual };
         }
         if residual > self.tolerance {

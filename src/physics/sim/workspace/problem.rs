@@ -116,7 +116,8 @@ impl RowProblem {
         self.rows.impulse(step, &mut self.half);
         self.rows.ask_for_recovery(false);
         self.rows.force.clone_from(&self.kept);
-        self.unsolved |= solution.status != SolveStatus::Solved && !(solution.residual <= enough);
+        let astray = solution.residual.is_nan() || solution.residual > enough;
+        self.unsolved |= solution.status != SolveStatus::Solved && astray;
         solution.status
     }
 
