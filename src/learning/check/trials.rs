@@ -170,13 +170,13 @@ impl MotionCheck<'_> {
         changes
     }
 
-    /// About how many seconds of the motion as it was learned take as long to simulate as all trials.
-    pub fn seconds_of_trials(&self) -> f64 {
-        self.trial_seconds() * self.changes(self.gait).iter().map(Change::cost).sum::<f64>()
+    /// About how many times as long as one run of the motion as it was learned all trials take: the same for every motion of a gait.
+    pub fn cost_of_trials(&self) -> f64 {
+        self.changes(self.gait).iter().map(Change::cost).sum()
     }
 
     /// How long a trial lasts, s.
-    fn trial_seconds(&self) -> f64 {
+    pub fn trial_seconds(&self) -> f64 {
         let [least, most] = ROUNDS.map(|rounds| self.player.lead() + rounds * self.player.period());
         CHECKED.clamp(least, most)
     }

@@ -7,17 +7,16 @@ use std::collections::BTreeSet;
 
 use nalgebra::{Matrix3, Matrix5, Matrix5xX, Point3, Rotation3, Vector2, Vector3, Vector5};
 
-use gaitwright_physics::model::{Body, DofKind, Frame, Model, Surface};
+use gaitwright_physics::model::{Body, DofKind, Frame, Model};
 use gaitwright_physics::stance::{Stance, feet};
 
 use super::closing::{self, Following};
 use super::no_gaits::NoGaits;
+use super::sole::Sole;
 use super::spine::Spine;
 use crate::gait::left_feet;
-use crate::gait::limb::{SOLE, first_long, greatest_reach, sprawled};
+use crate::gait::limb::{greatest_reach, sprawled};
 
-/// Shapes of a foot whose lowest points are within this share of the hip's height of each other stand together.
-const ASTAND: f64 = 0.002;
 /// Rounds of inverse kinematics at most, and the error with which they end, m over the leg's length.
 const ROUNDS: u32 = 30;
 const CLOSE: f64 = 1e-6;
@@ -398,6 +397,15 @@ fn movable(
     if decided { Ok(()) } else { Err(NoGaits::Undecided { foot: foot() }) }
 }
 
+/// Where the leg swings from whose first long segment is that of `body`. Of a five-bar leg, beside which others move along, that is the
+/// middle between its hips: its foot stands below it.
+fn hip(model: &Model, frames: &[Frame], body: usize, followers: &[usize]) -> Vector3<f64> {
+    let carrier = model.bodies[body].parent;
+    let beside = followers.iter().map(|joint| joint + 1).filter(|&body| model.bodies[body].parent == carrier);
+    let hips: Vec<Vector3<f64>> = beside.chain([body]).map(|body| frames[body].1).collect();
+    hips.iter().sum::<Vector3<f64>>() / hips.len() as f64
+}
+
 /// The leg with the foot made of `links`, of which the first is where it ends; on the left, in row 0.
 fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> Result<LegChain, NoGaits> {
     let body = model.links[links[0]].body;
@@ -406,59 +414,13 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> R
     let followers: Vec<usize> = closing::beside(model, &chain).iter().map(|body| body - 1).collect();
     movable(model, stance, links[0], (&joints, &followers))?;
 
-    // What can touch: points of the body's shapes with the radius of the ball about them.
-    let (rotation, origin) = frames[body];
-    let world = |local: &Vector3<f64>| origin + rotation * local;
-    let mut shapes: Vec<Vec<(Vector3<f64>, f64)>> = Vec::new();
-    for shape in model.ground_shapes.iter().filter(|shape| shape.body == body) {
-        let mut points = Vec::new();
-        match &shape.surface {
-            Surface::Points { first, count, radius } => {
-                points
-                    .extend(model.ground_points[*first..first + count].iter().map(|point| (*point, *radius)));
-            }
-            Surface::Cylinder { axis, across, radius, half_length } => {
-                let side = axis.cross(across);
-                for end in [-1.0, 1.0] {
-                    for rim in [*across, -across, side, -side] {
-                        points.push((shape.center + axis * (end * half_length) + rim * *radius, 0.0));
-                    }
-                }
-            }
-        }
-        shapes.push(points);
-    }
-    let bottom = |(point, radius): &(Vector3<f64>, f64)| world(point).z - radius;
-    let lowest_of = |points: &[(Vector3<f64>, f64)]| points.iter().map(bottom).fold(f64::INFINITY, f64::min);
-    let lowest = shapes.iter().map(|points| lowest_of(points)).fold(f64::INFINITY, f64::min);
-    // A strut that ends in a ball is not what stands; a heel beside a toe is.
-    let height = (frames[chain[0]].1.z - lowest).abs();
-    shapes.retain(|points| lowest_of(points) < lowest + ASTAND * height);
-    let points: Vec<(Vector3<f64>, f64)> = shapes.concat();
-    let far = points.iter().map(|(point, _)| point.norm()).fold(0.0, f64::max);
-    // As it stands: a slide's part of a leg is as long as it is drawn out.
-    let mut segments: Vec<f64> =
-        chain.windows(2).map(|pair| (frames[pair[1]].1 - frames[pair[0]].1).norm()).collect();
-    segments.push(far);
-    let first_long = first_long(&segments);
-    let reach: f64 = segments[first_long..].iter().sum();
-    let sole: Vec<&(Vector3<f64>, f64)> =
-        points.iter().filter(|point| bottom(point) < lowest + SOLE * reach).collect();
-    let count = sole.len() as f64;
-    if sole.is_empty() {
-        return Err(NoGaits::NoFeet);
-    }
-    let stands_flat = sole.len() >= 3;
-    let point = sole.iter().map(|(point, _)| point).sum::<Vector3<f64>>() / count;
-    let radius = sole.iter().map(|(_, radius)| radius).sum::<f64>() / count;
+    let sole = Sole::of(model, frames, &chain).ok_or(NoGaits::NoFeet)?;
+    let Sole { point, radius, reach, first_long, flat } = sole;
     let parent = model.bodies[chain[0]].parent;
     let distal = &chain[first_long + 1..];
-    // Both hips of a five-bar leg: its foot stands below the middle.
-    let carrier = model.bodies[chain[first_long]].parent;
-    let beside = followers.iter().map(|joint| joint + 1).filter(|&body| model.bodies[body].parent == carrier);
-    let hips: Vec<Vector3<f64>> = beside.chain([chain[first_long]]).map(|body| frames[body].1).collect();
-    let hip = hips.iter().sum::<Vector3<f64>>() / hips.len() as f64;
-    let foot = world(&point);
+    let hip = hip(model, frames, chain[first_long], &followers);
+    let (rotation, origin) = frames[body];
+    let foot = origin + rotation * point;
     let mut leg = LegChain {
         origins: joints.iter().chain(&followers).map(|joint| frames[joint + 1].1).collect(),
         joints,
@@ -482,7 +444,7 @@ fn leg(model: &Model, stance: &Stance, frames: &[Frame], links: Vec<usize>) -> R
         first: first_long,
         greatest: greatest_reach(model, distal, Point3::from(point)),
     };
-    if stands_flat {
+    if flat {
         leg.level = tilts(&leg);
     }
     leg.length = leg.hip.z - leg.foot.z + highest(model, stance, &leg);

@@ -10,7 +10,7 @@
 //!
 //! | in the order of use | |
 //! |---|---|
-//! | [`legs`] | hips, chains of joints and foot points; left and right, fore and hind by the task's direction |
+//! | [`legs`], `sole` | hips, chains of joints and foot points; left and right, fore and hind by the task's direction |
 //! | [`closing`] | the joints that closed loops move along with those chains |
 //! | [`gaits`], [`no_gaits`] | phases and duty factors by name; why a character has none |
 //! | [`gains`] | springs and dampers of the drive |
@@ -45,6 +45,7 @@ pub mod ring;
 pub mod rollout;
 pub mod searched;
 pub mod seeds;
+mod sole;
 pub mod spine;
 pub mod starts;
 pub mod steer;

@@ -117,19 +117,9 @@ pub fn stride(legs: &Legs, program: &Program, gravity: f64) -> Vec<StrideSample>
     let height = legs.center.z + program.raise
         - legs.legs.iter().map(|leg| leg.foot.z - leg.radius).sum::<f64>() / count as f64;
 
-    // Vertical forces, each with exactly its share as mean over the samples.
-    let mut vertical = vec![[0.0; SAMPLES]; count];
-    for ((leg, step), share) in vertical.iter_mut().zip(&program.steps).zip(&shares) {
-        for (sample, force) in leg.iter_mut().enumerate() {
-            let since = since_touch_down(sample, step);
-            if since < step.duty {
-                *force = (std::f64::consts::PI * since / step.duty).sin();
-            }
-        }
-        let mean = leg.iter().sum::<f64>() / SAMPLES as f64;
-        let scale = if mean > 0.0 { share * legs.mass * gravity / mean } else { 0.0 };
-        leg.iter_mut().for_each(|force| *force *= scale);
-    }
+    let steps = program.steps.iter().zip(&shares);
+    let vertical: Vec<[f64; SAMPLES]> =
+        steps.map(|(step, share)| vertical(step, share * legs.mass * gravity)).collect();
     let ground: Vec<Vec<(Vector2<f64>, f64)>> =
         (0..SAMPLES).map(|sample| (0..count).map(|leg| foot(program, leg, sample)).collect()).collect();
     let along = |leg: usize, sample: usize| {
@@ -189,6 +179,18 @@ pub fn stride(legs: &Legs, program: &Program, gravity: f64) -> Vec<StrideSample>
             StrideSample { shift, sway, pitch, feet: feet.collect(), forces: forces.collect() }
         })
         .collect()
+}
+
+/// The vertical force of a leg, N: half a sine while it stands, with exactly `mean` as mean over the samples.
+fn vertical(step: &Step, mean: f64) -> [f64; SAMPLES] {
+    let standing = |sample: usize| {
+        let since = since_touch_down(sample, step);
+        if since < step.duty { (std::f64::consts::PI * since / step.duty).sin() } else { 0.0 }
+    };
+    let course: [f64; SAMPLES] = std::array::from_fn(standing);
+    let found = course.iter().sum::<f64>() / SAMPLES as f64;
+    let scale = if found > 0.0 { mean / found } else { 0.0 };
+    course.map(|force| force * scale)
 }
 
 /// Parts of a stride since a leg's last touch-down, at a sample.

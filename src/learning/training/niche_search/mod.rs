@@ -9,7 +9,7 @@ mod stage;
 
 use feedback::{Balances, Feedback};
 use found::{Found, Proof};
-use search::{LONG, STAGE};
+use search::{LONG, STAGE, with_stages};
 use stage::{Fidelity, Rank, Stage};
 
 use super::motion::LearnedMotion;
@@ -20,7 +20,7 @@ pub(super) use search::NicheSearch;
 
 use crate::learn::{Interrupted, StopReason};
 use crate::program::ring::Wanted;
-use crate::program::rollout::BALANCED_STRIDES;
+use crate::program::rollout::{BALANCED_STRIDES, STRIDES};
 use crate::program::seeds::Seed;
 use crate::program::steer;
 use crate::program::straightening::Straightening;
@@ -71,7 +71,7 @@ impl NicheSearch<'_> {
             let player = motion.player(&self.shared.setup.stance.angles);
             let stopped = || self.shared.stop.is_cancelled();
             let checked = motion.check(self.shared.setup, &player).run(&stopped);
-            checked.is_ok_and(|checked| checked.trace.fell_at.is_none())
+            checked.is_ok_and(|checked| !stopped() && checked.trace.fell_at.is_none())
         };
         candidate.figures.upright >= 1.0
             && candidate.figures.speed > CRAWL * wanted.speed
@@ -209,7 +209,7 @@ impl NicheSearch<'_> {
     }
 
     /// Runs `count` searches of so many generations each, from the most promising of `seeds`, and keeps the best: where a search for a
-    /// hard gait ends is soon decided, by where it began and by chance.
+    /// hard gait ends is soon decided, by where it began and by chance. That takes few strides, also of a gallop.
     fn begun(
         &mut self,
         wanted: &Wanted,
@@ -217,8 +217,8 @@ impl NicheSearch<'_> {
         count: u32,
         generations: u32,
     ) -> Result<Stage, Interrupted> {
-        let starts = self.starts(wanted, seeds)?;
-        let mut leading = self.stage(wanted, &starts, 0);
+        let starts = self.starts(wanted, seeds, STRIDES)?;
+        let mut leading = self.stage(wanted, (&starts, 0), STRIDES);
         self.found = Some(leading.found());
         if self.stages == 1 && leading.best().figures.upright >= 1.0 {
             let motion = self.motion(&leading.wanted, leading.best());
@@ -226,14 +226,30 @@ impl NicheSearch<'_> {
         }
         self.refine(&mut leading, Fidelity::Coarse, generations, Rank::Leading)?;
         for rank in 1..count {
-            let mut other = self.stage(wanted, &starts, rank as usize);
+            let mut other = self.stage(wanted, (&starts, rank as usize), STRIDES);
             self.refine(&mut other, Fidelity::Coarse, generations, Rank::Beginning)?;
             if other.best().cost < leading.best().cost {
                 leading = other;
                 self.found = Some(leading.found());
             }
         }
+        if self.niche.gait.gallops() {
+            leading.refinement.try_over(self.strides());
+            self.again(&mut leading, Fidelity::Coarse)?;
+            // Two gallops of `anymal_b` were natural after 62 and 63 s where this was left to the second half, and so after 48 and 51.
+            self.hold_to_limits(&mut leading)?;
+            self.found = Some(leading.found());
+        }
         Ok(leading)
+    }
+
+    /// Holds what is not natural yet to the limits more strictly: what keeps them has only effort left to save.
+    fn hold_to_limits(&mut self, leading: &mut Stage) -> Result<(), Interrupted> {
+        if !self.is_natural(leading)? {
+            leading.wanted = leading.wanted.clone().strictly();
+            leading.refinement.revalue(self.shared.subject, &leading.wanted);
+        }
+        Ok(())
     }
 
     /// `seeds` as they are, or with feedback where this search has some.
@@ -252,15 +268,17 @@ impl NicheSearch<'_> {
         &mut self,
         wanted: &Wanted,
         (seeds, others): (&[Seed], &[Seed]),
-        generations: u32,
+        all: u32,
     ) -> Result<Stage, Interrupted> {
-        let Balances { generations, usual, most } = self.feedback.searches(generations);
+        let Balances { generations, usual, most } = self.feedback.searches(all);
+        // What follows in this attempt comes first.
+        let with_rest = generations.saturating_add(with_stages(self.niche, all));
         let mut best = self.balance(wanted, seeds, generations)?;
         for search in 1..most {
             let further = search >= usual;
             let stays_up = best.best().figures.upright >= 1.0;
             let used_up = self.shared.used_up(self.progress).is_some();
-            if used_up || further && (stays_up || !self.can_spare(generations)) {
+            if used_up || further && (stays_up || !self.can_spare(with_rest)) {
                 break;
             }
             let stage = self.balance(wanted, others, generations)?;
@@ -334,11 +352,7 @@ impl NicheSearch<'_> {
     /// The rest of the refinement at the step that was asked for; of the best over many strides, set straight, then the
     /// first that is natural.
     fn finish(&mut self, mut leading: Stage, generations: u32) -> Result<(), Interrupted> {
-        // What keeps the limits already has only effort left to save.
-        if !self.is_natural(&mut leading)? {
-            leading.wanted = leading.wanted.strictly();
-            leading.refinement.revalue(self.shared.subject, &leading.wanted);
-        }
+        self.hold_to_limits(&mut leading)?;
         if self.fine.step() != self.coarse.step() {
             // What is found at the step that was asked for is compared with what is best at that step.
             self.again(&mut leading, Fidelity::Fine)?;

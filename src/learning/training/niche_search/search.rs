@@ -1,5 +1,6 @@
 //! What the search of a niche is made of: refinements at one speed, their budget, and whether what they find is natural.
 
+use std::cell::OnceCell;
 use std::time::Duration;
 
 use rayon::prelude::*;
@@ -54,6 +55,8 @@ pub(in crate::training) struct NicheSearch<'a> {
     pub(super) step_time: f64,
     /// s that one simulated second of a continuous check takes, once there was one: its forces may be more exact.
     pub(super) check_time: Option<f64>,
+    /// How many times as long as one run of a motion its trials take, once that was asked for.
+    pub(super) cost_of_trials: OnceCell<f64>,
     /// What the clock showed when this search began.
     pub(super) begun: Duration,
     /// Refinements begun so far.
@@ -65,7 +68,7 @@ pub(in crate::training) struct NicheSearch<'a> {
     pub(super) found: Option<Found>,
     /// Parameters of what the attempt before this one found, where that was not natural.
     pub(super) unfinished: Option<Vec<f64>>,
-    /// The natural motion on the way that goes for least, or, where the greatest speed is looked for, the one at the greatest.
+    /// The natural motion on the way that goes for least, or, where the greatest speed is looked for, the one at the speed tried last.
     pub(super) seen_natural: Option<Found>,
     /// Whether a natural motion has been shown.
     pub(super) shown_natural: bool,
@@ -99,6 +102,7 @@ impl<'a> NicheSearch<'a> {
             later,
             step_time: 0.0,
             check_time: None,
+            cost_of_trials: OnceCell::new(),
             begun: shared.stop.clock().now(),
             progress,
             observer,
@@ -151,12 +155,13 @@ impl<'a> NicheSearch<'a> {
         let motion = self.motion(&stage.wanted, stage.best());
         let player = motion.player(&self.shared.setup.stance.angles);
         let check = motion.check(self.shared.setup, &player);
+        let trials = *self.cost_of_trials.get_or_init(|| check.cost_of_trials());
         // One more look comes first, on one of the threads.
         let threads = self.shared.pool.current_num_threads() as f64;
         let compared = stage.refinement.seconds_of_finalists(&self.fine, LONG)
             + threads * stage.refinement.seconds_to_straighten(LOOK_STRIDES);
         let looks = (STRAIGHTENED as f64 + threads) * check.seconds();
-        let needed = MARGIN * (searched * compared + checked * (looks + check.seconds_of_trials()));
+        let needed = MARGIN * (searched * compared + checked * (looks + trials * check.trial_seconds()));
         left < needed && needed < LONGEST_END * (left + self.shared.stop.clock().since(self.begun))
     }
 
@@ -176,8 +181,14 @@ impl<'a> NicheSearch<'a> {
 
     /// Begins a refinement from the most promising of `seeds`.
     pub(super) fn first_stage(&mut self, wanted: &Wanted, seeds: &[Seed]) -> Result<Stage, Interrupted> {
-        let starts = self.starts(wanted, seeds)?;
-        Ok(self.stage(wanted, &starts, 0))
+        let strides = self.strides();
+        let starts = self.starts(wanted, seeds, strides)?;
+        Ok(self.stage(wanted, (&starts, 0), strides))
+    }
+
+    /// Strides over which candidates are tried.
+    pub(super) fn strides(&self) -> usize {
+        self.feedback.strides(&self.niche.gait)
     }
 
     /// What is asked of a gait at a Froude number while it is searched for.
@@ -189,11 +200,15 @@ impl<'a> NicheSearch<'a> {
         if subject.legs.spine.is_some() { wanted } else { wanted.straightened_later() }
     }
 
-    /// Tries `seeds`.
-    pub(super) fn starts(&mut self, wanted: &Wanted, seeds: &[Seed]) -> Result<Starts, Interrupted> {
+    /// Tries `seeds` over so many strides.
+    pub(super) fn starts(
+        &mut self,
+        wanted: &Wanted,
+        seeds: &[Seed],
+        strides: usize,
+    ) -> Result<Starts, Interrupted> {
         let Shared { subject, pool, stop, .. } = self.shared;
         stop.check()?;
-        let strides = self.feedback.strides(&self.niche.gait);
         let starts = Starts::new((pool, stop), subject, &self.coarse, wanted, seeds, strides)?;
         self.progress.simulated += starts.seconds;
         Ok(starts)
@@ -207,13 +222,18 @@ impl<'a> NicheSearch<'a> {
         self.shared.setup.seed.wrapping_add(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(number))
     }
 
-    /// Begins a refinement from the one of rank `rank` among `starts`.
-    pub(super) fn stage(&mut self, wanted: &Wanted, starts: &Starts, rank: usize) -> Stage {
+    /// Begins a refinement over so many strides from the one of rank `rank` among `starts`.
+    pub(super) fn stage(
+        &mut self,
+        wanted: &Wanted,
+        (starts, rank): (&Starts, usize),
+        strides: usize,
+    ) -> Stage {
         let Shared { subject, .. } = self.shared;
         let seed = self.chances();
         self.stages += 1;
         let paired = if self.feedback.is_given() || self.niche.gait.is_hard() { 0 } else { PAIRED };
-        let chances = (self.feedback.strides(&self.niche.gait), paired, seed);
+        let chances = (strides, paired, seed);
         let refinement = Refinement::new(subject, wanted, (starts, rank), chances);
         Stage { wanted: wanted.clone(), refinement }
     }
@@ -364,7 +384,7 @@ impl<'a> NicheSearch<'a> {
 }
 
 /// `generations` of a niche, and those that stages at other speeds take.
-fn with_stages(niche: &Niche, generations: u32) -> u32 {
+pub(super) fn with_stages(niche: &Niche, generations: u32) -> u32 {
     let stages = match &niche.pace {
         NichePace::Cheapest { others, .. } => others.len() as u32,
         NichePace::Fastest { .. } => RISES,
