@@ -72,6 +72,12 @@ impl ExportCommand {
         if let Some(certificate) = &exported.certificate {
             tell(format_args!("{}", adjustments(certificate)));
         }
+        if motion.steering.is_some() && self.format.holds_targets() {
+            tell(format_args!(
+                "the motion is steered, which the format {} has no place for: by its targets alone it may fall or turn",
+                self.format.name()
+            ));
+        }
         Ok(exported.file)
     }
 

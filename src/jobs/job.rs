@@ -198,15 +198,6 @@ impl Job {
         }
     }
 
-    /// Has an attempt go on after the generations of `curve`, whatever one before it has come to.
-    pub fn begin_after(&mut self, curve: &[Generation]) {
-        if let Work::Learning(learned) = &mut self.work {
-            (learned.best_fitness, learned.cache_hit_rate) = (None, None);
-        }
-        self.progress = Progress { evaluations: self.progress.evaluations, ..Progress::default() };
-        curve.iter().for_each(|figures| self.advance(figures));
-    }
-
     /// Takes in the figures of a generation.
     pub fn advance(&mut self, figures: &Generation) {
         let Work::Learning(learned) = &mut self.work else { return };
@@ -282,11 +273,14 @@ impl Job {
         learned.outcome = Some(MotionOutcome::of(learned.metrics.as_ref()));
     }
 
-    /// Has the results of the present run be the job's from now on.
-    pub fn begin_anew(&mut self) {
+    /// Has the results of the present run be the job's from now on, which goes on after the generations of `curve`.
+    pub fn begin_anew(&mut self, curve: &[Generation]) {
         self.storage = JobStorage::default();
         if let Work::Learning(learned) = &mut self.work {
             learned.earlier = None;
+            (learned.best_fitness, learned.cache_hit_rate) = (None, None);
+            self.progress = Progress { evaluations: self.progress.evaluations, ..Progress::default() };
+            curve.iter().for_each(|figures| self.advance(figures));
         }
     }
 

@@ -39,10 +39,10 @@ pub(super) struct Reporter<'a> {
     /// The work proper has begun, and the store does not know yet that the files of this run are the job's.
     run_unrecorded: bool,
     recorded: Instant,
-    /// The newest checkpoint, unless it is on the disk.
-    checkpoint: Option<TrainingCheckpoint>,
-    /// When a checkpoint was written last in this run: the first is written at once, so that a job whose process never lives
-    /// for long gets further all the same.
+    /// The newest checkpoint, unless it is on the disk, and when it was made.
+    checkpoint: Option<(TrainingCheckpoint, Instant)>,
+    /// When the checkpoint that was written last in this run was made: the first is written at once, so that a job whose process never
+    /// lives for long gets further all the same.
     kept: Option<Instant>,
     meter: GenerationMeter,
 }
@@ -99,7 +99,7 @@ impl<'a> Reporter<'a> {
 
     /// Has what comes of this run be the job's from the next record on, with its files.
     fn begin(&mut self) {
-        self.job.begin_anew();
+        self.job.begin_anew(&self.live.curve_from(0));
         if let Some(upload) = &self.upload {
             upload.hurry();
             self.run_unrecorded = true;
@@ -112,7 +112,7 @@ impl<'a> Reporter<'a> {
     }
 
     fn keep(&mut self) {
-        let Some(checkpoint) = self.checkpoint.take() else { return };
+        let Some((checkpoint, made)) = self.checkpoint.take() else { return };
         let written = serde_json::to_vec(&checkpoint)
             .map_err(io::Error::from)
             .and_then(|bytes| Artefact::Checkpoint.publish(&self.folder, &bytes));
@@ -126,10 +126,12 @@ impl<'a> Reporter<'a> {
             },
             Err(error) => {
                 tracing::error!(%error, "the checkpoint could not be written");
-                self.checkpoint = Some(checkpoint);
+                self.checkpoint = Some((checkpoint, made));
+                self.kept = Some(Instant::now());
+                return;
             }
         }
-        self.kept = Some(Instant::now());
+        self.kept = Some(made);
     }
 
     /// Writes what has not been written yet; whether the store knows all of it now.
@@ -201,7 +203,7 @@ impl RunWatcher for Reporter<'_> {
     }
 
     fn checkpoint(&mut self, checkpoint: &TrainingCheckpoint) {
-        self.checkpoint = Some(checkpoint.clone());
+        self.checkpoint = Some((checkpoint.clone(), Instant::now()));
         if self.may_keep() {
             self.flush();
         }

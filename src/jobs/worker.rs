@@ -351,7 +351,6 @@ impl Worker {
         }
         // Generations after the checkpoint are gone through again.
         let curve = checkpoint.as_ref().map(TrainingCheckpoint::curve).unwrap_or_default();
-        job.begin_after(&curve);
         if checkpoint.is_some() {
             tracing::info!(generations = curve.len(), "goes on from its checkpoint");
         }

@@ -76,6 +76,11 @@ impl ExportFormat {
         }
     }
 
+    /// Whether its files hold targets. Those are of the plain motion: what its steering adds depends on the trunk and has no place in them.
+    pub fn holds_targets(self) -> bool {
+        matches!(self, Self::Csv | Self::Ros | Self::Mujoco)
+    }
+
     /// The media type of its files.
     pub fn media_type(self) -> &'static str {
         match self {

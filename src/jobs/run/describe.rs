@@ -76,6 +76,15 @@ pub(super) fn describe_on_the_way(motion: &LearnedMotion, gait: &GaitReport) -> 
     )
 }
 
+/// A motion that the search has come to by now and that was not played to its end, as Markdown.
+pub(super) fn describe_slow(motion: &LearnedMotion) -> String {
+    let LearnedMotion { name, behaviour, .. } = motion;
+    format!(
+        "# {name}\n\non the way, at generation {}: its beginning, for all of it would take too long",
+        behaviour.generation
+    )
+}
+
 /// A motion in figures, as Markdown.
 pub(super) fn describe_motion(entry: &RepertoireEntry) -> String {
     let metrics = &entry.metrics;

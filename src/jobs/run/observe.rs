@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use sha2::{Digest, Sha256};
 
-use super::describe::{describe, describe_motion, describe_on_the_way};
+use super::describe::{describe, describe_motion, describe_on_the_way, describe_slow};
 use super::error::RunError;
 use super::finished::{Finished, Verdict};
 use super::limit::CancelLimit;
@@ -27,7 +27,8 @@ use gaitwright_physics::playback::Trace;
 /// How long a motion on the way is recorded after it has entered its loop, s.
 const SHOWN: f64 = 3.0;
 
-/// A motion on the way that takes longer to play is not shown before it is finished: the search waits meanwhile, and its time passes.
+/// A motion on the way is played for so long at most, since the search waits meanwhile and its time passes. Of what takes longer the
+/// recording shows what was played, without a verdict, and no further ones of that run are.
 const LONGEST_PREVIEW: Duration = Duration::from_secs(5);
 
 /// What an earlier run of the job had reached: its checkpoint, and the motions finished there as they were checked again.
@@ -55,6 +56,8 @@ pub(super) struct Recorder<'a> {
     shelved: Shelved,
     /// Files of the best motion on the way, as long as none is finished.
     on_the_way: OnTheWay,
+    /// Whether a motion on the way took too long to play.
+    plays_slowly: bool,
     /// The last point of the curve.
     last: Option<Generation>,
     /// When the learning began, and how much of the time since then has gone into checking and recording motions.
@@ -65,7 +68,8 @@ pub(super) struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// Starts the recording in `folder` with what an `earlier` run of the same job would have recorded up to its checkpoint.
+    /// Starts the recording in `folder` with what an `earlier` run of the same job would have recorded up to its checkpoint, but for motions
+    /// on the way of which one takes [too long](LONGEST_PREVIEW) to play.
     pub(super) fn create(
         folder: &Path,
         order: &'a Order,
@@ -92,7 +96,7 @@ impl<'a> Recorder<'a> {
         let path = Artefact::Recording.path(folder);
         place.appear(&path)?;
         recording.set_path(&path);
-        let (folder, shelved) = (folder.to_owned(), Shelved::default());
+        let (folder, shelved) = (folder.to_owned(), Shelved::nothing(&prepared.setup));
         let mut recorder = Self {
             recording,
             order,
@@ -102,6 +106,7 @@ impl<'a> Recorder<'a> {
             watcher,
             shelved,
             on_the_way: OnTheWay::new(),
+            plays_slowly: false,
             last: None,
             begun,
             checking,
@@ -145,15 +150,20 @@ impl<'a> Recorder<'a> {
         milestones.try_for_each(|shown| show(self, shown))
     }
 
-    /// Records a motion on the way, unless it takes [too long](LONGEST_PREVIEW) to play.
+    /// Records a motion on the way, unless one took [too long](LONGEST_PREVIEW) to play.
     fn play(&mut self, motion: &LearnedMotion) -> Result<(), RunError> {
+        if self.plays_slowly {
+            return Ok(());
+        }
         let player = motion.player(&self.prepared.setup.stance.angles);
         let check = motion.check(&self.prepared.setup, &player);
         let since = Instant::now();
         let takes_too_long = || since.elapsed() >= LONGEST_PREVIEW;
         let checked = check.run(&|| self.limit.is_cancelled() || takes_too_long())?;
-        if takes_too_long() {
-            return Ok(());
+        let trace = shown(&checked.trace, &player, SHOWN);
+        self.plays_slowly = takes_too_long();
+        if self.plays_slowly {
+            return self.record(motion, &Shown { text: describe_slow(motion), trace });
         }
         self.watcher.improved(motion, &checked.gait);
         if let Some(files) = self.shelved.on_the_way((self.order, self.prepared), motion, &checked)? {
@@ -161,7 +171,7 @@ impl<'a> Recorder<'a> {
             self.tell()?;
         }
         let text = describe_on_the_way(motion, &checked.gait);
-        self.record(motion, &Shown { text, trace: shown(&checked.trace, &player, SHOWN) })
+        self.record(motion, &Shown { text, trace })
     }
 
     /// Checks a finished motion, and keeps and records it.

@@ -25,6 +25,12 @@ pub enum Unsuccessful {
     /// No behaviour passed the learner's acceptance test.
     #[error("nothing was learned that keeps the character upright; more time or generations may help")]
     NothingLearned,
+    /// The same, of a character for which no pose was found in which it stands.
+    #[error(
+        "nothing was learned that keeps the character upright, and no pose was found in which it stands (`standing` in the \
+         report): look at its motors, at the ranges of its joints and at what is around it"
+    )]
+    NothingStands,
     /// It was cancelled, and the check took longer than it may then take.
     #[error("called off before it was checked what was learned")]
     NotChecked,

@@ -16,20 +16,28 @@ use crate::jobs::order::Order;
 use crate::jobs::repertoire::{Repertoire, RepertoireEntry};
 use gaitwright_learning::check::CheckedMotion;
 use gaitwright_learning::gait::GaitReport;
+use gaitwright_learning::learn::LearningSetup;
 use gaitwright_learning::training::LearnedMotion;
 use gaitwright_physics::motion::Metrics;
 
 /// What a run has finished so far.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Shelved {
     repertoire: Repertoire,
     /// The job's motion and its gait.
     best: Option<(LearnedMotion, GaitReport)>,
-    /// Why the motion checked last was not kept.
-    refused: Option<Unsuccessful>,
+    /// Why the motion checked last was not kept, or why there is none yet.
+    refused: Unsuccessful,
 }
 
 impl Shelved {
+    /// Nothing yet of what `setup` is to teach.
+    pub(super) fn nothing(setup: &LearningSetup) -> Self {
+        let may_stand = setup.stance.stable || setup.scene.ground.is_none();
+        let refused = if may_stand { Unsuccessful::NothingLearned } else { Unsuccessful::NothingStands };
+        Self { repertoire: Repertoire::default(), best: None, refused }
+    }
+
     /// Every motion, in figures.
     pub(super) fn repertoire(&self) -> &Repertoire {
         &self.repertoire
@@ -52,13 +60,12 @@ impl Shelved {
 
     /// Figures of the job's motion, or why there is none.
     pub(super) fn outcome(&self) -> Result<Metrics, Unsuccessful> {
-        let none = self.refused.unwrap_or(Unsuccessful::NothingLearned);
-        self.repertoire.chosen().map(|entry| entry.metrics.clone()).ok_or(none)
+        self.repertoire.chosen().map(|entry| entry.metrics.clone()).ok_or(self.refused)
     }
 
     /// Takes note that a motion was not kept.
     pub(super) fn refuse(&mut self, reason: Unsuccessful) {
-        self.refused = Some(reason);
+        self.refused = reason;
     }
 
     /// The files of a motion on the way, as those of the job's motion are once it has one; none once it has, or where it fell.

@@ -26,6 +26,29 @@ fn where_nothing_can_be_left_nothing_is_begun() {
     }
 }
 
+/// Targets that are played without the steering that belongs to them may fall, which whoever exports them is told.
+#[test]
+fn an_export_tells_of_steering_that_has_no_place_in_its_format() {
+    let folder = TempDir::new().unwrap();
+    let text = std::fs::read_to_string(common::example_path("quadruped-walk.motion.json")).unwrap();
+    let mut motion: Value = serde_json::from_str(&text).unwrap();
+    let none = json!({ "angles": vec![0.0; 12], "velocities": vec![0.0; 12] });
+    let table = json!({ "measure": "heading", "bounds": [], "rings": [vec![none; 8]] });
+    motion["steering"] = json!({ "direction": [1.0, 0.0], "tables": [table] });
+    let steered = write(folder.path(), "steered.json", &motion.to_string());
+    let plain = write(folder.path(), "plain.json", &text);
+    for format in ["glb", "bvh", "csv", "ros", "mujoco"] {
+        for (motion, told) in [(&plain, false), (&steered, !["glb", "bvh"].contains(&format))] {
+            let out = folder.path().join("out");
+            let out = out.to_str().unwrap();
+            let answer = run(&["export", motion, "--character", QUADRUPED, "--format", format, "--out", out]);
+            let message = String::from_utf8(answer.stderr).unwrap();
+            assert!(answer.status.success(), "{format}: {message}");
+            assert_eq!(message.contains("the motion is steered"), told, "{format}: {message}");
+        }
+    }
+}
+
 #[test]
 fn a_reader_that_leaves_is_no_error() {
     let scenario = json!({ "character": PADDLER, "duration": 100.0, "sample_every": 0.002 }).to_string();

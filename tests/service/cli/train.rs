@@ -58,6 +58,25 @@ fn recordings_of_different_jobs_have_different_names() {
     assert_eq!(plain, name("three", QUICK));
 }
 
+/// Motors that cannot carry the quadruped teach it nothing however long they are searched with, which the message does not suggest.
+#[test]
+fn a_character_that_cannot_stand_is_told_where_to_look() {
+    let folder = TempDir::new().unwrap();
+    let text = std::fs::read_to_string(QUADRUPED).unwrap();
+    let weak = write(folder.path(), "weak.urdf", &text.replace("effort=\"30\"", "effort=\"0.1\""));
+    let job = r#"{ "task": { "gait": "trot" }, "learning": { "generations": 1 } }"#;
+    let job = write(folder.path(), "job.json", job);
+    let out = folder.path().join("out");
+    let answer = run(&["train", &weak, "--out", out.to_str().unwrap(), "--job", &job]);
+    let message = String::from_utf8(answer.stderr).unwrap();
+    assert_eq!(answer.status.code(), Some(1), "{message}");
+    let last = message.lines().next_back().unwrap();
+    assert!(last.contains("no pose was found") && last.contains("motors"), "{message}");
+    let report = json(&out.join("report.json"));
+    assert_eq!(report["standing"]["stable"], false);
+    assert!(report["unsuccessful"].as_str().unwrap().contains("no pose was found"), "{report}");
+}
+
 #[test]
 fn budgets_that_make_no_sense_are_refused() {
     let folder = TempDir::new().unwrap();
