@@ -35,6 +35,7 @@ fn jobs_say_when_they_go_and_go() {
     // The record goes first, then what it spoke of.
     let folder = service.folder(&posted[0]);
     Service::until("without a folder", || !folder.exists());
+    assert!(jiff::Timestamp::now() < told + jiff::SignedDuration::from_secs(120), "it goes too late");
 
     // The second keeps its place but for its recording.
     let recording = format!("{}/recording.rrd", posted[1]);

@@ -370,4 +370,6 @@ fn the_times_of_a_job_add_up() {
     for part in ["standing_seconds", "learning_seconds", "checking_seconds"] {
         assert!(spent(part) > 0.0, "{timings}");
     }
+    // Every motion shown is played for as long as a finished one.
+    assert!(spent("checking_seconds") > 0.05 * whole, "{timings}");
 }

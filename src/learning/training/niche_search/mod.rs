@@ -236,7 +236,8 @@ impl NicheSearch<'_> {
         if self.niche.gait.gallops() {
             leading.refinement.try_over(self.strides());
             self.again(&mut leading, Fidelity::Coarse)?;
-            // Two gallops of `anymal_b` were natural after 62 and 63 s where this was left to the second half, and so after 48 and 51.
+            // Gallops of `anymal_b`, five seeds, were natural after 62 s (35 to 64) where this was left to the second half, and so after 55 s
+            // (48 to 70, of which the last was found beside other work).
             self.hold_to_limits(&mut leading)?;
             self.found = Some(leading.found());
         }
